@@ -731,7 +731,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_packet.spv"),
     },
     Module {
@@ -745,7 +745,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_packet_tree.spv"),
     },
     Module {
@@ -760,7 +760,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_packet_cutout.spv"),
     },
     Module {
@@ -775,7 +775,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_packet_instanced.spv"),
     },
     Module {
@@ -789,7 +789,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_single.spv"),
     },
     Module {
@@ -803,7 +803,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_single_tree.spv"),
     },
     Module {
@@ -818,7 +818,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_single_cutout.spv"),
     },
     Module {
@@ -833,7 +833,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_single_instanced.spv"),
     },
     Module {
@@ -848,7 +848,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_lens_packet.spv"),
     },
     Module {
@@ -863,7 +863,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_lens_packet_tree.spv"),
     },
     Module {
@@ -879,7 +879,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_lens_packet_cutout.spv"),
     },
     Module {
@@ -895,7 +895,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_lens_packet_instanced.spv"),
     },
     Module {
@@ -910,7 +910,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_single.spv"),
     },
     Module {
@@ -925,7 +925,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_single_tree.spv"),
     },
     Module {
@@ -941,7 +941,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_single_cutout.spv"),
     },
     Module {
@@ -957,7 +957,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_single_instanced.spv"),
     },
     Module {
@@ -970,7 +970,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_query.spv"),
     },
     Module {
@@ -985,7 +985,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_query_cutout.spv"),
     },
     Module {
@@ -999,7 +999,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_query_instanced.spv"),
     },
     Module {
@@ -1013,7 +1013,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_query.spv"),
     },
     Module {
@@ -1029,7 +1029,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_query_cutout.spv"),
     },
     Module {
@@ -1044,7 +1044,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_query_instanced.spv"),
     },
     Module {
@@ -1064,7 +1064,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lambert_flat.spv"),
     },
     Module {
@@ -1085,7 +1085,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lambert_flat_textured.spv"),
     },
     Module {
@@ -1105,7 +1105,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lambert_smooth.spv"),
     },
     Module {
@@ -1126,7 +1126,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lambert_smooth_textured.spv"),
     },
     Module {
@@ -1147,7 +1147,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_phong_flat.spv"),
     },
     Module {
@@ -1169,7 +1169,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_phong_flat_textured.spv"),
     },
     Module {
@@ -1190,7 +1190,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_phong_smooth.spv"),
     },
     Module {
@@ -1212,7 +1212,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_phong_smooth_textured.spv"),
     },
     Module {
@@ -1233,7 +1233,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_flat.spv"),
     },
     Module {
@@ -1255,7 +1255,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_flat_textured.spv"),
     },
     Module {
@@ -1276,7 +1276,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_smooth.spv"),
     },
     Module {
@@ -1298,7 +1298,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_smooth_textured.spv"),
     },
     Module {
@@ -1320,7 +1320,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_flat.spv"),
     },
     Module {
@@ -1343,7 +1343,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_flat_textured.spv"),
     },
     Module {
@@ -1365,7 +1365,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_smooth.spv"),
     },
     Module {
@@ -1388,7 +1388,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_smooth_textured.spv"),
     },
     Module {
@@ -1409,7 +1409,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lambert_bumped.spv"),
     },
     Module {
@@ -1431,7 +1431,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_phong_bumped.spv"),
     },
     Module {
@@ -1453,7 +1453,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_bumped.spv"),
     },
     Module {
@@ -1476,7 +1476,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_bumped.spv"),
     },
     Module {
@@ -2073,7 +2073,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet.spv"),
     },
     Module {
@@ -2090,7 +2090,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet_tree.spv"),
     },
     Module {
@@ -2108,7 +2108,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet_cutout.spv"),
     },
     Module {
@@ -2126,7 +2126,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet_instanced.spv"),
     },
     Module {
@@ -2143,7 +2143,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_single.spv"),
     },
     Module {
@@ -2160,7 +2160,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_single_tree.spv"),
     },
     Module {
@@ -2178,7 +2178,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_single_cutout.spv"),
     },
     Module {
@@ -2196,7 +2196,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_single_instanced.spv"),
     },
     Module {
@@ -2214,7 +2214,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet.spv"),
     },
     Module {
@@ -2232,7 +2232,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet_tree.spv"),
     },
     Module {
@@ -2251,7 +2251,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet_cutout.spv"),
     },
     Module {
@@ -2270,7 +2270,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet_instanced.spv"),
     },
     Module {
@@ -2288,7 +2288,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_single.spv"),
     },
     Module {
@@ -2306,7 +2306,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_single_tree.spv"),
     },
     Module {
@@ -2325,7 +2325,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_single_cutout.spv"),
     },
     Module {
@@ -2344,7 +2344,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_single_instanced.spv"),
     },
     Module {
@@ -2361,7 +2361,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet.spv"),
     },
     Module {
@@ -2378,7 +2378,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet_tree.spv"),
     },
     Module {
@@ -2396,7 +2396,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet_cutout.spv"),
     },
     Module {
@@ -2414,7 +2414,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet_instanced.spv"),
     },
     Module {
@@ -2431,7 +2431,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_single.spv"),
     },
     Module {
@@ -2448,7 +2448,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_single_tree.spv"),
     },
     Module {
@@ -2466,7 +2466,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_single_cutout.spv"),
     },
     Module {
@@ -2484,7 +2484,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_single_instanced.spv"),
     },
     Module {
@@ -2502,7 +2502,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet.spv"),
     },
     Module {
@@ -2520,7 +2520,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet_tree.spv"),
     },
     Module {
@@ -2539,7 +2539,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet_cutout.spv"),
     },
     Module {
@@ -2558,7 +2558,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet_instanced.spv"),
     },
     Module {
@@ -2576,7 +2576,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_single.spv"),
     },
     Module {
@@ -2594,7 +2594,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_single_tree.spv"),
     },
     Module {
@@ -2613,7 +2613,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_single_cutout.spv"),
     },
     Module {
@@ -2632,7 +2632,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_single_instanced.spv"),
     },
     Module {
@@ -2649,7 +2649,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet.spv"),
     },
     Module {
@@ -2666,7 +2666,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet_tree.spv"),
     },
     Module {
@@ -2684,7 +2684,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet_cutout.spv"),
     },
     Module {
@@ -2702,7 +2702,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet_instanced.spv"),
     },
     Module {
@@ -2719,7 +2719,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_single.spv"),
     },
     Module {
@@ -2736,7 +2736,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_single_tree.spv"),
     },
     Module {
@@ -2754,7 +2754,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_single_cutout.spv"),
     },
     Module {
@@ -2772,7 +2772,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_single_instanced.spv"),
     },
     Module {
@@ -2790,7 +2790,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet.spv"),
     },
     Module {
@@ -2808,7 +2808,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet_tree.spv"),
     },
     Module {
@@ -2827,7 +2827,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet_cutout.spv"),
     },
     Module {
@@ -2846,7 +2846,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet_instanced.spv"),
     },
     Module {
@@ -2864,7 +2864,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_single.spv"),
     },
     Module {
@@ -2882,7 +2882,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_single_tree.spv"),
     },
     Module {
@@ -2901,7 +2901,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_single_cutout.spv"),
     },
     Module {
@@ -2920,7 +2920,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_single_instanced.spv"),
     },
     Module {
@@ -2938,7 +2938,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_packet.spv"),
     },
     Module {
@@ -2956,7 +2956,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_packet_tree.spv"),
     },
     Module {
@@ -2975,7 +2975,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_packet_cutout.spv"),
     },
     Module {
@@ -2994,7 +2994,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_packet_instanced.spv"),
     },
     Module {
@@ -3012,7 +3012,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_single.spv"),
     },
     Module {
@@ -3030,7 +3030,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_single_tree.spv"),
     },
     Module {
@@ -3049,7 +3049,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_single_cutout.spv"),
     },
     Module {
@@ -3068,7 +3068,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_single_instanced.spv"),
     },
     Module {
@@ -3087,7 +3087,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_packet.spv"),
     },
     Module {
@@ -3106,7 +3106,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_packet_tree.spv"),
     },
     Module {
@@ -3126,7 +3126,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_packet_cutout.spv"),
     },
     Module {
@@ -3146,7 +3146,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_packet_instanced.spv"),
     },
     Module {
@@ -3165,7 +3165,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_single.spv"),
     },
     Module {
@@ -3184,7 +3184,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_single_tree.spv"),
     },
     Module {
@@ -3204,7 +3204,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_single_cutout.spv"),
     },
     Module {
@@ -3224,7 +3224,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_single_instanced.spv"),
     },
     Module {
@@ -3242,7 +3242,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_packet.spv"),
     },
     Module {
@@ -3260,7 +3260,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_packet_tree.spv"),
     },
     Module {
@@ -3279,7 +3279,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_packet_cutout.spv"),
     },
     Module {
@@ -3298,7 +3298,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_packet_instanced.spv"),
     },
     Module {
@@ -3316,7 +3316,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_single.spv"),
     },
     Module {
@@ -3334,7 +3334,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_single_tree.spv"),
     },
     Module {
@@ -3353,7 +3353,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_single_cutout.spv"),
     },
     Module {
@@ -3372,7 +3372,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_single_instanced.spv"),
     },
     Module {
@@ -3391,7 +3391,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_packet.spv"),
     },
     Module {
@@ -3410,7 +3410,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_packet_tree.spv"),
     },
     Module {
@@ -3430,7 +3430,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_packet_cutout.spv"),
     },
     Module {
@@ -3450,7 +3450,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_packet_instanced.spv"),
     },
     Module {
@@ -3469,7 +3469,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_single.spv"),
     },
     Module {
@@ -3488,7 +3488,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_single_tree.spv"),
     },
     Module {
@@ -3508,7 +3508,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_single_cutout.spv"),
     },
     Module {
@@ -3528,7 +3528,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_single_instanced.spv"),
     },
     Module {
@@ -3545,7 +3545,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_query.spv"),
     },
     Module {
@@ -3563,7 +3563,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_query_cutout.spv"),
     },
     Module {
@@ -3581,7 +3581,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_query_instanced.spv"),
     },
     Module {
@@ -3599,7 +3599,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_query.spv"),
     },
     Module {
@@ -3618,7 +3618,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_query_cutout.spv"),
     },
     Module {
@@ -3637,7 +3637,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_query_instanced.spv"),
     },
     Module {
@@ -3654,7 +3654,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_query.spv"),
     },
     Module {
@@ -3672,7 +3672,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_query_cutout.spv"),
     },
     Module {
@@ -3690,7 +3690,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_query_instanced.spv"),
     },
     Module {
@@ -3708,7 +3708,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_query.spv"),
     },
     Module {
@@ -3727,7 +3727,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_query_cutout.spv"),
     },
     Module {
@@ -3746,7 +3746,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_query_instanced.spv"),
     },
     Module {
@@ -3763,7 +3763,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_query.spv"),
     },
     Module {
@@ -3781,7 +3781,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_query_cutout.spv"),
     },
     Module {
@@ -3799,7 +3799,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_query_instanced.spv"),
     },
     Module {
@@ -3817,7 +3817,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_query.spv"),
     },
     Module {
@@ -3836,7 +3836,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_query_cutout.spv"),
     },
     Module {
@@ -3855,7 +3855,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_query_instanced.spv"),
     },
     Module {
@@ -3873,7 +3873,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_query.spv"),
     },
     Module {
@@ -3892,7 +3892,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_query_cutout.spv"),
     },
     Module {
@@ -3911,7 +3911,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_query_instanced.spv"),
     },
     Module {
@@ -3930,7 +3930,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_query.spv"),
     },
     Module {
@@ -3950,7 +3950,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_query_cutout.spv"),
     },
     Module {
@@ -3970,7 +3970,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_query_instanced.spv"),
     },
     Module {
@@ -3988,7 +3988,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_query.spv"),
     },
     Module {
@@ -4007,7 +4007,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_query_cutout.spv"),
     },
     Module {
@@ -4026,7 +4026,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_query_instanced.spv"),
     },
     Module {
@@ -4045,7 +4045,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_query.spv"),
     },
     Module {
@@ -4065,7 +4065,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_query_cutout.spv"),
     },
     Module {
@@ -4085,7 +4085,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_query_instanced.spv"),
     },
     Module {
@@ -4272,7 +4272,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_phasors_packet.spv"),
     },
     Module {
@@ -4291,7 +4291,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_phasors_packet_tree.spv"),
     },
     Module {
@@ -4311,7 +4311,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4331,7 +4331,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_phasors_packet_instanced.spv"),
     },
     Module {
@@ -4350,7 +4350,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_single.spv"),
     },
     Module {
@@ -4369,7 +4369,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_single_tree.spv"),
     },
     Module {
@@ -4389,7 +4389,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_single_cutout.spv"),
     },
     Module {
@@ -4409,7 +4409,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_single_instanced.spv"),
     },
     Module {
@@ -4429,7 +4429,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_phasors_packet.spv"),
     },
     Module {
@@ -4449,7 +4449,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_phasors_packet_tree.spv"),
     },
     Module {
@@ -4470,7 +4470,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4491,7 +4491,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_phasors_packet_instanced.spv"),
     },
     Module {
@@ -4511,7 +4511,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_single.spv"),
     },
     Module {
@@ -4531,7 +4531,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_single_tree.spv"),
     },
     Module {
@@ -4552,7 +4552,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_single_cutout.spv"),
     },
     Module {
@@ -4573,7 +4573,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_single_instanced.spv"),
     },
     Module {
@@ -4592,7 +4592,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_packet.spv"),
     },
     Module {
@@ -4611,7 +4611,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_packet_tree.spv"),
     },
     Module {
@@ -4631,7 +4631,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4651,7 +4651,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_packet_instanced.spv"),
     },
     Module {
@@ -4670,7 +4670,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_single.spv"),
     },
     Module {
@@ -4689,7 +4689,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_single_tree.spv"),
     },
     Module {
@@ -4709,7 +4709,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_single_cutout.spv"),
     },
     Module {
@@ -4729,7 +4729,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_single_instanced.spv"),
     },
     Module {
@@ -4749,7 +4749,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_phasors_packet.spv"),
     },
     Module {
@@ -4769,7 +4769,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_phasors_packet_tree.spv"),
     },
     Module {
@@ -4790,7 +4790,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4811,7 +4811,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_phasors_packet_instanced.spv"),
     },
     Module {
@@ -4831,7 +4831,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_single.spv"),
     },
     Module {
@@ -4851,7 +4851,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_single_tree.spv"),
     },
     Module {
@@ -4872,7 +4872,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_single_cutout.spv"),
     },
     Module {
@@ -4893,7 +4893,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_single_instanced.spv"),
     },
     Module {
@@ -4913,7 +4913,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_packet.spv"),
     },
     Module {
@@ -4933,7 +4933,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_packet_tree.spv"),
     },
     Module {
@@ -4954,7 +4954,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4975,7 +4975,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_packet_instanced.spv"),
     },
     Module {
@@ -4995,7 +4995,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_single.spv"),
     },
     Module {
@@ -5015,7 +5015,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_single_tree.spv"),
     },
     Module {
@@ -5036,7 +5036,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_single_cutout.spv"),
     },
     Module {
@@ -5057,7 +5057,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_single_instanced.spv"),
     },
     Module {
@@ -5078,7 +5078,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_packet.spv"),
     },
     Module {
@@ -5099,7 +5099,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_packet_tree.spv"),
     },
     Module {
@@ -5121,7 +5121,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_packet_cutout.spv"),
     },
     Module {
@@ -5143,7 +5143,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_packet_instanced.spv"),
     },
     Module {
@@ -5164,7 +5164,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_single.spv"),
     },
     Module {
@@ -5185,7 +5185,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_single_tree.spv"),
     },
     Module {
@@ -5207,7 +5207,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_single_cutout.spv"),
     },
     Module {
@@ -5229,7 +5229,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_single_instanced.spv"),
     },
     Module {
@@ -5249,7 +5249,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_packet.spv"),
     },
     Module {
@@ -5269,7 +5269,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_packet_tree.spv"),
     },
     Module {
@@ -5290,7 +5290,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_packet_cutout.spv"),
     },
     Module {
@@ -5311,7 +5311,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_packet_instanced.spv"),
     },
     Module {
@@ -5331,7 +5331,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_single.spv"),
     },
     Module {
@@ -5351,7 +5351,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_single_tree.spv"),
     },
     Module {
@@ -5372,7 +5372,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_single_cutout.spv"),
     },
     Module {
@@ -5393,7 +5393,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_single_instanced.spv"),
     },
     Module {
@@ -5414,7 +5414,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_phasors_packet.spv"),
     },
     Module {
@@ -5435,7 +5435,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_phasors_packet_tree.spv"),
     },
     Module {
@@ -5457,7 +5457,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_phasors_packet_cutout.spv"),
     },
     Module {
@@ -5479,7 +5479,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_phasors_packet_instanced.spv"),
     },
     Module {
@@ -5500,7 +5500,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_single.spv"),
     },
     Module {
@@ -5521,7 +5521,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_single_tree.spv"),
     },
     Module {
@@ -5543,7 +5543,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_single_cutout.spv"),
     },
     Module {
@@ -5565,7 +5565,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_single_instanced.spv"),
     },
     Module {
@@ -5584,7 +5584,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_query.spv"),
     },
     Module {
@@ -5604,7 +5604,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_query_cutout.spv"),
     },
     Module {
@@ -5624,7 +5624,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_query_instanced.spv"),
     },
     Module {
@@ -5644,7 +5644,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_query.spv"),
     },
     Module {
@@ -5665,7 +5665,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_query_cutout.spv"),
     },
     Module {
@@ -5686,7 +5686,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_query_instanced.spv"),
     },
     Module {
@@ -5705,7 +5705,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_query.spv"),
     },
     Module {
@@ -5725,7 +5725,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_query_cutout.spv"),
     },
     Module {
@@ -5745,7 +5745,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_query_instanced.spv"),
     },
     Module {
@@ -5765,7 +5765,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_query.spv"),
     },
     Module {
@@ -5786,7 +5786,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_query_cutout.spv"),
     },
     Module {
@@ -5807,7 +5807,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_query_instanced.spv"),
     },
     Module {
@@ -5827,7 +5827,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_query.spv"),
     },
     Module {
@@ -5848,7 +5848,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_query_cutout.spv"),
     },
     Module {
@@ -5869,7 +5869,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_query_instanced.spv"),
     },
     Module {
@@ -5890,7 +5890,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_query.spv"),
     },
     Module {
@@ -5912,7 +5912,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_query_cutout.spv"),
     },
     Module {
@@ -5934,7 +5934,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_query_instanced.spv"),
     },
     Module {
@@ -5954,7 +5954,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_query.spv"),
     },
     Module {
@@ -5975,7 +5975,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_query_cutout.spv"),
     },
     Module {
@@ -5996,7 +5996,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_query_instanced.spv"),
     },
     Module {
@@ -6017,7 +6017,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_query.spv"),
     },
     Module {
@@ -6039,7 +6039,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_query_cutout.spv"),
     },
     Module {
@@ -6061,7 +6061,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_query_instanced.spv"),
     },
     Module {
@@ -7591,7 +7591,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_packet.spv"),
     },
     Module {
@@ -7606,7 +7606,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_packet_tree.spv"),
     },
     Module {
@@ -7622,7 +7622,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_packet_cutout.spv"),
     },
     Module {
@@ -7638,7 +7638,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_packet_instanced.spv"),
     },
     Module {
@@ -7653,7 +7653,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_single.spv"),
     },
     Module {
@@ -7668,7 +7668,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_single_tree.spv"),
     },
     Module {
@@ -7684,7 +7684,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_single_cutout.spv"),
     },
     Module {
@@ -7700,7 +7700,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_single_instanced.spv"),
     },
     Module {
@@ -7715,7 +7715,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_packet.spv"),
     },
     Module {
@@ -7730,7 +7730,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_packet_tree.spv"),
     },
     Module {
@@ -7746,7 +7746,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_packet_cutout.spv"),
     },
     Module {
@@ -7762,7 +7762,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_packet_instanced.spv"),
     },
     Module {
@@ -7777,7 +7777,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_single.spv"),
     },
     Module {
@@ -7792,7 +7792,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_single_tree.spv"),
     },
     Module {
@@ -7808,7 +7808,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_single_cutout.spv"),
     },
     Module {
@@ -7824,7 +7824,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_single_instanced.spv"),
     },
     Module {
@@ -7839,7 +7839,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_query.spv"),
     },
     Module {
@@ -7855,7 +7855,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_query_cutout.spv"),
     },
     Module {
@@ -7871,7 +7871,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_query_instanced.spv"),
     },
     Module {
@@ -7885,7 +7885,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_query.spv"),
     },
     Module {
@@ -7901,7 +7901,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_query_cutout.spv"),
     },
     Module {
@@ -7916,7 +7916,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_query_instanced.spv"),
     },
     Module {
@@ -7934,7 +7934,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_flat.spv"),
     },
     Module {
@@ -7953,7 +7953,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_flat_phasors.spv"),
     },
     Module {
@@ -7972,7 +7972,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_flat_textured.spv"),
     },
     Module {
@@ -7992,7 +7992,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 11, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_flat_textured_phasors.spv"),
     },
     Module {
@@ -8010,7 +8010,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_smooth.spv"),
     },
     Module {
@@ -8029,7 +8029,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_smooth_phasors.spv"),
     },
     Module {
@@ -8048,7 +8048,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_smooth_textured.spv"),
     },
     Module {
@@ -8068,7 +8068,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 11, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_smooth_textured_phasors.spv"),
     },
     Module {
@@ -8086,7 +8086,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_flat.spv"),
     },
     Module {
@@ -8105,7 +8105,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_flat_phasors.spv"),
     },
     Module {
@@ -8124,7 +8124,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_flat_textured.spv"),
     },
     Module {
@@ -8144,7 +8144,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 11, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_flat_textured_phasors.spv"),
     },
     Module {
@@ -8162,7 +8162,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_smooth.spv"),
     },
     Module {
@@ -8181,7 +8181,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_smooth_phasors.spv"),
     },
     Module {
@@ -8200,7 +8200,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_smooth_textured.spv"),
     },
     Module {
@@ -8220,7 +8220,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 11, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_smooth_textured_phasors.spv"),
     },
     Module {
@@ -8239,7 +8239,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_bumped.spv"),
     },
     Module {
@@ -8259,7 +8259,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 11, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_bumped_phasors.spv"),
     },
     Module {
@@ -8278,7 +8278,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_bumped.spv"),
     },
     Module {
@@ -8298,7 +8298,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 11, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_bumped_phasors.spv"),
     },
     Module {
@@ -8322,7 +8322,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet.spv"),
     },
     Module {
@@ -8346,7 +8346,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -8371,7 +8371,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet_instanced.spv"),
     },
     Module {
@@ -8395,7 +8395,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single.spv"),
     },
     Module {
@@ -8419,7 +8419,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single_tree.spv"),
     },
     Module {
@@ -8444,7 +8444,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single_instanced.spv"),
     },
     Module {
@@ -8469,7 +8469,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_packet.spv"),
     },
     Module {
@@ -8494,7 +8494,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_packet_tree.spv"),
     },
     Module {
@@ -8520,7 +8520,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_packet_instanced.spv"),
     },
     Module {
@@ -8545,7 +8545,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_single.spv"),
     },
     Module {
@@ -8570,7 +8570,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_single_tree.spv"),
     },
     Module {
@@ -8596,7 +8596,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_single_instanced.spv"),
     },
     Module {
@@ -8621,7 +8621,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -8646,7 +8646,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -8672,7 +8672,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet_instanced.spv"),
     },
     Module {
@@ -8697,7 +8697,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single.spv"),
     },
     Module {
@@ -8722,7 +8722,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -8748,7 +8748,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single_instanced.spv"),
     },
     Module {
@@ -8774,7 +8774,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_packet.spv"),
     },
     Module {
@@ -8800,7 +8800,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -8827,7 +8827,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_packet_instanced.spv"),
     },
     Module {
@@ -8853,7 +8853,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_single.spv"),
     },
     Module {
@@ -8879,7 +8879,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -8906,7 +8906,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_single_instanced.spv"),
     },
     Module {
@@ -8930,7 +8930,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet.spv"),
     },
     Module {
@@ -8954,7 +8954,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -8979,7 +8979,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet_instanced.spv"),
     },
     Module {
@@ -9003,7 +9003,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single.spv"),
     },
     Module {
@@ -9027,7 +9027,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -9052,7 +9052,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single_instanced.spv"),
     },
     Module {
@@ -9077,7 +9077,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_packet.spv"),
     },
     Module {
@@ -9102,7 +9102,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_packet_tree.spv"),
     },
     Module {
@@ -9128,7 +9128,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_packet_instanced.spv"),
     },
     Module {
@@ -9153,7 +9153,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_single.spv"),
     },
     Module {
@@ -9178,7 +9178,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_single_tree.spv"),
     },
     Module {
@@ -9204,7 +9204,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_single_instanced.spv"),
     },
     Module {
@@ -9229,7 +9229,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -9254,7 +9254,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -9280,7 +9280,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet_instanced.spv"),
     },
     Module {
@@ -9305,7 +9305,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -9330,7 +9330,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -9356,7 +9356,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single_instanced.spv"),
     },
     Module {
@@ -9382,7 +9382,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_packet.spv"),
     },
     Module {
@@ -9408,7 +9408,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -9435,7 +9435,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_packet_instanced.spv"),
     },
     Module {
@@ -9461,7 +9461,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_single.spv"),
     },
     Module {
@@ -9487,7 +9487,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -9514,7 +9514,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_single_instanced.spv"),
     },
     Module {
@@ -9539,7 +9539,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_packet.spv"),
     },
     Module {
@@ -9564,7 +9564,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_packet_tree.spv"),
     },
     Module {
@@ -9589,7 +9589,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_packet_cutout.spv"),
     },
     Module {
@@ -9615,7 +9615,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_packet_instanced.spv"),
     },
     Module {
@@ -9640,7 +9640,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_single.spv"),
     },
     Module {
@@ -9665,7 +9665,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_single_tree.spv"),
     },
     Module {
@@ -9690,7 +9690,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_single_cutout.spv"),
     },
     Module {
@@ -9716,7 +9716,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_single_instanced.spv"),
     },
     Module {
@@ -9742,7 +9742,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_packet.spv"),
     },
     Module {
@@ -9768,7 +9768,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_packet_tree.spv"),
     },
     Module {
@@ -9794,7 +9794,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_packet_cutout.spv"),
     },
     Module {
@@ -9821,7 +9821,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_packet_instanced.spv"),
     },
     Module {
@@ -9847,7 +9847,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_single.spv"),
     },
     Module {
@@ -9873,7 +9873,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_single_tree.spv"),
     },
     Module {
@@ -9899,7 +9899,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_single_cutout.spv"),
     },
     Module {
@@ -9926,7 +9926,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_single_instanced.spv"),
     },
     Module {
@@ -9950,7 +9950,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet.spv"),
     },
     Module {
@@ -9974,7 +9974,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -9999,7 +9999,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet_instanced.spv"),
     },
     Module {
@@ -10023,7 +10023,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single.spv"),
     },
     Module {
@@ -10047,7 +10047,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single_tree.spv"),
     },
     Module {
@@ -10072,7 +10072,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single_instanced.spv"),
     },
     Module {
@@ -10097,7 +10097,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_packet.spv"),
     },
     Module {
@@ -10122,7 +10122,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_packet_tree.spv"),
     },
     Module {
@@ -10148,7 +10148,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_packet_instanced.spv"),
     },
     Module {
@@ -10173,7 +10173,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_single.spv"),
     },
     Module {
@@ -10198,7 +10198,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_single_tree.spv"),
     },
     Module {
@@ -10224,7 +10224,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_single_instanced.spv"),
     },
     Module {
@@ -10249,7 +10249,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -10274,7 +10274,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -10300,7 +10300,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet_instanced.spv"),
     },
     Module {
@@ -10325,7 +10325,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single.spv"),
     },
     Module {
@@ -10350,7 +10350,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -10376,7 +10376,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single_instanced.spv"),
     },
     Module {
@@ -10402,7 +10402,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_packet.spv"),
     },
     Module {
@@ -10428,7 +10428,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -10455,7 +10455,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_packet_instanced.spv"),
     },
     Module {
@@ -10481,7 +10481,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_single.spv"),
     },
     Module {
@@ -10507,7 +10507,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -10534,7 +10534,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_single_instanced.spv"),
     },
     Module {
@@ -10558,7 +10558,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet.spv"),
     },
     Module {
@@ -10582,7 +10582,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -10607,7 +10607,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet_instanced.spv"),
     },
     Module {
@@ -10631,7 +10631,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single.spv"),
     },
     Module {
@@ -10655,7 +10655,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -10680,7 +10680,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single_instanced.spv"),
     },
     Module {
@@ -10705,7 +10705,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_packet.spv"),
     },
     Module {
@@ -10730,7 +10730,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_packet_tree.spv"),
     },
     Module {
@@ -10756,7 +10756,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_packet_instanced.spv"),
     },
     Module {
@@ -10781,7 +10781,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_single.spv"),
     },
     Module {
@@ -10806,7 +10806,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_single_tree.spv"),
     },
     Module {
@@ -10832,7 +10832,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_single_instanced.spv"),
     },
     Module {
@@ -10857,7 +10857,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -10882,7 +10882,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -10908,7 +10908,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet_instanced.spv"),
     },
     Module {
@@ -10933,7 +10933,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -10958,7 +10958,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -10984,7 +10984,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single_instanced.spv"),
     },
     Module {
@@ -11010,7 +11010,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_packet.spv"),
     },
     Module {
@@ -11036,7 +11036,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -11063,7 +11063,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_packet_instanced.spv"),
     },
     Module {
@@ -11089,7 +11089,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_single.spv"),
     },
     Module {
@@ -11115,7 +11115,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -11142,7 +11142,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_single_instanced.spv"),
     },
     Module {
@@ -11167,7 +11167,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet.spv"),
     },
     Module {
@@ -11192,7 +11192,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet_tree.spv"),
     },
     Module {
@@ -11218,7 +11218,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet_instanced.spv"),
     },
     Module {
@@ -11243,7 +11243,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single.spv"),
     },
     Module {
@@ -11268,7 +11268,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single_tree.spv"),
     },
     Module {
@@ -11294,7 +11294,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single_instanced.spv"),
     },
     Module {
@@ -11320,7 +11320,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_packet.spv"),
     },
     Module {
@@ -11346,7 +11346,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_packet_tree.spv"),
     },
     Module {
@@ -11373,7 +11373,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_packet_instanced.spv"),
     },
     Module {
@@ -11399,7 +11399,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_single.spv"),
     },
     Module {
@@ -11425,7 +11425,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_single_tree.spv"),
     },
     Module {
@@ -11452,7 +11452,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_single_instanced.spv"),
     },
     Module {
@@ -11478,7 +11478,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
@@ -11504,7 +11504,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -11531,7 +11531,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet_instanced.spv"),
     },
     Module {
@@ -11557,7 +11557,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single.spv"),
     },
     Module {
@@ -11583,7 +11583,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single_tree.spv"),
     },
     Module {
@@ -11610,7 +11610,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single_instanced.spv"),
     },
     Module {
@@ -11637,7 +11637,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_packet.spv"),
     },
     Module {
@@ -11664,7 +11664,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -11692,7 +11692,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_packet_instanced.spv"),
     },
     Module {
@@ -11719,7 +11719,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_single.spv"),
     },
     Module {
@@ -11746,7 +11746,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -11774,7 +11774,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_single_instanced.spv"),
     },
     Module {
@@ -11799,7 +11799,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet.spv"),
     },
     Module {
@@ -11824,7 +11824,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet_tree.spv"),
     },
     Module {
@@ -11850,7 +11850,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet_instanced.spv"),
     },
     Module {
@@ -11875,7 +11875,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single.spv"),
     },
     Module {
@@ -11900,7 +11900,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single_tree.spv"),
     },
     Module {
@@ -11926,7 +11926,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single_instanced.spv"),
     },
     Module {
@@ -11952,7 +11952,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_packet.spv"),
     },
     Module {
@@ -11978,7 +11978,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_packet_tree.spv"),
     },
     Module {
@@ -12005,7 +12005,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_packet_instanced.spv"),
     },
     Module {
@@ -12031,7 +12031,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_single.spv"),
     },
     Module {
@@ -12057,7 +12057,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_single_tree.spv"),
     },
     Module {
@@ -12084,7 +12084,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_single_instanced.spv"),
     },
     Module {
@@ -12110,7 +12110,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
@@ -12136,7 +12136,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -12163,7 +12163,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet_instanced.spv"),
     },
     Module {
@@ -12189,7 +12189,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
@@ -12215,7 +12215,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -12242,7 +12242,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single_instanced.spv"),
     },
     Module {
@@ -12269,7 +12269,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_packet.spv"),
     },
     Module {
@@ -12296,7 +12296,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -12324,7 +12324,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_packet_instanced.spv"),
     },
     Module {
@@ -12351,7 +12351,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_single.spv"),
     },
     Module {
@@ -12378,7 +12378,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -12406,7 +12406,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_single_instanced.spv"),
     },
     Module {
@@ -12431,7 +12431,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_packet.spv"),
     },
     Module {
@@ -12456,7 +12456,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_packet_tree.spv"),
     },
     Module {
@@ -12481,7 +12481,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_packet_cutout.spv"),
     },
     Module {
@@ -12507,7 +12507,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_packet_instanced.spv"),
     },
     Module {
@@ -12532,7 +12532,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_single.spv"),
     },
     Module {
@@ -12557,7 +12557,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_single_tree.spv"),
     },
     Module {
@@ -12582,7 +12582,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_single_cutout.spv"),
     },
     Module {
@@ -12608,7 +12608,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_single_instanced.spv"),
     },
     Module {
@@ -12634,7 +12634,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_packet.spv"),
     },
     Module {
@@ -12660,7 +12660,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_packet_tree.spv"),
     },
     Module {
@@ -12686,7 +12686,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_packet_cutout.spv"),
     },
     Module {
@@ -12713,7 +12713,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_packet_instanced.spv"),
     },
     Module {
@@ -12739,7 +12739,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_single.spv"),
     },
     Module {
@@ -12765,7 +12765,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_single_tree.spv"),
     },
     Module {
@@ -12791,7 +12791,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_single_cutout.spv"),
     },
     Module {
@@ -12818,7 +12818,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_single_instanced.spv"),
     },
     Module {
@@ -12844,7 +12844,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_packet.spv"),
     },
     Module {
@@ -12870,7 +12870,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_packet_tree.spv"),
     },
     Module {
@@ -12896,7 +12896,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_packet_cutout.spv"),
     },
     Module {
@@ -12923,7 +12923,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_packet_instanced.spv"),
     },
     Module {
@@ -12949,7 +12949,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_single.spv"),
     },
     Module {
@@ -12975,7 +12975,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_single_tree.spv"),
     },
     Module {
@@ -13001,7 +13001,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_single_cutout.spv"),
     },
     Module {
@@ -13028,7 +13028,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_single_instanced.spv"),
     },
     Module {
@@ -13055,7 +13055,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_packet.spv"),
     },
     Module {
@@ -13082,7 +13082,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_packet_tree.spv"),
     },
     Module {
@@ -13109,7 +13109,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_packet_cutout.spv"),
     },
     Module {
@@ -13137,7 +13137,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_packet_instanced.spv"),
     },
     Module {
@@ -13164,7 +13164,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_single.spv"),
     },
     Module {
@@ -13191,7 +13191,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_single_tree.spv"),
     },
     Module {
@@ -13218,7 +13218,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_single_cutout.spv"),
     },
     Module {
@@ -13246,7 +13246,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_single_instanced.spv"),
     },
     Module {
@@ -13270,7 +13270,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_query.spv"),
     },
     Module {
@@ -13295,7 +13295,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_query_instanced.spv"),
     },
     Module {
@@ -13320,7 +13320,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_query.spv"),
     },
     Module {
@@ -13346,7 +13346,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_query_instanced.spv"),
     },
     Module {
@@ -13371,7 +13371,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_query.spv"),
     },
     Module {
@@ -13397,7 +13397,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_query_instanced.spv"),
     },
     Module {
@@ -13423,7 +13423,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_query.spv"),
     },
     Module {
@@ -13450,7 +13450,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_query_instanced.spv"),
     },
     Module {
@@ -13474,7 +13474,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_query.spv"),
     },
     Module {
@@ -13499,7 +13499,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_query_instanced.spv"),
     },
     Module {
@@ -13524,7 +13524,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_query.spv"),
     },
     Module {
@@ -13550,7 +13550,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_query_instanced.spv"),
     },
     Module {
@@ -13575,7 +13575,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_query.spv"),
     },
     Module {
@@ -13601,7 +13601,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_query_instanced.spv"),
     },
     Module {
@@ -13627,7 +13627,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_query.spv"),
     },
     Module {
@@ -13654,7 +13654,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_query_instanced.spv"),
     },
     Module {
@@ -13679,7 +13679,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_query.spv"),
     },
     Module {
@@ -13704,7 +13704,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_query_cutout.spv"),
     },
     Module {
@@ -13730,7 +13730,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_query_instanced.spv"),
     },
     Module {
@@ -13756,7 +13756,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_query.spv"),
     },
     Module {
@@ -13782,7 +13782,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_query_cutout.spv"),
     },
     Module {
@@ -13809,7 +13809,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_query_instanced.spv"),
     },
     Module {
@@ -13833,7 +13833,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_query.spv"),
     },
     Module {
@@ -13858,7 +13858,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_query_instanced.spv"),
     },
     Module {
@@ -13883,7 +13883,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_query.spv"),
     },
     Module {
@@ -13909,7 +13909,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_query_instanced.spv"),
     },
     Module {
@@ -13934,7 +13934,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_query.spv"),
     },
     Module {
@@ -13960,7 +13960,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_query_instanced.spv"),
     },
     Module {
@@ -13986,7 +13986,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_query.spv"),
     },
     Module {
@@ -14013,7 +14013,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_query_instanced.spv"),
     },
     Module {
@@ -14037,7 +14037,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_query.spv"),
     },
     Module {
@@ -14062,7 +14062,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_query_instanced.spv"),
     },
     Module {
@@ -14087,7 +14087,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_query.spv"),
     },
     Module {
@@ -14113,7 +14113,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_query_instanced.spv"),
     },
     Module {
@@ -14138,7 +14138,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_query.spv"),
     },
     Module {
@@ -14164,7 +14164,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_query_instanced.spv"),
     },
     Module {
@@ -14190,7 +14190,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_query.spv"),
     },
     Module {
@@ -14217,7 +14217,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_query_instanced.spv"),
     },
     Module {
@@ -14242,7 +14242,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_query.spv"),
     },
     Module {
@@ -14268,7 +14268,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_query_instanced.spv"),
     },
     Module {
@@ -14294,7 +14294,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_query.spv"),
     },
     Module {
@@ -14321,7 +14321,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_query_instanced.spv"),
     },
     Module {
@@ -14347,7 +14347,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_query.spv"),
     },
     Module {
@@ -14374,7 +14374,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_query_instanced.spv"),
     },
     Module {
@@ -14401,7 +14401,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_query.spv"),
     },
     Module {
@@ -14429,7 +14429,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_query_instanced.spv"),
     },
     Module {
@@ -14454,7 +14454,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_query.spv"),
     },
     Module {
@@ -14480,7 +14480,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_query_instanced.spv"),
     },
     Module {
@@ -14506,7 +14506,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_query.spv"),
     },
     Module {
@@ -14533,7 +14533,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_query_instanced.spv"),
     },
     Module {
@@ -14559,7 +14559,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_query.spv"),
     },
     Module {
@@ -14586,7 +14586,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_query_instanced.spv"),
     },
     Module {
@@ -14613,7 +14613,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_query.spv"),
     },
     Module {
@@ -14641,7 +14641,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_query_instanced.spv"),
     },
     Module {
@@ -14666,7 +14666,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_query.spv"),
     },
     Module {
@@ -14691,7 +14691,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_query_cutout.spv"),
     },
     Module {
@@ -14717,7 +14717,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_query_instanced.spv"),
     },
     Module {
@@ -14743,7 +14743,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_query.spv"),
     },
     Module {
@@ -14769,7 +14769,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_query_cutout.spv"),
     },
     Module {
@@ -14796,7 +14796,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_query_instanced.spv"),
     },
     Module {
@@ -14822,7 +14822,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_query.spv"),
     },
     Module {
@@ -14848,7 +14848,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_query_cutout.spv"),
     },
     Module {
@@ -14875,7 +14875,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_query_instanced.spv"),
     },
     Module {
@@ -14902,7 +14902,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_query.spv"),
     },
     Module {
@@ -14929,7 +14929,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_query_cutout.spv"),
     },
     Module {
@@ -14957,7 +14957,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 17, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("INSTANCE_TEXELS", 8), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_query_instanced.spv"),
     },
     Module {
@@ -15668,7 +15668,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15684,7 +15684,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15701,7 +15701,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15718,7 +15718,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet_instanced.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15734,7 +15734,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_single.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15750,7 +15750,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_single_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15767,7 +15767,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_single_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15784,7 +15784,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_single_instanced.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15800,7 +15800,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15816,7 +15816,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15833,7 +15833,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15850,7 +15850,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 4), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet_instanced.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15866,7 +15866,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_single.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15882,7 +15882,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_single_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15899,7 +15899,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_single_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15916,7 +15916,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("TRAVERSALS", 2), ("RAYS", 2), ("NOTHING_HIT", 4294967295), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_single_instanced.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15931,7 +15931,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_query.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15948,7 +15948,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_query_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15964,7 +15964,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_query_instanced.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15980,7 +15980,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_query.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -15997,7 +15997,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_query_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -16014,7 +16014,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("INSTANCE_TEXELS", 8), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("LEAF_INSTANCE", 268435456), ("LEAF_FLAGS", 1879048192), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("INSTANCE_TEXELS", 8), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("NOTHING_HIT", 4294967295), ("RAYS", 2), ("RAY_PAIRS", 1), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_query_instanced.spv"),
     },
 ];

@@ -11,10 +11,11 @@ use crate::{
         hits::HitSurfaces,
         instances::Instances,
         primary_rays,
-        rays::{MeshTrees, RayTriangles},
+        rays::RayTriangles,
         surface::Surfaces,
         textures::{TextureUses, Textures, uses_of},
     },
+    ray_tree::MeshTrees,
     scene::{Instance, Lens, Material, Shared, Texture},
     vulkan::Buffer,
 };

@@ -7,10 +7,8 @@ use glam::DVec3;
 use crate::{
     Device, LocalSpace, RayKernel, Result, Scene,
     geometry::Geometry,
-    passes::{
-        rays::{MeshTrees, RayTriangles},
-        textures::Textures,
-    },
+    passes::{rays::RayTriangles, textures::Textures},
+    ray_tree::MeshTrees,
     vulkan::{Buffer, BufferUse, CommandPool, Pipelines, TexelList, shaders::RayProbeParameters},
 };
 

@@ -2,7 +2,7 @@
 
 use std::{iter, sync::Arc};
 
-use glam::{DAffine3, Vec3};
+use glam::DAffine3;
 
 use super::instances::{Instances, rows_of};
 use super::textures::{Textures, halves_of_first_word};
@@ -11,10 +11,10 @@ use crate::{
     geometry::{Geometry, GeometrySize, PlacedMesh, SharedMesh},
     local_space::LocalSpace,
     ray_tree::{
-        HEADER_TEXELS, MeshTree, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance,
-        corners_of, max_box_texels, max_triangle_texels, slack_of_shared, triangle_texels_in,
+        HEADER_TEXELS, MeshTrees, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance,
+        corners_of, corners_of_placed, max_box_texels, max_triangle_texels, triangle_texels_in,
     },
-    scene::{Mesh, Shared},
+    scene::Mesh,
     vulkan::{
         AccelerationStructure, Allocate, BufferUse, CommandPool, InstancedTriangles, Resource,
         TexelList,
@@ -114,87 +114,6 @@ fn cutouts_of(
     (numbers, texels)
 }
 
-/// The trees of the frame before. They stay as they are where instances alone have moved, come or gone, and are fitted to meshes that have
-/// changed their shape.
-#[derive(Default)]
-pub(crate) struct MeshTrees {
-    /// Of what lies in the scene's space, as it is there where no mesh has cut-outs.
-    scene: Option<(LocalSpace, Vec<Shared<Mesh>>, Arc<MeshTree>)>,
-    /// With the slack of their boxes.
-    shared: Vec<(Shared<Mesh>, f32, Arc<MeshTree>)>,
-}
-
-impl MeshTrees {
-    fn of_scene(
-        &mut self,
-        geometry: &Geometry,
-        space: &LocalSpace,
-        cutouts: &[u32],
-    ) -> Arc<MeshTree> {
-        let has_instances = !geometry.shared.is_empty();
-        let placed = geometry.placed.iter().map(|placed| placed.mesh.clone());
-        let placed: Vec<Shared<Mesh>> = placed.collect();
-        let tree = match self.scene.take() {
-            // Beside instances there are no cut-outs, which might have changed.
-            Some((of_space, meshes, tree))
-                if has_instances
-                    && tree.has_instances
-                    && of_space == *space
-                    && meshes == placed =>
-            {
-                tree
-            }
-            kept => {
-                let corners = corners_of_placed(geometry, space);
-                let refitted = kept.and_then(|(.., mut tree)| {
-                    let own = Arc::get_mut(&mut tree)?;
-                    let is_good = own.refit_scene(&corners, cutouts, has_instances);
-                    is_good.then_some(tree)
-                });
-                let build = || MeshTree::of_scene(&corners, cutouts, has_instances).into();
-                refitted.unwrap_or_else(build)
-            }
-        };
-        self.scene = Some((*space, placed, tree.clone()));
-        tree
-    }
-
-    /// Those that are not asked for again are dropped.
-    fn of_shared(&mut self, meshes: Vec<(&SharedMesh, f32)>) -> Vec<Arc<MeshTree>> {
-        let mut before = std::mem::take(&mut self.shared);
-        let mut take = |is_wanted: &dyn Fn(&(Shared<Mesh>, f32, Arc<MeshTree>)) -> bool| {
-            let place = before.iter().position(is_wanted)?;
-            Some(before.swap_remove(place).2)
-        };
-        let same = meshes.iter().map(|(shared, slack)| {
-            take(&|(mesh, of_slack, _)| mesh.ptr_eq(&shared.mesh) && of_slack == slack)
-        });
-        let same: Vec<Option<Arc<MeshTree>>> = same.collect();
-        for ((shared, slack), same) in meshes.into_iter().zip(same) {
-            let triangle_count = shared.mesh.triangles.len();
-            let tree = same.unwrap_or_else(|| {
-                let corners = corners_of(&shared.mesh, &shared.space);
-                // Of all meshes of so many triangles the first: that which has changed its shape, most often.
-                let kept = take(&|(mesh, ..)| mesh.triangles.len() == triangle_count);
-                let refitted = kept.and_then(|mut tree| {
-                    let own = Arc::get_mut(&mut tree)?;
-                    own.refit_mesh(&corners, slack).then_some(tree)
-                });
-                refitted.unwrap_or_else(|| MeshTree::of_mesh(&corners, slack).into())
-            });
-            self.shared.push((shared.mesh.clone(), slack, tree));
-        }
-        self.shared.iter().map(|(.., tree)| tree.clone()).collect()
-    }
-}
-
-fn corners_of_placed(geometry: &Geometry, space: &LocalSpace) -> Vec<[Vec3; 3]> {
-    let placed = geometry.placed.iter();
-    placed
-        .flat_map(|placed| corners_of(&placed.mesh, space))
-        .collect()
-}
-
 fn placements(mesh: &SharedMesh, space: &LocalSpace) -> Vec<DAffine3> {
     let instances = mesh.instances.iter();
     instances
@@ -221,9 +140,7 @@ fn by_tree(
     let to_local = geometry.shared.iter().map(|mesh| placements(mesh, space));
     let to_local: Vec<Vec<DAffine3>> = to_local.collect();
     let scene = trees.of_scene(geometry, space, cutouts);
-    let with_slack = geometry.shared.iter().zip(&to_local);
-    let with_slack = with_slack.map(|(mesh, to_local)| (mesh, slack_of_shared(to_local)));
-    let trees = trees.of_shared(with_slack.collect());
+    let trees = trees.of_shared(&geometry.shared, &to_local);
     let mut first_place = geometry.placed_triangle_count();
     let shared = trees.iter().zip(to_local).map(|(tree, to_local)| {
         let of_mesh = SharedTree {

@@ -1,5 +1,6 @@
 //! The scene's triangles as rays meet them on the device: the large ones alone, the others in a tree of boxes.
 
+mod kept;
 mod mesh_tree;
 mod nodes;
 mod triangles;
@@ -12,7 +13,8 @@ use obvhs::{
     bvh2::{builder::build_bvh2, node::Bvh2Node},
 };
 
-pub(crate) use mesh_tree::MeshTree;
+pub(crate) use kept::{MeshTrees, corners_of_placed};
+use mesh_tree::MeshTree;
 use mesh_tree::{GROUP, MAX_FACETS};
 use nodes::{LEAF, LEAF_INSTANCE, build_parameters, flatten};
 pub(crate) use triangles::{TRIANGLE_TEXELS, corners_of, triangle_texels_in};
@@ -178,7 +180,7 @@ impl RayTree {
 }
 
 /// By how much the boxes of a mesh that is placed like this are larger than what they hold.
-pub(crate) fn slack_of_shared(to_local: &[DAffine3]) -> f32 {
+fn slack_of_shared(to_local: &[DAffine3]) -> f32 {
     let unit = to_local.iter().map(unit_length);
     let unit = unit.fold(f64::MIN_POSITIVE, f64::max);
     // A power of two, so that the tree stays as it is where instances grow and shrink a little.
