@@ -1,7 +1,7 @@
 //! Frames of a mesh that changes its shape, with its tree refitted and with its tree built again: `cargo bench --bench deforming`.
 //!
 //! The knot sways: 52 000 triangles, direct light by rays. A tree is refitted as long as the triangles join the same vertices. Where they
-//! come in the opposite order, the surface is the same and its tree is built. The kinds of frames take turns.
+//! come in the opposite order, the surface is the same and its tree is built.
 
 #[path = "two_threads.rs"]
 mod two_threads;

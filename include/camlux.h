@@ -1367,6 +1367,20 @@ camlux_status camlux_scene_get_light(camlux_scene *scene, uint32_t index, camlux
  */
 typedef int32_t (*camlux_progress_callback)(double fraction, const char *pass, void *user);
 
+/** A layer, and the host's memory that it goes to. Begin with CAMLUX_TARGET_INIT. */
+typedef struct camlux_target {
+  /** sizeof(camlux_target) */
+  uint32_t struct_size;
+  /** CAMLUX_LAYER_RADIANCE and so on. */
+  int32_t layer;
+  /** Receives the upper left pixel; rows from the top, channels interleaved, 4 bytes a value. Of any alignment. */
+  void *data;
+  /** How much may be written: at least height - 1 strides and a row. */
+  size_t size_bytes;
+  /** From one row to the next; 0: rows follow one another. Bytes between rows are left as they are. */
+  size_t row_stride_bytes;
+} camlux_target;
+
 /** How to render, apart from what. Begin with CAMLUX_RENDER_OPTIONS_INIT: no callback, half a second. */
 typedef struct camlux_render_options {
   /** sizeof(camlux_render_options) */
@@ -1389,6 +1403,13 @@ typedef struct camlux_render_options {
   uint32_t frame_index;
   /** NULL: none. The render ends with CAMLUX_CANCELLED once this is cancelled, before its first pass where it was already. */
   camlux_cancel_token *cancel_token;
+  /**
+   * Where layers go, the first of target_count; NULL: none. Only these layers come from the device, and the frame has none of its own. For
+   * one camera, and not with on_device.
+   */
+  const camlux_target *targets;
+  /** How many targets there are. */
+  size_t target_count;
 } camlux_render_options;
 
 /**
@@ -1923,7 +1944,9 @@ camlux_status camlux_frame_get_vulkan_image(camlux_frame *frame,
 
 #define CAMLUX_BOUNDS_INIT { (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL }
+#define CAMLUX_TARGET_INIT { (uint32_t)sizeof(camlux_target), 0, NULL, 0, 0 }
+
+#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL, NULL, 0 }
 
 #define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 

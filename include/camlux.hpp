@@ -563,6 +563,8 @@ inline camlux_render_options raw_of(const render_options &options) noexcept
     raw.on_device = options.on_device ? 1 : 0;
     raw.frame_index = options.frame_index;
     raw.cancel_token = options.cancel_token.get();
+    raw.targets = options.targets.data();
+    raw.target_count = options.targets.size();
     if (options.progress) {
         raw.progress = report;
         raw.progress_user = const_cast<progress_function *>(&options.progress);

@@ -14,7 +14,7 @@ use crate::{
         self, BufferPool, Cached, DrawnFrame, FrameCache, Observer, Progress, ProgressReport,
         RenderedFrame,
     },
-    output::{Frame, FrameDescription, FrameStats, PassTime},
+    output::{Frame, FrameDescription, FrameStats, Layer, PassTime},
     passes::{
         Context,
         cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES},
@@ -56,6 +56,8 @@ pub struct RenderOptions<'a> {
     pub seed: u32,
     /// Of a series: another number, other noise of the sensor.
     pub frame_index: u32,
+    /// The layers that the host wants; others stay on the device, and are not there in the frame. `None`: all that the scene has.
+    pub layers: Option<&'a [Layer]>,
 }
 
 impl Default for RenderOptions<'_> {
@@ -67,6 +69,7 @@ impl Default for RenderOptions<'_> {
             ray_kernel: None,
             seed: 0,
             frame_index: 0,
+            layers: None,
         }
     }
 }
@@ -104,16 +107,19 @@ impl Renderer {
     /// Renders a frame.
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene and [`Error::DeviceLimit`](crate::Error::DeviceLimit) for
+    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene, or one without a layer that is wanted, and [`Error::DeviceLimit`](crate::Error::DeviceLimit) for
     /// one that the device cannot hold, both before any work starts; [`Error::NoDevice`](crate::Error::NoDevice) for a
     /// kernel that does not run on this one; [`Error::Cancelled`](crate::Error::Cancelled);
     /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails, after which
     /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         let start = Instant::now();
+        for layer in options.layers.unwrap_or_default() {
+            layer.check_made_for(scene)?;
+        }
         let drawn = self.draw(scene, options, false, None)?;
         let pool = std::mem::take(&mut self.pool);
-        let read = drawn.read(&self.device, pool);
+        let read = drawn.read(&self.device, pool, options.layers);
         let mut frame = read.inspect_err(|_| self.forget())?;
         frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
         self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);

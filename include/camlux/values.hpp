@@ -390,6 +390,19 @@ public:
     result<void> try_cancel() { return detail::ended(camlux_cancel_token_cancel(get())); }
 };
 
+/** camlux_target: a layer, and the memory that it goes to. That memory must be there until the render has ended. */
+struct target : camlux_target {
+    /** Rows follow one another where row_stride_bytes is 0. */
+    target(camlux::layer layer, void *data, std::size_t size_bytes, std::size_t row_stride_bytes = 0) noexcept
+        : camlux_target(CAMLUX_TARGET_INIT)
+    {
+        camlux_target::layer = static_cast<std::int32_t>(layer);
+        camlux_target::data = data;
+        camlux_target::size_bytes = size_bytes;
+        camlux_target::row_stride_bytes = row_stride_bytes;
+    }
+};
+
 /** camlux_render_options. */
 struct render_options {
     std::uint32_t submission_target_ms = 500;
@@ -401,6 +414,8 @@ struct render_options {
     std::uint32_t frame_index = 0;
     /** Empty: none. */
     camlux::cancel_token cancel_token;
+    /** Where layers go; none: they stay with the frame. */
+    std::vector<target> targets;
 };
 
 /** camlux_exr_options. */

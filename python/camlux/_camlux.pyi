@@ -149,6 +149,7 @@ class Renderer:
         target_error: float | None = None,
         seed: int = 0,
         frame_index: int = 0,
+        layers: Sequence[str] | None = None,
         progress: Callable[[Progress], object] | None = None,
     ) -> Frame: ...
 

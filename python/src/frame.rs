@@ -68,6 +68,11 @@ pub fn layer_named(name: &str) -> PyResult<Layer> {
     })
 }
 
+/// The layers of some names.
+pub fn layers_named(names: Vec<String>) -> PyResult<Vec<Layer>> {
+    names.iter().map(|name| layer_named(name)).collect()
+}
+
 #[pymethods]
 impl Frame {
     fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
@@ -165,13 +170,9 @@ impl Frame {
         compression: &str,
     ) -> PyResult<()> {
         let frame = self.get()?;
-        let named = |names: Vec<String>| {
-            let layers = names.iter().map(|name| layer_named(name));
-            layers.collect::<PyResult<Vec<_>>>()
-        };
         let options = ExrOptions {
             half,
-            layers: layers.map(named).transpose()?,
+            layers: layers.map(layers_named).transpose()?,
             compression: ExrCompression::from_name(compression).ok_or_else(|| {
                 let names = ExrCompression::ALL.map(ExrCompression::name).join(", ");
                 PyValueError::new_err(format!(

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use crate::device::Device;
 use crate::errors::{Watch, raised, warn};
-use crate::frame::{Frame, Returned};
+use crate::frame::{Frame, Returned, layers_named};
 use crate::scene::scene_from;
 
 /// How far a render is: 0 to 1, and the pass that runs next.
@@ -53,11 +53,12 @@ impl Renderer {
     /// Renders a frame, without the GIL. Control-C ends it.
     ///
     /// target_error: indirect light by final gathering to this relRMSE, whatever the scene has. seed: another number, other samples. frame_index: of a
-    /// series, other noise of the sensor. progress: called with a Progress now and then; where it returns False, Cancelled is raised.
+    /// series, other noise of the sensor. layers: these alone come from the device, which is faster; None: all. progress: called with a Progress now and then; where it returns False, Cancelled is raised.
     ///
     /// Raises SceneError for a scene that cannot be rendered, DeviceError for one that the device cannot hold. Shows a CamluxWarning
     /// for a frame that is probably not meant, such as a black one.
-    #[pyo3(signature = (scene, *, target_error=None, seed=0, frame_index=0, progress=None))]
+    #[allow(clippy::too_many_arguments, reason = "Python's have names")]
+    #[pyo3(signature = (scene, *, target_error=None, seed=0, frame_index=0, layers=None, progress=None))]
     fn render(
         &self,
         py: Python,
@@ -65,8 +66,10 @@ impl Renderer {
         target_error: Option<f64>,
         seed: u32,
         frame_index: u32,
+        layers: Option<Vec<String>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Frame> {
+        let layers = layers.map(layers_named).transpose()?;
         let mut scene = scene_from(scene)?;
         if let Some(requested) = target_error {
             match &mut scene.indirect {
@@ -95,6 +98,7 @@ impl Renderer {
                     progress: Some(&mut ask),
                     seed,
                     frame_index,
+                    layers: layers.as_deref(),
                     ..RenderOptions::default()
                 },
             )?;

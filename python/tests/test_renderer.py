@@ -1,5 +1,8 @@
 """Renderers: progress, signals, threads, devices."""
 
+import concurrent.futures
+import copy
+import dataclasses
 import os
 import signal
 import threading
@@ -35,6 +38,26 @@ def test_false_cancels_and_an_exception_passes_through(renderer, scene):
     with pytest.raises(camlux.Cancelled):
         camlux.reference(scene, samples_per_pixel=64, progress=lambda fraction: False)
     assert renderer.render(scene)["radiance"].max() > 0
+
+
+def test_layers_that_are_wanted_come_alone(renderer, scene):
+    whole = renderer.render(scene)
+    frame = renderer.render(scene, layers=["depth", "radiance"])
+    assert list(frame) == ["radiance", "depth"]
+    assert all(np.array_equal(frame[name], whole[name]) for name in frame)
+    with pytest.raises(ValueError, match='there is no layer "colour"'):
+        renderer.render(scene, layers=["colour"])
+    with pytest.raises(camlux.SceneError, match="no layer half_path|no layer tof0"):
+        renderer.render(scene, layers=["tof0.range"])
+
+
+def test_a_job_renders_the_scene_as_it_was(renderer, scene):
+    before = renderer.render(scene)["depth"]
+    with concurrent.futures.ThreadPoolExecutor(1) as jobs:
+        job = jobs.submit(renderer.render, copy.copy(scene))
+        scene.camera = dataclasses.replace(scene.camera, position_m=(0, 1, 9))
+        assert np.array_equal(job.result()["depth"], before)
+    assert not np.array_equal(renderer.render(scene)["depth"], before)
 
 
 def test_control_c_ends_a_render(device):

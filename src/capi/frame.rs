@@ -2,7 +2,6 @@
 
 use std::{
     ffi::{CStr, CString, c_char, c_void},
-    ptr,
     sync::{LazyLock, OnceLock},
 };
 
@@ -120,6 +119,8 @@ pub(super) struct FrameObject {
 /// Where a frame was rendered to stay.
 pub(super) enum Rendered {
     ToHost(Frame),
+    /// Without layers, which went to the host's own memory; what there is to warn of was found before.
+    ToTargets(Frame, Vec<String>),
     /// With its layers, from the first time that they are asked for.
     OnDevice(DeviceFrame, OnceLock<Frame>),
 }
@@ -127,7 +128,7 @@ pub(super) enum Rendered {
 impl Rendered {
     pub fn stats(&self) -> &FrameStats {
         match self {
-            Rendered::ToHost(frame) => &frame.stats,
+            Rendered::ToHost(frame) | Rendered::ToTargets(frame, _) => &frame.stats,
             Rendered::OnDevice(frame, _) => frame.stats(),
         }
     }
@@ -150,6 +151,10 @@ impl FrameObject {
     fn frame(&self) -> Outcome<&Frame> {
         let (on_device, layers) = match &self.rendered {
             Rendered::ToHost(frame) => return Ok(frame),
+            Rendered::ToTargets(..) => {
+                let problem = "the frame has no layers: they went to the targets of camlux_render_options; leave those out for layers that stay with the frame";
+                return Err(Failure::argument(problem));
+            }
             Rendered::OnDevice(on_device, layers) => (on_device, layers),
         };
         if let Some(read) = layers.get() {
@@ -347,36 +352,10 @@ pub unsafe extern "C" fn camlux_frame_copy(
 ) -> camlux_status {
     ffi_guard("camlux_frame_copy", || {
         let object = handle::get(frame)?;
-        let view = object.view(layer)?;
-        args::check_pointer(destination.cast::<u8>(), "destination")?;
-        let row_bytes = view.row_stride_bytes;
-        let rows = view.height_px as usize;
-        let stride = match row_stride_bytes {
-            0 => row_bytes,
-            stride => stride,
-        };
-        if stride < row_bytes {
-            return Err(Failure::argument(format!(
-                "row_stride_bytes is {stride}; a row has {row_bytes}"
-            )));
-        }
-        let needed = stride
-            .checked_mul(rows - 1)
-            .and_then(|bytes| bytes.checked_add(row_bytes));
-        if needed.is_none_or(|needed| needed > size_bytes) {
-            return Err(Failure::argument(format!(
-                "{rows} rows of {row_bytes} bytes, {stride} bytes apart, do not fit in {size_bytes} bytes"
-            )));
-        }
-        for row in 0..rows {
-            // SAFETY: the source is the frame's own; that the destination is as large as it says is the caller's word.
-            unsafe {
-                let from = view.data.cast::<u8>().add(row * row_bytes);
-                let to = destination.cast::<u8>().add(row * stride);
-                ptr::copy(from, to, row_bytes);
-            }
-        }
-        Ok(())
+        let (layer, data) = object.layer(layer)?;
+        let target = Target::new(layer, destination.cast(), size_bytes, row_stride_bytes)?;
+        // SAFETY: that the destination is as large as it says is the caller's word.
+        unsafe { target.fill(data, object.frame()?.resolution_px) }
     })
 }
 

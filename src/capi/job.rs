@@ -47,7 +47,8 @@ pub unsafe extern "C" fn camlux_renderer_submit(
         // SAFETY: the caller's word.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let submit = || {
-            let request = Request::read(options)?;
+            // SAFETY: the caller's word.
+            let request = unsafe { Request::read(options) }?;
             // Before the snapshot, which takes time.
             drop(renderer.lock()?);
             JobObject::start(renderer, Snapshot::of(scene), request)

@@ -31,6 +31,7 @@ mod renderer;
 mod scene;
 mod scene_options;
 mod status;
+mod target;
 #[cfg(test)]
 mod tests;
 mod texture;
@@ -54,6 +55,7 @@ pub use renderer::*;
 pub use scene::*;
 pub use scene_options::*;
 pub use status::*;
+pub use target::*;
 pub use texture::*;
 pub use tof::*;
 pub use vulkan::*;

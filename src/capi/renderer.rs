@@ -11,7 +11,11 @@ use std::{
 };
 
 use super::*;
-use crate::{Progress, RenderOptions, Renderer, scene::Camera};
+use crate::{
+    Progress, RenderOptions, Renderer,
+    output::{Frame, Layer},
+    scene::Camera,
+};
 
 /// Receives how far a render is: 0 to 1 by estimated work, the pass that runs next (a string that is valid during the call),
 /// and the pointer of the options.
@@ -43,6 +47,11 @@ pub struct camlux_render_options {
     pub frame_index: u32,
     /// NULL: none. The render ends with CAMLUX_CANCELLED once this is cancelled, before its first pass where it was already.
     pub cancel_token: *mut camlux_cancel_token,
+    /// Where layers go, the first of target_count; NULL: none. Only these layers come from the device, and the frame has none of its own. For
+    /// one camera, and not with on_device.
+    pub targets: *const camlux_target,
+    /// How many targets there are.
+    pub target_count: usize,
 }
 
 c_struct!(camlux_render_options, 40, submission_target_ms: 500);
@@ -105,7 +114,8 @@ pub unsafe extern "C" fn camlux_renderer_render(
         // SAFETY: the caller's word.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let render = || {
-            let request = Request::read(options)?;
+            // SAFETY: the caller's word.
+            let request = unsafe { Request::read(options) }?;
             let lock = renderer.lock()?;
             renderer.render_one(lock, Snapshot::of(scene), &request)
         };
@@ -146,7 +156,12 @@ pub unsafe extern "C" fn camlux_renderer_render_cameras(
         // SAFETY: the caller's word.
         let cameras = unsafe { args::read_many(cameras, count, stride_bytes, checked) }?;
         let render = || {
-            let request = Request::read(options)?;
+            // SAFETY: the caller's word.
+            let request = unsafe { Request::read(options) }?;
+            if !request.targets.is_empty() {
+                let problem = "targets are given, which are of one camera; render camera by camera, or copy layers by camlux_frame_copy";
+                return Err(Failure::argument(problem));
+            }
             let lock = renderer.lock()?;
             renderer.render(lock, Snapshot::of(scene), &request, &cameras)
         };
@@ -246,6 +261,10 @@ impl RendererObject {
         if request.is_cancelled() {
             return Err(crate::Error::Cancelled.into());
         }
+        for (place, target) in request.targets.iter().enumerate() {
+            let fits = target.check(snapshot.now.camera.resolution_px);
+            fits.map_err(|failure| failure.within(&format!("target {place}")))?;
+        }
         let mut rendered = args::room_for(cameras.len(), "frames")?;
         let ended = cameras.iter().enumerate().try_for_each(|(done, camera)| {
             snapshot.now.set_camera(*camera);
@@ -284,8 +303,10 @@ fn draw(
             ControlFlow::Continue(())
         }
     };
+    let layers: Vec<Layer> = request.targets.iter().map(|target| target.layer).collect();
     let mut render_options = RenderOptions {
         progress: Some(&mut report),
+        layers: (!layers.is_empty()).then_some(&layers[..]),
         submission_target: Duration::from_millis(options.submission_target_ms.into()),
         frame_index: options.frame_index,
         ..RenderOptions::default()
@@ -295,14 +316,43 @@ fn draw(
         Ok(Rendered::OnDevice(frame, OnceLock::new()))
     } else {
         let frame = renderer.render(scene, &mut render_options)?;
-        Ok(Rendered::ToHost(frame))
+        match layers[..] {
+            [] => Ok(Rendered::ToHost(frame)),
+            _ => to_targets(renderer, frame, &request.targets),
+        }
     }
+}
+
+/// Takes layers to the host's memory, and their buffers back for the next frame.
+fn to_targets(
+    renderer: &mut Renderer,
+    frame: Frame,
+    targets: &[Target],
+) -> crate::Result<Rendered> {
+    for target in targets {
+        let mut layers = frame.layers.iter();
+        let data = layers.find_map(|(layer, data)| (*layer == target.layer).then_some(data));
+        let data = data.ok_or_else(|| crate::Error::internal("a frame without a wanted layer"))?;
+        // SAFETY: the host's word: it keeps its memory until the render has ended.
+        let filled = unsafe { target.fill(data, frame.resolution_px) };
+        filled.map_err(|failure| crate::Error::internal(failure.message))?;
+    }
+    let warnings = frame.warnings();
+    let without_layers = Frame {
+        resolution_px: frame.resolution_px,
+        layers: Vec::new(),
+        stats: frame.stats.clone(),
+        description: frame.description.clone(),
+    };
+    renderer.return_buffers(frame);
+    Ok(Rendered::ToTargets(without_layers, warnings))
 }
 
 /// How a frame is to be rendered.
 pub(super) struct Request {
     options: camlux_render_options,
     stays_on_device: bool,
+    targets: Vec<Target>,
     token: Arc<CancelToken>,
     /// Nobody waits for the frame any more.
     pub abandoned: Arc<CancelToken>,
@@ -312,12 +362,28 @@ pub(super) struct Request {
 unsafe impl Send for Request {}
 
 impl Request {
-    pub fn read(options: camlux_render_options) -> Outcome<Request> {
+    /// # Safety
+    /// The targets are as many as the options say.
+    pub unsafe fn read(options: camlux_render_options) -> Outcome<Request> {
         if options.submission_target_ms == 0 {
             let problem = "submission_target_ms is 0; give milliseconds, such as 500";
             return Err(Failure::argument(problem));
         }
         let stays_on_device = args::flag("on_device", options.on_device)?;
+        let targets = match options.target_count {
+            0 => Vec::new(),
+            count => {
+                // SAFETY: the caller's word, also for the others, which are as large as the first.
+                unsafe {
+                    let stride_bytes = args::read(options.targets)?.struct_size as usize;
+                    args::read_many(options.targets, count, stride_bytes, Target::from_c)?
+                }
+            }
+        };
+        if stays_on_device && !targets.is_empty() {
+            let problem = "targets are given for a frame that stays on the device; set one of targets and on_device";
+            return Err(Failure::argument(problem));
+        }
         let token = if options.cancel_token.is_null() {
             Arc::default()
         } else {
@@ -326,6 +392,7 @@ impl Request {
         Ok(Request {
             options,
             stays_on_device,
+            targets,
             token,
             abandoned: Arc::default(),
         })
@@ -380,6 +447,7 @@ fn is_enough(progress: Progress, options: &camlux_render_options) -> bool {
 fn log_frame(rendered: &Rendered, camera: &Camera) {
     let warnings = match rendered {
         Rendered::ToHost(frame) => frame.warnings(),
+        Rendered::ToTargets(_, warnings) => warnings.clone(),
         Rendered::OnDevice(frame, _) => frame.warnings(),
     };
     for warning in warnings {

@@ -20,12 +20,17 @@ pub(crate) struct DrawnFrame {
 }
 
 impl DrawnFrame {
-    /// Reads the layers, into buffers of a pool as far as they fit.
-    pub fn read(&self, device: &Device, pool: BufferPool) -> Result<Frame> {
-        let camera = &self.description.camera;
+    /// Reads the layers, or those of a list, into buffers of a pool as far as they fit.
+    pub fn read(
+        &self,
+        device: &Device,
+        pool: BufferPool,
+        wanted: Option<&[Layer]>,
+    ) -> Result<Frame> {
+        let (description, images) = (&self.description, &self.images);
         Ok(Frame {
-            resolution_px: camera.resolution_px,
-            layers: read_layers(device, &self.description, &self.space, &self.images, pool)?,
+            resolution_px: description.camera.resolution_px,
+            layers: read_layers(device, description, &self.space, images, pool, wanted)?,
             stats: self.stats.clone(),
             description: self.description.clone(),
         })
@@ -132,7 +137,8 @@ impl DeviceFrame {
     /// As [`Renderer::render`](crate::Renderer::render).
     pub fn read(&self) -> Result<Frame> {
         let shared = &*self.shared;
-        shared.drawn.read(&shared.device, BufferPool::default())
+        let pool = BufferPool::default();
+        shared.drawn.read(&shared.device, pool, None)
     }
 }
 

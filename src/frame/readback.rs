@@ -14,75 +14,106 @@ use crate::{
     vulkan::{Image, Readback},
 };
 
-/// The layers of a frame, in buffers of a pool as far as they fit.
+/// The layers of a frame, or those of a list, in buffers of a pool as far as they fit. Images that no layer is made of stay where they are.
 pub(crate) fn read_layers(
     device: &Device,
     description: &FrameDescription,
     space: &LocalSpace,
     images: &FrameImages,
     mut pool: BufferPool,
+    wanted: Option<&[Layer]>,
 ) -> Result<Vec<(Layer, LayerData)>> {
+    let is_wanted = |layer: Layer| wanted.is_none_or(|wanted| wanted.contains(&layer));
+    let is_any_wanted = |layers: &[Layer]| layers.iter().any(|&layer| is_wanted(layer));
+    let is_of_tof = |layer: &Layer| matches!(layer, Layer::HalfPath | Layer::Tof(..));
+    let has_tof = wanted.is_none_or(|wanted| wanted.iter().any(is_of_tof));
+    let tof = description.time_of_flight().filter(|_| has_tof);
     let mut readback = Readback::new(device, images.direct.shape)?;
 
-    let pixels = readback.pixels(&images.gbuffer.position_mesh)?;
-    let count = pixels.len();
-    let Geometry {
-        position,
-        depth,
-        range,
-        mesh_ids,
-    } = Geometry::of(pixels, &description.camera, space, &mut pool);
-    let tof = description.time_of_flight();
-    let mut paths = tof.map(|camera| Paths::of(pixels, description, camera.tof, space));
+    let (mut geometry, mut paths) = (None, None);
+    if tof.is_some() || is_any_wanted(&Geometry::LAYERS) {
+        let pixels = readback.pixels(&images.gbuffer.position_mesh)?;
+        let camera = &description.camera;
+        geometry = Some(Geometry::of(pixels, camera, space, &mut pool));
+        paths = tof.map(|camera| Paths::of(pixels, description, camera.tof, space));
+    }
     if let (Some(paths), true) = (&mut paths, images.sampled.is_some()) {
         // Each sample has gone its own way.
         paths.to_camera_m.fill(0.0);
     }
 
     let footprints = images.sampled.as_ref();
+    let footprints = footprints.filter(|_| is_any_wanted(&[Layer::MeanDepth, Layer::NearestDepth]));
     let footprints = footprints.map(|sampled| readback.pixels(&sampled.footprint));
     let depths = footprints
         .transpose()?
         .map(|pixels| sample_depths(pixels, space));
     let (mean_depth, nearest_depth) = depths.unzip();
 
-    let mut rgb = |image: &Image| -> Result<Vec<f32>> {
+    let material_ids = is_wanted(Layer::MaterialId).then(|| {
+        let pixels = readback.pixels(&images.gbuffer.kd_material)?;
+        let mut ids = pool.ids(pixels.len());
+        per_pixel(&mut ids, |i| [pixels[i][3] as u32]);
+        Ok::<_, Error>(ids)
+    });
+    let material_ids = material_ids.transpose()?;
+    let mut rgb = |image: Option<&Image>, is_needed: bool| -> Result<Option<Vec<f32>>> {
+        let Some(image) = image.filter(|_| is_needed) else {
+            return Ok(None);
+        };
         let pixels = readback.pixels(image)?;
-        let mut values = pool.floats(3 * count);
+        let mut values = pool.floats(3 * pixels.len());
         per_pixel(&mut values, |i| {
             let [r, g, b, _] = pixels[i];
             [r, g, b]
         });
-        Ok(values)
+        Ok(Some(values))
     };
-    let normal = rgb(&images.gbuffer.normal_geometric)?;
-    let direct = rgb(&images.direct)?;
-    let indirect = images.indirect.as_ref().map(&mut rgb).transpose()?;
-    let stderr = images.indirect_stderr.as_ref().map(&mut rgb).transpose()?;
-    let energy = images.energy.as_ref().map(&mut rgb).transpose()?;
-    let pixels = readback.pixels(&images.gbuffer.kd_material)?;
-    let mut material_ids = pool.ids(count);
-    per_pixel(&mut material_ids, |i| [pixels[i][3] as u32]);
-    let mut radiance = pool.floats(direct.len());
-    match &indirect {
-        None => radiance.copy_from_slice(&direct),
-        Some(indirect) => per_pixel(&mut radiance, |i| [direct[i] + indirect[i]]),
-    }
+    let has_radiance = is_wanted(Layer::Radiance) || tof.is_some();
+    let normal = &images.gbuffer.normal_geometric;
+    let normal = rgb(Some(normal), is_wanted(Layer::Normal))?;
+    let direct = rgb(
+        Some(&images.direct),
+        has_radiance || is_wanted(Layer::Direct),
+    )?;
+    let indirect = has_radiance || is_wanted(Layer::Indirect);
+    let indirect = rgb(images.indirect.as_ref(), indirect)?;
+    let stderr = images.indirect_stderr.as_ref();
+    let stderr = rgb(stderr, is_wanted(Layer::StandardError))?;
+    let energy = rgb(images.energy.as_ref(), is_wanted(Layer::Energy))?;
+    let radiance = direct.as_ref().filter(|_| has_radiance).map(|direct| {
+        let mut radiance = pool.floats(direct.len());
+        match &indirect {
+            None => radiance.copy_from_slice(direct),
+            Some(indirect) => per_pixel(&mut radiance, |i| [direct[i] + indirect[i]]),
+        }
+        radiance
+    });
 
+    let (position, depth, range, mesh_ids) = match geometry {
+        Some(geometry) => (
+            Some(geometry.position),
+            Some(geometry.depth),
+            Some(geometry.range),
+            Some(geometry.mesh_ids),
+        ),
+        None => (None, None, None, None),
+    };
+    let float = |values: Option<Vec<f32>>| values.map(LayerData::Float);
     let layers = [
-        (Layer::Radiance, Some(LayerData::Float(radiance))),
-        (Layer::Direct, Some(LayerData::Float(direct))),
-        (Layer::Indirect, indirect.map(LayerData::Float)),
-        (Layer::StandardError, stderr.map(LayerData::Float)),
-        (Layer::Energy, energy.map(LayerData::Float)),
-        (Layer::Position, Some(LayerData::Float(position))),
-        (Layer::Normal, Some(LayerData::Float(normal))),
-        (Layer::Depth, Some(LayerData::Float(depth))),
-        (Layer::Range, Some(LayerData::Float(range))),
-        (Layer::MeanDepth, mean_depth.map(LayerData::Float)),
-        (Layer::NearestDepth, nearest_depth.map(LayerData::Float)),
-        (Layer::InstanceId, Some(LayerData::Id(mesh_ids))),
-        (Layer::MaterialId, Some(LayerData::Id(material_ids))),
+        (Layer::Radiance, float(radiance)),
+        (Layer::Direct, float(direct)),
+        (Layer::Indirect, float(indirect)),
+        (Layer::StandardError, float(stderr)),
+        (Layer::Energy, float(energy)),
+        (Layer::Position, float(position)),
+        (Layer::Normal, float(normal)),
+        (Layer::Depth, float(depth)),
+        (Layer::Range, float(range)),
+        (Layer::MeanDepth, float(mean_depth)),
+        (Layer::NearestDepth, float(nearest_depth)),
+        (Layer::InstanceId, mesh_ids.map(LayerData::Id)),
+        (Layer::MaterialId, material_ids.map(LayerData::Id)),
     ];
     let made = |(layer, data): (Layer, Option<LayerData>)| Some((layer, data?));
     let mut layers: Vec<_> = layers.into_iter().filter_map(made).collect();
@@ -100,6 +131,7 @@ pub(crate) fn read_layers(
         let has_indirect = images.indirect.is_some();
         add_time_of_flight(&mut layers, tof, &paths, (direct, indirect), has_indirect);
     }
+    layers.retain(|(layer, _)| is_wanted(*layer));
     Ok(layers)
 }
 
@@ -218,6 +250,13 @@ struct Geometry {
 }
 
 impl Geometry {
+    const LAYERS: [Layer; 4] = [
+        Layer::Position,
+        Layer::Depth,
+        Layer::Range,
+        Layer::InstanceId,
+    ];
+
     fn of(
         pixels: &[[f32; 4]],
         camera: &Camera,

@@ -41,7 +41,7 @@ impl Renderer {
             gbuffer,
             lights,
         };
-        Ok((drawn.read(&self.device, BufferPool::default())?, kept))
+        Ok((drawn.read(&self.device, BufferPool::default(), None)?, kept))
     }
 
     /// Renders a frame whose plain sums take the VPLs of each light in an order that `seed` decides, to see what the order makes of
@@ -61,7 +61,7 @@ impl Renderer {
             }
             Ok(())
         })?;
-        drawn.read(&self.device, BufferPool::default())
+        drawn.read(&self.device, BufferPool::default(), None)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::atomic::output_error;
 use super::tof::TofCamera;
 use super::tof_layers::{TOF_LAYERS, TofQuantity, describe_tof};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::{
     Camera, ChargeUnit, DEFAULT_TARGET_ERROR, IndirectLight, Light, Scene, Sensor, TimeOfFlight,
 };
@@ -186,6 +186,37 @@ impl Layer {
             has_samples: scene.camera.pixel_sampling.is_some(),
             has_stderr: stderr.unwrap_or(false),
             tof: FrameParts::of_tof(scene.tof.as_ref()),
+        })
+    }
+
+    /// Refuses a layer that a frame of this scene will not have, before the time for it is spent.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) tells what the scene lacks.
+    pub fn check_made_for(self, scene: &Scene) -> Result<()> {
+        if self.is_made_for(scene) {
+            return Ok(());
+        }
+        let hint = match (self, &scene.tof) {
+            (Layer::Energy, _) => "add [sensor] to the scene".into(),
+            (Layer::StandardError, _) => "add stderr_layer = true to [indirect]".into(),
+            (Layer::MeanDepth | Layer::NearestDepth, _) => "add samples to [camera]".into(),
+            (Layer::HalfPath | Layer::Tof(..), None) => "add [tof] to the scene".into(),
+            (Layer::Tof(frequency, quantity), Some(tof))
+                if usize::from(frequency) >= tof.frequencies_hz.len()
+                    || matches!(quantity, TofQuantity::Taps(_)) =>
+            {
+                let last = tof.frequencies_hz.len() - 1;
+                let last_phase = tof.phase_count - 1;
+                format!("[tof] has tof0 to tof{last}, and phase0 to phase{last_phase} of each")
+            }
+            (Layer::Indirect | Layer::Tof(..), _) => "add [indirect] to the scene".into(),
+            _ => "no render has it".into(),
+        };
+        Err(Error::Scene {
+            at: "layers".into(),
+            problem: format!("a frame of this scene has no layer {}", self.name()),
+            hint: format!("{hint}, or leave it out"),
         })
     }
 

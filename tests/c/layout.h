@@ -291,7 +291,19 @@ CHECK(camlux_bounds_min_m_size, sizeof(((camlux_bounds *)0)->min_m) == 24);
 CHECK(camlux_bounds_max_m_offset, offsetof(camlux_bounds, max_m) == 32);
 CHECK(camlux_bounds_max_m_size, sizeof(((camlux_bounds *)0)->max_m) == 24);
 
-CHECK(size_of_camlux_render_options, sizeof(camlux_render_options) == 40);
+CHECK(size_of_camlux_target, sizeof(camlux_target) == 32);
+CHECK(camlux_target_struct_size_offset, offsetof(camlux_target, struct_size) == 0);
+CHECK(camlux_target_struct_size_size, sizeof(((camlux_target *)0)->struct_size) == 4);
+CHECK(camlux_target_layer_offset, offsetof(camlux_target, layer) == 4);
+CHECK(camlux_target_layer_size, sizeof(((camlux_target *)0)->layer) == 4);
+CHECK(camlux_target_data_offset, offsetof(camlux_target, data) == 8);
+CHECK(camlux_target_data_size, sizeof(((camlux_target *)0)->data) == 8);
+CHECK(camlux_target_size_bytes_offset, offsetof(camlux_target, size_bytes) == 16);
+CHECK(camlux_target_size_bytes_size, sizeof(((camlux_target *)0)->size_bytes) == 8);
+CHECK(camlux_target_row_stride_bytes_offset, offsetof(camlux_target, row_stride_bytes) == 24);
+CHECK(camlux_target_row_stride_bytes_size, sizeof(((camlux_target *)0)->row_stride_bytes) == 8);
+
+CHECK(size_of_camlux_render_options, sizeof(camlux_render_options) == 56);
 CHECK(camlux_render_options_struct_size_offset, offsetof(camlux_render_options, struct_size) == 0);
 CHECK(camlux_render_options_struct_size_size, sizeof(((camlux_render_options *)0)->struct_size) == 4);
 CHECK(camlux_render_options_submission_target_ms_offset, offsetof(camlux_render_options, submission_target_ms) == 4);
@@ -306,6 +318,10 @@ CHECK(camlux_render_options_frame_index_offset, offsetof(camlux_render_options, 
 CHECK(camlux_render_options_frame_index_size, sizeof(((camlux_render_options *)0)->frame_index) == 4);
 CHECK(camlux_render_options_cancel_token_offset, offsetof(camlux_render_options, cancel_token) == 32);
 CHECK(camlux_render_options_cancel_token_size, sizeof(((camlux_render_options *)0)->cancel_token) == 8);
+CHECK(camlux_render_options_targets_offset, offsetof(camlux_render_options, targets) == 40);
+CHECK(camlux_render_options_targets_size, sizeof(((camlux_render_options *)0)->targets) == 8);
+CHECK(camlux_render_options_target_count_offset, offsetof(camlux_render_options, target_count) == 48);
+CHECK(camlux_render_options_target_count_size, sizeof(((camlux_render_options *)0)->target_count) == 8);
 
 CHECK(size_of_camlux_vulkan_device, sizeof(camlux_vulkan_device) == 80);
 CHECK(camlux_vulkan_device_struct_size_offset, offsetof(camlux_vulkan_device, struct_size) == 0);
@@ -468,8 +484,10 @@ static const camlux_scene_counts init_of_camlux_scene_counts = CAMLUX_SCENE_COUN
 static const unsigned char rust_camlux_scene_counts[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_bounds init_of_camlux_bounds = CAMLUX_BOUNDS_INIT;
 static const unsigned char rust_camlux_bounds[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const camlux_target init_of_camlux_target = CAMLUX_TARGET_INIT;
+static const unsigned char rust_camlux_target[] = {32,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_render_options init_of_camlux_render_options = CAMLUX_RENDER_OPTIONS_INIT;
-static const unsigned char rust_camlux_render_options[] = {40,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_render_options[] = {56,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_device init_of_camlux_vulkan_device = CAMLUX_VULKAN_DEVICE_INIT;
 static const unsigned char rust_camlux_vulkan_device[] = {80,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_image init_of_camlux_vulkan_image = CAMLUX_VULKAN_IMAGE_INIT;
@@ -498,7 +516,8 @@ static const struct init inits[] = {
     {"camlux_light", 168, rust_camlux_light, &init_of_camlux_light},
     {"camlux_scene_counts", 24, rust_camlux_scene_counts, &init_of_camlux_scene_counts},
     {"camlux_bounds", 56, rust_camlux_bounds, &init_of_camlux_bounds},
-    {"camlux_render_options", 40, rust_camlux_render_options, &init_of_camlux_render_options},
+    {"camlux_target", 32, rust_camlux_target, &init_of_camlux_target},
+    {"camlux_render_options", 56, rust_camlux_render_options, &init_of_camlux_render_options},
     {"camlux_vulkan_device", 80, rust_camlux_vulkan_device, &init_of_camlux_vulkan_device},
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},

@@ -10,6 +10,7 @@ mod jobs;
 mod log;
 mod meshes;
 mod panics;
+mod targets;
 mod threads;
 mod time_of_flight;
 mod values;

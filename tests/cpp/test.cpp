@@ -354,6 +354,15 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(renderer.submit(scene, options).try_wait().status() == CAMLUX_CANCELLED);
     renderer.submit(scene);
 
+    const auto seen = submitted.view<float>(camlux::layer::radiance);
+    std::vector<float> radiance(3 * seen.width() * seen.height());
+    camlux::render_options to_memory;
+    to_memory.targets.emplace_back(camlux::layer::radiance, radiance.data(), radiance.size() * sizeof(float));
+    renderer.render(scene, to_memory);
+    CHECK(radiance[3 * (9 * seen.width() + 9)] == seen(9, 9));
+    to_memory.targets[0].size_bytes = 4;
+    CHECK(renderer.try_render(scene, to_memory).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+
     std::vector<camlux::camera> cameras(2);
     for (camlux::camera &camera : cameras) {
         camera.width_px = camera.height_px = 9;

@@ -23,7 +23,7 @@ const SECTIONS: [(&str, &[&str]); 11] = [
         &["args", "mesh", "poses", "instances"],
     ),
     ("Lights", &["light"]),
-    ("Renderers and jobs", &["renderer", "job"]),
+    ("Renderers and jobs", &["target", "renderer", "job"]),
     ("Frames", &["frame", "frame_stats"]),
     ("The host's own Vulkan", &["vulkan"]),
 ];

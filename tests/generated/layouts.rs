@@ -173,8 +173,12 @@ pub fn layouts() -> Vec<Layout> {
         camlux_bounds {
             is_empty, min_m, max_m,
         }
+        camlux_target {
+            layer, data, size_bytes, row_stride_bytes,
+        }
         camlux_render_options {
             submission_target_ms, progress, progress_user, on_device, frame_index, cancel_token,
+            targets, target_count,
         }
         camlux_vulkan_device {
             queue_family, get_instance_proc_addr, instance, physical_device, device,

@@ -10,7 +10,7 @@ use camlux::{
     RenderOptions, Scene,
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Bands, IndirectLight, Light, VplSum},
+    scene::{Bands, IndirectLight, Light, PixelFilter, PixelSampling, VplSum},
 };
 
 /// Sums in another order: measured 0 almost everywhere on lavapipe, 4.3e-7 for half lights on glossy surfaces. The bar that
@@ -71,6 +71,68 @@ fn every_gather_kernel_gives_the_same() {
                 assert_same(&what, &render(kernel), &first);
             }
         }
+    }
+}
+
+/// Each of them alone is what it is among all others, and those that nobody wants are not there.
+#[test]
+fn a_frame_has_the_layers_that_are_wanted() {
+    let mut gpu = Gpu::open();
+    let mut with_all = demo_scene("tof_corner", [16, 12]);
+    let mut indirect = IndirectLight::final_gather(0.5);
+    if let IndirectLight::FinalGather { stderr_layer, .. } = &mut indirect {
+        *stderr_layer = true;
+    }
+    with_all.indirect = Some(indirect);
+    let mut sampled = with_all.clone();
+    sampled.camera.pixel_sampling = Some(PixelSampling {
+        samples: 2,
+        filter: PixelFilter::Box,
+    });
+    for scene in [with_all, sampled] {
+        let whole = gpu.render(&scene);
+        let all: Vec<Layer> = whole.layers.iter().map(|(layer, _)| *layer).collect();
+        let made: Vec<Layer> = Layer::all()
+            .filter(|layer| layer.is_made_for(&scene))
+            .collect();
+        assert!(all.len() == made.len() && made.iter().all(|layer| all.contains(layer)));
+        let each = all.iter().map(|&layer| vec![layer]);
+        let some = vec![Layer::Depth, Layer::Indirect, Layer::MaterialId];
+        for wanted in each.chain([some, Vec::new()]) {
+            let options = &mut RenderOptions {
+                layers: Some(&wanted),
+                ..RenderOptions::default()
+            };
+            let frame = gpu.renderer.render(&scene, options).expect("it renders");
+            let expected = whole
+                .layers
+                .iter()
+                .filter(|(layer, _)| wanted.contains(layer));
+            assert!(frame.layers.iter().eq(expected), "{wanted:?}");
+        }
+    }
+}
+
+#[test]
+fn a_layer_that_a_scene_does_not_have_is_refused() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [8, 8]);
+    (scene.sensor, scene.indirect) = (None, None);
+    for (layer, hint) in [
+        (Layer::Energy, "add [sensor]"),
+        (Layer::Indirect, "add [indirect]"),
+        (Layer::MeanDepth, "add samples"),
+        (Layer::HalfPath, "add [tof]"),
+        (Layer::Edge, "no render has it"),
+    ] {
+        let options = &mut RenderOptions {
+            layers: Some(&[Layer::Direct, layer]),
+            ..RenderOptions::default()
+        };
+        let refused = gpu.renderer.render(&scene, options);
+        let message = refused.expect_err("it has none").to_string();
+        let problem = format!("no layer {}; {hint}", layer.name());
+        assert!(message.contains(&problem), "{message}");
     }
 }
 

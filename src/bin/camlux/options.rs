@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use camlux::output::{Layer, TofQuantity};
 use camlux::scene::{Camera, Intrinsics, Lens};
 use camlux::{DeviceChoice, DeviceOptions, Scene};
 
@@ -76,34 +75,6 @@ pub fn resize(camera: Camera, resolution_px: [u32; 2]) -> Camera {
         }
     }
     resized
-}
-
-/// Refuses layers that a frame of this scene will not have, before the time for it is spent.
-pub fn check_layers(scene: &Scene, layers: &[Layer]) -> Result<(), Failure> {
-    let Some(missing) = layers.iter().find(|layer| !layer.is_made_for(scene)) else {
-        return Ok(());
-    };
-    let hint = match (missing, &scene.tof) {
-        (Layer::Energy, _) => "add [sensor] to the scene".into(),
-        (Layer::StandardError, _) => {
-            "add stderr_layer = true to [indirect], or --stderr-layer".into()
-        }
-        (Layer::HalfPath | Layer::Tof(..), None) => "add [tof] to the scene".into(),
-        (Layer::Tof(frequency, quantity), Some(tof))
-            if usize::from(*frequency) >= tof.frequencies_hz.len()
-                || matches!(quantity, TofQuantity::Taps(_)) =>
-        {
-            let last = tof.frequencies_hz.len() - 1;
-            let last_phase = tof.phase_count - 1;
-            format!("[tof] has tof0 to tof{last}, and phase0 to phase{last_phase} of each")
-        }
-        _ => "add [indirect] to the scene, or --estimator".into(),
-    };
-    let name = missing.name();
-    Err(
-        format!("--layers: a frame of this scene has no layer {name}; {hint}, or leave it out")
-            .into(),
-    )
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use camlux::output::{ExrOptions, Frame, Layer, OutputFile, PngView, write_exr, w
 use camlux::{Device, Plan, RayKernel, RenderOptions, Renderer, Scene};
 
 use crate::indirect::IndirectArgs;
-use crate::options::{DeviceArgs, SizeArgs, check_layers};
+use crate::options::{DeviceArgs, SizeArgs};
 use crate::output::{file_behind, require_extension};
 use crate::progress::{ProgressDisplay, stop_on_signals};
 use crate::summary::{self, RunSummary};
@@ -220,6 +220,8 @@ fn load(args: &Args) -> Result<Scene, Failure> {
     if let Some(note) = note {
         tell(&format!("camlux: note: {note}"));
     }
-    check_layers(&scene, args.layers.as_deref().unwrap_or_default())?;
+    for layer in args.layers.as_deref().unwrap_or_default() {
+        layer.check_made_for(&scene)?;
+    }
     Ok(scene)
 }

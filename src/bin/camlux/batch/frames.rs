@@ -13,7 +13,7 @@ use super::job::Job;
 use super::pose::{Aim, Pose, rotation_of};
 use super::timing::{self, Image};
 use crate::Failure;
-use crate::options::{check_layers, resize, warn_of};
+use crate::options::{resize, warn_of};
 
 /// A job with its scenes.
 pub struct Frames {
@@ -90,9 +90,10 @@ impl Frames {
                 scene.camera = resize(scene.camera, size_px);
             }
             warn_of(&scene, name);
-            let mut of_frame = job.exr.layers.clone().unwrap_or_default();
-            of_frame.retain(|layer| layer.is_rendered());
-            check_layers(&scene, &of_frame)?;
+            let layers = job.exr.layers.iter().flatten();
+            for layer in layers.filter(|layer| layer.is_rendered()) {
+                layer.check_made_for(&scene)?;
+            }
             if let Some(timing) = &job.timing {
                 timing.check(&scene, name)?;
             }
