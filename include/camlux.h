@@ -18,7 +18,7 @@
  *    8  Lights
  *    9  Renderers and jobs
  *   10  Frames
- *   11  The host's own Vulkan
+ *   11  Frames on the device: the host's own Vulkan, shared memory
  *   12  First values of the structs
  *
  *
@@ -295,6 +295,9 @@ typedef struct camlux_renderer camlux_renderer;
 /** What is lit: camera, lights, meshes, materials. See camlux_scene_create. */
 typedef struct camlux_scene camlux_scene;
 
+/** Memory of a device that other interfaces import. See camlux_shared_memory_create. */
+typedef struct camlux_shared_memory camlux_shared_memory;
+
 /**
  * The number of handles of this process that were created and not yet released, of every kind: 0 at the end of a program
  * that has released all it made.
@@ -407,6 +410,23 @@ camlux_status camlux_job_retain(camlux_job *job);
  * \threads any.
  */
 camlux_status camlux_job_release(camlux_job *job);
+
+/**
+ * Counts one more owner of shared memory.
+ *
+ * \errors CAMLUX_ERROR_INVALID_HANDLE.
+ * \threads any.
+ */
+camlux_status camlux_shared_memory_retain(camlux_shared_memory *memory);
+
+/**
+ * Counts one owner of shared memory less. With the last one camlux frees it; what others have imported stays theirs.
+ *
+ * \param memory NULL is fine: nothing happens.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE.
+ * \threads any.
+ */
+camlux_status camlux_shared_memory_release(camlux_shared_memory *memory);
 
 
 /* ----------------------------------------------------------------------------------------------------------------------
@@ -1798,7 +1818,7 @@ camlux_status camlux_frame_get_pass(camlux_frame *frame,
 
 
 /* ----------------------------------------------------------------------------------------------------------------------
- * 11. The host's own Vulkan
+ * 11. Frames on the device: the host's own Vulkan, shared memory
  * ---------------------------------------------------------------------------------------------------------------------- */
 
 /** A function of Vulkan's, whatever its type: a PFN_vkGetInstanceProcAddr goes here by a cast. */
@@ -1872,6 +1892,22 @@ typedef struct camlux_vulkan_image {
   double metres_per_unit;
 } camlux_vulkan_image;
 
+/** What an importer of shared memory has to know. Begin with CAMLUX_SHARED_MEMORY_INFO_INIT. */
+typedef struct camlux_shared_memory_info {
+  /** sizeof(camlux_shared_memory_info) */
+  uint32_t struct_size;
+  /** The index of its memory type, as which Vulkan imports it. */
+  uint32_t memory_type_index;
+  /** Of the allocation, at least as many as were asked for: the size that an import names. */
+  uint64_t allocation_bytes;
+  /** 1: Vulkan imports it as dedicated to a buffer of allocation_bytes with the usage TRANSFER_SRC, TRANSFER_DST and STORAGE_BUFFER. */
+  int32_t is_dedicated;
+  /** 0. */
+  uint32_t reserved;
+  /** The first byte where the host reads it in place: on devices whose memory is the host's. NULL on others. Valid until the memory's last release. */
+  const void *host_data;
+} camlux_shared_memory_info;
+
 /**
  * Opens a device on the host's own VkDevice, which stays the host's: camlux destroys none of its objects.
  *
@@ -1906,6 +1942,59 @@ camlux_status camlux_device_create_from_vulkan(const camlux_vulkan_device *vulka
 camlux_status camlux_frame_get_vulkan_image(camlux_frame *frame,
                                             int32_t layer,
                                             camlux_vulkan_image *image);
+
+/**
+ * Takes memory of a device that other interfaces can import, such as CUDA or another Vulkan instance. Images of frames are copied to it on the
+ * device, and it is imported once for all of them.
+ *
+ * \param size_bytes 16 for each pixel of an image, times as many images as are to be there at a time.
+ * \param memory receives the handle, with one reference: give it back by camlux_shared_memory_release.
+ * \errors CAMLUX_ERROR_NO_DEVICE where the device exports no memory as file descriptors: on Windows, and where it is the host's own;
+ * CAMLUX_ERROR_OUT_OF_MEMORY; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_shared_memory_create(camlux_device *device,
+                                          uint64_t size_bytes,
+                                          camlux_shared_memory **memory);
+
+/**
+ * What an importer has to know.
+ *
+ * \param info begin with CAMLUX_SHARED_MEMORY_INFO_INIT.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_shared_memory_get_info(camlux_shared_memory *memory, camlux_shared_memory_info *info);
+
+/**
+ * Opens a file descriptor of the memory: an opaque one (VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT, cudaExternalMemoryHandleTypeOpaqueFd).
+ *
+ * The importer has the same device, by camlux_device_info's uuid, and takes the descriptor over, as Vulkan and CUDA do; else the host closes it.
+ * Every call opens another one. The memory itself stays until its last release, and until all imports are gone.
+ *
+ * \param fd receives it.
+ * \errors CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_shared_memory_export_fd(camlux_shared_memory *memory,
+                                             int32_t *fd);
+
+/**
+ * Copies a layer of a frame to shared memory, on the device; of a frame that was rendered with on_device. It is there when the call returns.
+ *
+ * Rows follow one another from the top, and a pixel has four 32-bit floats: radiance, direct, indirect, stderr and energy R, G and B in the
+ * layer's unit; normals X, Y and Z; positions as camlux_frame_get_vulkan_image says, which also tells their unit.
+ *
+ * \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _STDERR, _ENERGY, _POSITION or _NORMAL.
+ * \param offset_bytes where the upper left pixel goes, a multiple of 16.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device, or does not fit;
+ * CAMLUX_ERROR_VULKAN.
+ * \threads any. What is still being read there by others is the host's concern.
+ */
+camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
+                                          int32_t layer,
+                                          camlux_shared_memory *memory,
+                                          uint64_t offset_bytes);
 
 
 /* ----------------------------------------------------------------------------------------------------------------------
@@ -1951,6 +2040,8 @@ camlux_status camlux_frame_get_vulkan_image(camlux_frame *frame,
 #define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 
 #define CAMLUX_VULKAN_IMAGE_INIT { (uint32_t)sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
+
+#define CAMLUX_SHARED_MEMORY_INFO_INIT { (uint32_t)sizeof(camlux_shared_memory_info), 0, 0, 0, 0, NULL }
 
 #define CAMLUX_VIEW_INIT { (uint32_t)sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
 

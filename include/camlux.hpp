@@ -386,6 +386,37 @@ private:
 template <class T>
 class view;
 
+/** Memory of a device that other interfaces import: camlux_shared_memory. */
+class shared_memory : public detail::handle<camlux_shared_memory, camlux_shared_memory_retain, camlux_shared_memory_release> {
+public:
+    using handle::handle;
+
+    static shared_memory create(const device &device, std::uint64_t size_bytes) { return try_create(device, size_bytes).value(); }
+    static result<shared_memory> try_create(const device &device, std::uint64_t size_bytes)
+    {
+        camlux_shared_memory *created = nullptr;
+        const camlux_status status = camlux_shared_memory_create(device.get(), size_bytes, &created);
+        return detail::ended(status, shared_memory(created));
+    }
+
+    camlux_shared_memory_info info() const { return try_info().value(); }
+    result<camlux_shared_memory_info> try_info() const
+    {
+        camlux_shared_memory_info info = CAMLUX_SHARED_MEMORY_INFO_INIT;
+        const camlux_status status = camlux_shared_memory_get_info(get(), &info);
+        return detail::ended(status, info);
+    }
+
+    /** A new file descriptor, to be imported or closed. */
+    int export_fd() const { return try_export_fd().value(); }
+    result<int> try_export_fd() const
+    {
+        std::int32_t fd = -1;
+        const camlux_status status = camlux_shared_memory_export_fd(get(), &fd);
+        return detail::ended(status, static_cast<int>(fd));
+    }
+};
+
 /** A rendered frame: camlux_frame. It does not change. */
 class frame : public detail::handle<camlux_frame, camlux_frame_retain, camlux_frame_release> {
 public:
@@ -481,6 +512,16 @@ public:
         camlux_vulkan_image image = CAMLUX_VULKAN_IMAGE_INIT;
         const camlux_status status = camlux_frame_get_vulkan_image(get(), detail::number(layer), &image);
         return detail::ended(status, image);
+    }
+
+    /** Copies such a layer to shared memory, four floats a pixel: camlux_frame_copy_to_shared. */
+    void copy_to(camlux::layer layer, const shared_memory &memory, std::uint64_t offset_bytes = 0) const
+    {
+        try_copy_to(layer, memory, offset_bytes).value();
+    }
+    result<void> try_copy_to(camlux::layer layer, const shared_memory &memory, std::uint64_t offset_bytes = 0) const
+    {
+        return detail::ended(camlux_frame_copy_to_shared(get(), detail::number(layer), memory.get(), offset_bytes));
     }
 };
 

@@ -60,7 +60,7 @@ pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;
 pub use vulkan::{
     Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions, HostVulkan,
-    MemoryUse, QueueLock, Quirks, engine_hash,
+    MemoryUse, QueueLock, Quirks, SharedMemory, SharedMemoryInfo, engine_hash,
 };
 #[cfg(feature = "test-hooks")]
 #[doc(hidden)]

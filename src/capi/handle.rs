@@ -28,6 +28,9 @@ pub struct camlux_cancel_token(());
 /// A render under way. See camlux_renderer_submit.
 pub struct camlux_job(());
 
+/// Memory of a device that other interfaces import. See camlux_shared_memory_create.
+pub struct camlux_shared_memory(());
+
 /// What a handle points to in C, which nothing ever does.
 pub(super) trait Handle {
     const NAME: &'static str;
@@ -50,6 +53,7 @@ handle!(camlux_renderer, RendererObject);
 handle!(camlux_frame, FrameObject);
 handle!(camlux_cancel_token, CancelToken);
 handle!(camlux_job, JobObject);
+handle!(camlux_shared_memory, crate::SharedMemory);
 
 struct Entry {
     /// The name of its handle.
@@ -295,4 +299,23 @@ pub extern "C" fn camlux_job_retain(job: *mut camlux_job) -> camlux_status {
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_job_release(job: *mut camlux_job) -> camlux_status {
     ffi_guard("camlux_job_release", || release(job))
+}
+
+/// Counts one more owner of shared memory.
+///
+/// \errors CAMLUX_ERROR_INVALID_HANDLE.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_shared_memory_retain(memory: *mut camlux_shared_memory) -> camlux_status {
+    ffi_guard("camlux_shared_memory_retain", || retain(memory))
+}
+
+/// Counts one owner of shared memory less. With the last one camlux frees it; what others have imported stays theirs.
+///
+/// \param memory NULL is fine: nothing happens.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_shared_memory_release(memory: *mut camlux_shared_memory) -> camlux_status {
+    ffi_guard("camlux_shared_memory_release", || release(memory))
 }

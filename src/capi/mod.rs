@@ -30,6 +30,7 @@ mod poses;
 mod renderer;
 mod scene;
 mod scene_options;
+mod shared_memory;
 mod status;
 mod target;
 #[cfg(test)]
@@ -54,6 +55,7 @@ pub use poses::*;
 pub use renderer::*;
 pub use scene::*;
 pub use scene_options::*;
+pub use shared_memory::*;
 pub use status::*;
 pub use target::*;
 pub use texture::*;

@@ -5,7 +5,7 @@ use std::{ffi::c_void, sync::Arc};
 use ash::vk::{self, Handle};
 
 use super::*;
-use crate::{Device, HostVulkan, QueueLock};
+use crate::{Device, DeviceFrame, HostVulkan, QueueLock, output::Layer};
 
 /// A function of Vulkan's, whatever its type: a PFN_vkGetInstanceProcAddr goes here by a cast.
 pub type camlux_vulkan_function = Option<unsafe extern "C" fn()>;
@@ -197,18 +197,30 @@ pub unsafe extern "C" fn camlux_frame_get_vulkan_image(
     })
 }
 
+impl FrameObject {
+    /// The frame, if it was rendered to stay on the device, and a layer's kind.
+    pub fn on_device(&self, layer: i32) -> Outcome<(Layer, &DeviceFrame)> {
+        let kind = layer_of(layer)?;
+        match &self.rendered {
+            Rendered::OnDevice(on_device, _) => Ok((kind, on_device)),
+            _ => Err(Failure::argument(
+                "the frame was not rendered with on_device; set it in camlux_render_options",
+            )),
+        }
+    }
+}
+
+pub(super) fn not_on_device(layer: Layer) -> Failure {
+    Failure::argument(format!(
+        "layer {} is not on the device; it is made on the way to the host, or the scene does not have it: see camlux_frame_view",
+        layer.name()
+    ))
+}
+
 fn vulkan_image(object: &FrameObject, layer: i32) -> Outcome<camlux_vulkan_image> {
-    let kind = layer_of(layer)?;
-    let Rendered::OnDevice(on_device, _) = &object.rendered else {
-        let problem = "the frame was not rendered with on_device; set it in camlux_render_options";
-        return Err(Failure::argument(problem));
-    };
-    let Some(found) = on_device.image(kind) else {
-        return Err(Failure::argument(format!(
-            "layer {} is not on the device; it is made on the way to the host, or the scene does not have it: see camlux_frame_view",
-            kind.name()
-        )));
-    };
+    let (kind, on_device) = object.on_device(layer)?;
+    let found = on_device.image(kind);
+    let found = found.ok_or_else(|| not_on_device(kind))?;
     let (semaphore, semaphore_value) = on_device.ready();
     let space = on_device.local_space();
     Ok(camlux_vulkan_image {

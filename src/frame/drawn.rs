@@ -8,7 +8,7 @@ use super::{BufferPool, FrameImages, readback::read_layers};
 use crate::{
     Device, LocalSpace, Result,
     output::{Frame, FrameDescription, FrameStats, Layer},
-    vulkan::{Image, Timeline},
+    vulkan::{Image, SharedMemory, Timeline, copy_to_shared},
 };
 
 /// What `draw` has made, and what there is to say of it.
@@ -85,17 +85,7 @@ impl DeviceFrame {
     /// and Z in [`DeviceFrame::local_space`] with `id.instance` as the fourth. `None` for layers that are made on the way to
     /// the host, and for those that the scene does not have.
     pub fn image(&self, layer: Layer) -> Option<DeviceImage> {
-        let images = &self.shared.drawn.images;
-        let image: &Image = match layer {
-            Layer::Radiance => images.radiance.as_ref()?,
-            Layer::Direct => &images.direct,
-            Layer::Indirect => images.indirect.as_ref()?,
-            Layer::StandardError => images.indirect_stderr.as_ref()?,
-            Layer::Energy => images.energy.as_ref()?,
-            Layer::Position => &images.gbuffer.position_mesh,
-            Layer::Normal => &images.gbuffer.normal_geometric,
-            _ => return None,
-        };
+        let image = self.image_of(layer)?;
         let (raw, format) = image.handle();
         Some(DeviceImage {
             image: raw,
@@ -103,6 +93,33 @@ impl DeviceFrame {
             size_px: image.shape.size_px,
             queue_family: self.shared.device.queue_family(),
         })
+    }
+
+    fn image_of(&self, layer: Layer) -> Option<&Image> {
+        let images = &self.shared.drawn.images;
+        match layer {
+            Layer::Radiance => images.radiance.as_ref(),
+            Layer::Direct => Some(&images.direct),
+            Layer::Indirect => images.indirect.as_ref(),
+            Layer::StandardError => images.indirect_stderr.as_ref(),
+            Layer::Energy => images.energy.as_ref(),
+            Layer::Position => Some(&images.gbuffer.position_mesh),
+            Layer::Normal => Some(&images.gbuffer.normal_geometric),
+            _ => None,
+        }
+    }
+
+    /// Copies the image of a layer, as [`DeviceFrame::image`] has it, to memory that others import: row by row from the top, without gaps, 16 bytes a
+    /// pixel. Returns when it is there; `false` where no such image is on the device.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) for memory where it does not fit, at an offset that is no multiple of 16, or of another device.
+    pub fn copy_to(&self, layer: Layer, to: &SharedMemory, offset_bytes: u64) -> Result<bool> {
+        let Some(image) = self.image_of(layer) else {
+            return Ok(false);
+        };
+        copy_to_shared(&self.shared.device, image, to, offset_bytes)?;
+        Ok(true)
     }
 
     /// The timeline semaphore that the host's work has to wait on, and for which value.

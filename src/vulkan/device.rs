@@ -97,6 +97,9 @@ struct Shared {
     info: DeviceInfo,
     /// Where rays go through the device's own units.
     acceleration_structures: Option<khr::acceleration_structure::Device>,
+    /// Where memory can be exported.
+    external_memory_fd: Option<khr::external_memory_fd::Device>,
+    physical: vk::PhysicalDevice,
     instance: Arc<Instance>,
 }
 
@@ -210,9 +213,9 @@ impl Device {
         let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
             .acceleration_structure(true);
         let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
-        // To be enabled where it is there, which is where something of Vulkan 1.3 is not.
-        let portability = khr::portability_subset::NAME;
-        let mut extensions: Vec<_> = [portability]
+        // To be enabled where they are there, the first of which is where something of Vulkan 1.3 is not.
+        let wherever_it_is = [khr::portability_subset::NAME, khr::external_memory_fd::NAME];
+        let mut extensions: Vec<_> = wherever_it_is
             .iter()
             .filter(|name| instance.has_extension(physical, name))
             .map(|name| name.as_ptr())
@@ -286,12 +289,18 @@ impl Device {
                 problem: error.to_string(),
             }
         })?;
+        let has_external_memory =
+            !instance.is_hosts() && instance.has_extension(physical, khr::external_memory_fd::NAME);
+        let external_memory_fd =
+            has_external_memory.then(|| khr::external_memory_fd::Device::new(&instance.raw, &raw));
         let acceleration_structures = info
             .has_ray_query
             .then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw));
         let shared = Shared {
             raw,
             acceleration_structures,
+            external_memory_fd,
+            physical,
             queue: Mutex::new(queue),
             queue_family,
             queue_lock,
@@ -423,6 +432,52 @@ impl Device {
     /// `None` where the device has no rays of its own.
     pub(super) fn acceleration_structures(&self) -> Option<&khr::acceleration_structure::Device> {
         self.shared.acceleration_structures.as_ref()
+    }
+
+    /// `None` where the device exports no memory.
+    pub(super) fn external_memory_fd(&self) -> Option<&khr::external_memory_fd::Device> {
+        self.shared.external_memory_fd.as_ref()
+    }
+
+    /// What can be done with the memory of such buffers outside of this device.
+    pub(super) fn exported_buffer_features(
+        &self,
+        usage: vk::BufferUsageFlags,
+        handle: vk::ExternalMemoryHandleTypeFlags,
+    ) -> vk::ExternalMemoryFeatureFlags {
+        let info = vk::PhysicalDeviceExternalBufferInfo::default()
+            .usage(usage)
+            .handle_type(handle);
+        let mut found = vk::ExternalBufferProperties::default();
+        let Shared {
+            instance, physical, ..
+        } = &*self.shared;
+        // SAFETY: the instance is live and the device is its own.
+        unsafe {
+            let raw = &instance.raw;
+            raw.get_physical_device_external_buffer_properties(*physical, &info, &mut found);
+        }
+        found.external_memory_properties.external_memory_features
+    }
+
+    /// What each type of memory is like.
+    pub(super) fn memory_types(&self) -> Vec<vk::MemoryPropertyFlags> {
+        let Shared {
+            instance, physical, ..
+        } = &*self.shared;
+        // SAFETY: the instance is live and the device is its own.
+        let found = unsafe {
+            instance
+                .raw
+                .get_physical_device_memory_properties(*physical)
+        };
+        let types = found.memory_types_as_slice().iter();
+        types.map(|of| of.property_flags).collect()
+    }
+
+    /// Whether both are one device.
+    pub(super) fn is_same(&self, other: &Device) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
     }
 
     /// Runs `submit` on the queue, which nobody else uses meanwhile.

@@ -21,6 +21,7 @@ mod quirks;
 mod readback;
 mod recorder;
 pub(crate) mod shaders;
+mod shared_memory;
 mod texel_list;
 mod transfers;
 mod word_list;
@@ -43,7 +44,9 @@ pub(crate) use readback::Readback;
 pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, Target, groups_in_rows};
 
 pub use shaders::engine_hash;
+pub use shared_memory::{SharedMemory, SharedMemoryInfo};
 pub(crate) use texel_list::TexelList;
+pub(crate) use transfers::copy_to_shared;
 pub(crate) use word_list::WordList;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};

@@ -2,7 +2,11 @@
 
 use ash::vk::{self, AccessFlags2 as Access, PipelineStageFlags2 as On};
 
-use super::{Buffer, Image, PixelKind, Recorder, command_pool::UploadTarget, recorder::cleared};
+use super::{
+    Buffer, CommandPool, Device, Image, PixelKind, Recorder, SharedMemory,
+    command_pool::UploadTarget, recorder::cleared,
+};
+use crate::Result;
 
 impl Recorder {
     /// Copies what waits to be copied: it is ready for all that follows.
@@ -118,6 +122,28 @@ impl Recorder {
         self.transition(from, layout, vk::ImageLayout::GENERAL);
     }
 
+    /// Copies the whole of an image to memory that others import, where it was found to fit, and hands it over to them.
+    fn copy_to_shared(&mut self, from: &Image, to: &SharedMemory, offset_bytes: u64) {
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        self.transition(from, vk::ImageLayout::GENERAL, layout);
+        let (raw, image) = (self.device.raw(), from.handles().raw);
+        let regions = [image_copy(from).buffer_offset(offset_bytes)];
+        // SAFETY: the pixels fit there, the image is kept, and the memory is, by who waits for the submission.
+        unsafe {
+            raw.cmd_copy_image_to_buffer(self.commands, image, layout, to.buffer(), &regions);
+        };
+        self.transition(from, layout, vk::ImageLayout::GENERAL);
+        let handed_over = [vk::BufferMemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COPY)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .src_queue_family_index(self.device.queue_family())
+            .dst_queue_family_index(vk::QUEUE_FAMILY_EXTERNAL)
+            .buffer(to.buffer())
+            .size(vk::WHOLE_SIZE)];
+        let dependency = vk::DependencyInfo::default().buffer_memory_barriers(&handed_over);
+        self.pipeline_barrier(&dependency);
+    }
+
     /// Copies all of an image to one of its shape.
     pub fn copy_image(&mut self, from: &Image, to: &Image) {
         let layout = vk::ImageLayout::GENERAL;
@@ -154,6 +180,25 @@ impl Recorder {
         // SAFETY: both ranges lie in their buffers, which are kept.
         unsafe { raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &regions) };
     }
+}
+
+/// Copies the whole of an image to memory that others import, and waits for it.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input) where it does not fit there.
+pub(crate) fn copy_to_shared(
+    device: &Device,
+    from: &Image,
+    to: &SharedMemory,
+    offset_bytes: u64,
+) -> Result<()> {
+    to.check(device, from, offset_bytes)?;
+    let commands = CommandPool::new(device);
+    let mut recorder = commands.begin()?;
+    recorder.barrier();
+    recorder.copy_to_shared(from, to, offset_bytes);
+    recorder.submit()?;
+    Ok(())
 }
 
 fn image_copy(image: &Image) -> vk::BufferImageCopy {

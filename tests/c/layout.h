@@ -375,6 +375,20 @@ CHECK(camlux_vulkan_image_origin_m_size, sizeof(((camlux_vulkan_image *)0)->orig
 CHECK(camlux_vulkan_image_metres_per_unit_offset, offsetof(camlux_vulkan_image, metres_per_unit) == 80);
 CHECK(camlux_vulkan_image_metres_per_unit_size, sizeof(((camlux_vulkan_image *)0)->metres_per_unit) == 8);
 
+CHECK(size_of_camlux_shared_memory_info, sizeof(camlux_shared_memory_info) == 32);
+CHECK(camlux_shared_memory_info_struct_size_offset, offsetof(camlux_shared_memory_info, struct_size) == 0);
+CHECK(camlux_shared_memory_info_struct_size_size, sizeof(((camlux_shared_memory_info *)0)->struct_size) == 4);
+CHECK(camlux_shared_memory_info_memory_type_index_offset, offsetof(camlux_shared_memory_info, memory_type_index) == 4);
+CHECK(camlux_shared_memory_info_memory_type_index_size, sizeof(((camlux_shared_memory_info *)0)->memory_type_index) == 4);
+CHECK(camlux_shared_memory_info_allocation_bytes_offset, offsetof(camlux_shared_memory_info, allocation_bytes) == 8);
+CHECK(camlux_shared_memory_info_allocation_bytes_size, sizeof(((camlux_shared_memory_info *)0)->allocation_bytes) == 8);
+CHECK(camlux_shared_memory_info_is_dedicated_offset, offsetof(camlux_shared_memory_info, is_dedicated) == 16);
+CHECK(camlux_shared_memory_info_is_dedicated_size, sizeof(((camlux_shared_memory_info *)0)->is_dedicated) == 4);
+CHECK(camlux_shared_memory_info_reserved_offset, offsetof(camlux_shared_memory_info, reserved) == 20);
+CHECK(camlux_shared_memory_info_reserved_size, sizeof(((camlux_shared_memory_info *)0)->reserved) == 4);
+CHECK(camlux_shared_memory_info_host_data_offset, offsetof(camlux_shared_memory_info, host_data) == 24);
+CHECK(camlux_shared_memory_info_host_data_size, sizeof(((camlux_shared_memory_info *)0)->host_data) == 8);
+
 CHECK(size_of_camlux_view, sizeof(camlux_view) == 64);
 CHECK(camlux_view_struct_size_offset, offsetof(camlux_view, struct_size) == 0);
 CHECK(camlux_view_struct_size_size, sizeof(((camlux_view *)0)->struct_size) == 4);
@@ -492,6 +506,8 @@ static const camlux_vulkan_device init_of_camlux_vulkan_device = CAMLUX_VULKAN_D
 static const unsigned char rust_camlux_vulkan_device[] = {80,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_image init_of_camlux_vulkan_image = CAMLUX_VULKAN_IMAGE_INIT;
 static const unsigned char rust_camlux_vulkan_image[] = {88,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63};
+static const camlux_shared_memory_info init_of_camlux_shared_memory_info = CAMLUX_SHARED_MEMORY_INFO_INIT;
+static const unsigned char rust_camlux_shared_memory_info[] = {32,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_view init_of_camlux_view = CAMLUX_VIEW_INIT;
 static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
@@ -520,6 +536,7 @@ static const struct init inits[] = {
     {"camlux_render_options", 56, rust_camlux_render_options, &init_of_camlux_render_options},
     {"camlux_vulkan_device", 80, rust_camlux_vulkan_device, &init_of_camlux_vulkan_device},
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
+    {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
     {"camlux_exr_options", 16, rust_camlux_exr_options, &init_of_camlux_exr_options},
     {"camlux_frame_stats", 112, rust_camlux_frame_stats, &init_of_camlux_frame_stats},

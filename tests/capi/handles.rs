@@ -89,6 +89,7 @@ fn frame_calls() -> Vec<Call> {
         call!(camlux_frame_write_png(null())),
         call!(camlux_frame_get_stats(null_mut())),
         call!(camlux_frame_get_pass(0, null_mut())),
+        call!(camlux_frame_copy_to_shared(0, null_mut(), 0)),
     ]
 }
 
@@ -107,7 +108,15 @@ fn job_calls() -> Vec<Call> {
     ]
 }
 
-fn release_calls() -> [Call; 6] {
+fn shared_memory_calls() -> Vec<Call> {
+    vec![
+        call!(camlux_shared_memory_retain()),
+        call!(camlux_shared_memory_get_info(null_mut())),
+        call!(camlux_shared_memory_export_fd(null_mut())),
+    ]
+}
+
+fn release_calls() -> [Call; 7] {
     [
         call!(camlux_device_release()),
         call!(camlux_scene_release()),
@@ -115,6 +124,7 @@ fn release_calls() -> [Call; 6] {
         call!(camlux_frame_release()),
         call!(camlux_cancel_token_release()),
         call!(camlux_job_release()),
+        call!(camlux_shared_memory_release()),
     ]
 }
 
@@ -132,6 +142,9 @@ fn wrong_handles_are_found_out() {
     let mut job = null_mut();
     // SAFETY: it points to a pointer.
     ok(unsafe { camlux_renderer_submit(renderer, scene, null(), &mut job) });
+    let mut shared = null_mut();
+    // SAFETY: it points to a pointer.
+    ok(unsafe { camlux_shared_memory_create(device.0, 64, &mut shared) });
     let live = [
         device.0.addr(),
         scene.addr(),
@@ -139,6 +152,7 @@ fn wrong_handles_are_found_out() {
         frame.addr(),
         token.addr(),
         job.addr(),
+        shared.addr(),
     ];
     // Released ones, in slots that have another object since.
     let stale = [scene.addr(), renderer.addr(), frame.addr(), token.addr()];
@@ -149,6 +163,7 @@ fn wrong_handles_are_found_out() {
         frame_calls(),
         token_calls(),
         job_calls(),
+        shared_memory_calls(),
     ];
     for (kind, calls) in calls.iter().enumerate() {
         let release = release_calls()[kind];
@@ -172,6 +187,7 @@ fn wrong_handles_are_found_out() {
             assert!(last_error().starts_with(name), "{}", last_error());
         }
     }
+    ok(camlux_shared_memory_release(shared));
     ok(camlux_job_release(job));
     ok(camlux_cancel_token_release(token));
     ok(camlux_frame_release(frame));

@@ -28,7 +28,7 @@ macro_rules! calls {
 
 #[test]
 fn a_panic_in_any_call_becomes_a_status() {
-    let calls: [Call; 65] = calls![
+    let calls: [Call; 71] = calls![
         camlux_set_log(0, None, null_mut()),
         camlux_handle_count(null_mut()),
         camlux_device_retain(null_mut()),
@@ -94,6 +94,12 @@ fn a_panic_in_any_call_becomes_a_status() {
         camlux_frame_get_pass(null_mut(), 0, null_mut()),
         camlux_device_create_from_vulkan(null(), null_mut()),
         camlux_frame_get_vulkan_image(null_mut(), 0, null_mut()),
+        camlux_frame_copy_to_shared(null_mut(), 0, null_mut(), 0),
+        camlux_shared_memory_create(null_mut(), 0, null_mut()),
+        camlux_shared_memory_get_info(null_mut(), null_mut()),
+        camlux_shared_memory_export_fd(null_mut(), null_mut()),
+        camlux_shared_memory_retain(null_mut()),
+        camlux_shared_memory_release(null_mut()),
     ];
     for (name, call) in calls {
         let status = with_panic(|| panic!("asked for by a test"), call);

@@ -1,6 +1,8 @@
 //! Frames that stay on the device, and devices of a host's, through the C interface; `tests/hard/host_device.rs` is such a host, and so is
 //! `examples/cpp_host`.
 
+#[cfg(unix)]
+use std::os::fd::FromRawFd;
 use std::ptr::{null, null_mut};
 
 use crate::host::*;
@@ -71,6 +73,77 @@ fn a_frame_on_the_device_is_the_same_frame() {
     for frame in [plain, staying] {
         ok(camlux_frame_release(frame));
     }
+}
+
+#[test]
+fn a_frame_goes_to_shared_memory() {
+    let device = Device::open();
+    let scene = load("glossy");
+    resize(scene, 24, 20);
+    let renderer = device.renderer();
+    let options = init!(camlux_render_options { on_device: 1 });
+    let image_bytes = 24 * 20 * 16;
+    let (mut frame, mut memory, mut fd) = (null_mut(), null_mut(), -1);
+    let mut info = init!(camlux_shared_memory_info {});
+    let copy = |frame, layer, memory, offset_bytes| {
+        // SAFETY: handles and numbers.
+        unsafe { camlux_frame_copy_to_shared(frame, layer, memory, offset_bytes) }
+    };
+    // SAFETY: all of it points to what it should.
+    unsafe {
+        ok(camlux_renderer_render(
+            renderer, scene, &options, &mut frame,
+        ));
+        ok(camlux_shared_memory_create(
+            device.0,
+            image_bytes,
+            &mut memory,
+        ));
+        ok(camlux_shared_memory_get_info(memory, &mut info));
+        ok(camlux_shared_memory_export_fd(memory, &mut fd));
+    }
+    assert!(fd >= 0 && info.allocation_bytes >= image_bytes);
+    #[cfg(unix)]
+    // SAFETY: nobody else has it.
+    drop(unsafe { std::os::fd::OwnedFd::from_raw_fd(fd) });
+    ok(copy(frame, CAMLUX_LAYER_DIRECT, memory, 0));
+    if !info.host_data.is_null() {
+        let direct = view(frame, CAMLUX_LAYER_DIRECT);
+        // SAFETY: both have as many pixels.
+        let [texels, values] = unsafe {
+            [(info.host_data, 4), (direct.data, 3)].map(|(data, channels)| {
+                std::slice::from_raw_parts(data.cast::<f32>(), 24 * 20 * channels)
+            })
+        };
+        let bands = texels.chunks(4).flat_map(|texel| &texel[..3]);
+        assert!(bands.eq(values) && values.iter().any(|&value| value > 0.0));
+    }
+
+    let invalid = CAMLUX_ERROR_INVALID_ARGUMENT;
+    let plain = render(renderer, scene);
+    for (frame, layer, offset_bytes, words) in [
+        (frame, CAMLUX_LAYER_DEPTH, 0, "depth is not on the device"),
+        (frame, CAMLUX_LAYER_DIRECT, 4, "no multiple of 16"),
+        (frame, CAMLUX_LAYER_DIRECT, 1 << 20, "do not fit"),
+        (frame, 63, 0, "layer is 63"),
+        (plain, CAMLUX_LAYER_DIRECT, 0, "on_device"),
+    ] {
+        fails(copy(frame, layer, memory, offset_bytes), invalid, words);
+    }
+    let mut none = null_mut();
+    // SAFETY: as above.
+    unsafe {
+        let status = camlux_shared_memory_create(device.0, 0, &mut none);
+        fails(status, invalid, "size_bytes is 0");
+    }
+    // It outlives what it came from, but for the device.
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+    ok(copy(frame, CAMLUX_LAYER_DIRECT, memory, 0));
+    for frame in [plain, frame] {
+        ok(camlux_frame_release(frame));
+    }
+    ok(camlux_shared_memory_release(memory));
 }
 
 #[test]

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <thread>
 #include <type_traits>
+#include <unistd.h>
 
 #define CHECK(is_so) check((is_so), #is_so, __LINE__)
 
@@ -362,6 +363,18 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(radiance[3 * (9 * seen.width() + 9)] == seen(9, 9));
     to_memory.targets[0].size_bytes = 4;
     CHECK(renderer.try_render(scene, to_memory).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+
+    camlux::render_options on_device;
+    on_device.on_device = true;
+    const camlux::frame staying = renderer.render(scene, on_device);
+    const camlux::shared_memory shared = camlux::shared_memory::create(device, 16 * seen.width() * seen.height());
+    staying.copy_to(camlux::layer::radiance, shared);
+    CHECK(staying.try_copy_to(camlux::layer::radiance, shared, 16).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    const camlux_shared_memory_info shared_info = shared.info();
+    if (shared_info.host_data)
+        CHECK(static_cast<const float *>(shared_info.host_data)[4 * (9 * seen.width() + 9)] == seen(9, 9));
+    const int fd = shared.export_fd();
+    CHECK(fd >= 0 && close(fd) == 0);
 
     std::vector<camlux::camera> cameras(2);
     for (camlux::camera &camera : cameras) {

@@ -25,7 +25,10 @@ const SECTIONS: [(&str, &[&str]); 11] = [
     ("Lights", &["light"]),
     ("Renderers and jobs", &["target", "renderer", "job"]),
     ("Frames", &["frame", "frame_stats"]),
-    ("The host's own Vulkan", &["vulkan"]),
+    (
+        "Frames on the device: the host's own Vulkan, shared memory",
+        &["vulkan", "shared_memory"],
+    ),
 ];
 const FIRST_VALUES: &str = "First values of the structs";
 

@@ -188,6 +188,9 @@ pub fn layouts() -> Vec<Layout> {
             layer, image, semaphore, semaphore_value, format, layout, width_px, height_px,
             queue_family, reserved, origin_m, metres_per_unit,
         }
+        camlux_shared_memory_info {
+            memory_type_index, allocation_bytes, is_dedicated, reserved, host_data,
+        }
         camlux_view {
             layer, data, row_stride_bytes, size_bytes, width_px, height_px, channels, format, name,
             unit,

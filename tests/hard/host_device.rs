@@ -8,11 +8,12 @@ use std::{
     },
 };
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 
 use crate::common::gpu::demo_scene;
 use camlux::{
-    Device, DeviceImage, DeviceOptions, HostVulkan, QueueLock, Renderer, Scene,
+    Device, DeviceImage, DeviceKind, DeviceOptions, HostVulkan, QueueLock, Renderer, Scene,
+    SharedMemory, SharedMemoryInfo,
     output::Layer,
     scene::{IndirectLight, VplSum},
 };
@@ -129,8 +130,10 @@ impl Host {
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(made.features)
             .synchronization2(made.features);
+        let extensions = [khr::external_memory_fd::NAME.as_ptr()];
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
+            .enabled_extension_names(&extensions)
             .push_next(&mut features12)
             .push_next(&mut features13);
         // SAFETY: all that the info points to lives until after the call.
@@ -165,7 +168,116 @@ impl Host {
     fn read(&self, image: DeviceImage, (semaphore, value): (vk::Semaphore, u64)) -> Vec<f32> {
         let device = &self.device;
         let [width, height] = image.size_px;
-        let bytes = u64::from(width * height * 16);
+        let waits = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(semaphore)
+            .value(value)
+            .stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)];
+        self.copy_to_host(
+            u64::from(width * height * 16),
+            &waits,
+            |commands, buffer| {
+                let region = vk::BufferImageCopy::default()
+                    .image_subresource(vk::ImageSubresourceLayers {
+                        aspect_mask: vk::ImageAspectFlags::COLOR,
+                        layer_count: 1,
+                        ..Default::default()
+                    })
+                    .image_extent(vk::Extent3D {
+                        width,
+                        height,
+                        depth: 1,
+                    });
+                let turn = |from, to| {
+                    let barriers = [vk::ImageMemoryBarrier2::default()
+                        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                        .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+                        .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                        .dst_access_mask(vk::AccessFlags2::MEMORY_READ)
+                        .old_layout(from)
+                        .new_layout(to)
+                        .image(image.image)
+                        .subresource_range(vk::ImageSubresourceRange {
+                            aspect_mask: vk::ImageAspectFlags::COLOR,
+                            level_count: 1,
+                            layer_count: 1,
+                            ..Default::default()
+                        })];
+                    let dependency = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+                    // SAFETY: the commands are being recorded.
+                    unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
+                };
+                let (kept, best) = (
+                    vk::ImageLayout::GENERAL,
+                    vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+                );
+                turn(kept, best);
+                // SAFETY: as above; the buffer has room for the image.
+                unsafe {
+                    device.cmd_copy_image_to_buffer(commands, image.image, best, buffer, &[region]);
+                }
+                // Layouts are to be given back as they were.
+                turn(best, kept);
+            },
+        )
+    }
+
+    /// Imports memory of another instance, and copies it to the host's.
+    fn read_shared(&self, fd: i32, info: SharedMemoryInfo) -> Vec<f32> {
+        let device = &self.device;
+        let handle = vk::ExternalMemoryHandleTypeFlags::OPAQUE_FD;
+        let bytes = info.allocation_bytes;
+        // SAFETY (all of it): the objects are made here from the live device, used in their order, and destroyed when the queue is done.
+        unsafe {
+            let mut external = vk::ExternalMemoryBufferCreateInfo::default().handle_types(handle);
+            let create = vk::BufferCreateInfo::default()
+                .size(bytes)
+                .usage(
+                    vk::BufferUsageFlags::TRANSFER_SRC
+                        | vk::BufferUsageFlags::TRANSFER_DST
+                        | vk::BufferUsageFlags::STORAGE_BUFFER,
+                )
+                .push_next(&mut external);
+            let buffer = device.create_buffer(&create, None).expect("a buffer");
+            let mut import = vk::ImportMemoryFdInfoKHR::default()
+                .handle_type(handle)
+                .fd(fd);
+            let mut dedicated = vk::MemoryDedicatedAllocateInfo::default().buffer(buffer);
+            let mut allocate = vk::MemoryAllocateInfo::default()
+                .allocation_size(bytes)
+                .memory_type_index(info.memory_type_index)
+                .push_next(&mut import);
+            if info.is_dedicated {
+                allocate = allocate.push_next(&mut dedicated);
+            }
+            let memory = device.allocate_memory(&allocate, None).expect("imported");
+            device.bind_buffer_memory(buffer, memory, 0).expect("bound");
+            let values = self.copy_to_host(bytes, &[], |commands, to| {
+                let taken_over = [vk::BufferMemoryBarrier2::default()
+                    .dst_stage_mask(vk::PipelineStageFlags2::COPY)
+                    .dst_access_mask(vk::AccessFlags2::TRANSFER_READ)
+                    .src_queue_family_index(vk::QUEUE_FAMILY_EXTERNAL)
+                    .dst_queue_family_index(self.family)
+                    .buffer(buffer)
+                    .size(vk::WHOLE_SIZE)];
+                let dependency = vk::DependencyInfo::default().buffer_memory_barriers(&taken_over);
+                device.cmd_pipeline_barrier2(commands, &dependency);
+                let regions = [vk::BufferCopy::default().size(bytes)];
+                device.cmd_copy_buffer(commands, buffer, to, &regions);
+            });
+            device.destroy_buffer(buffer, None);
+            device.free_memory(memory, None);
+            values
+        }
+    }
+
+    /// What recorded commands copy to a buffer that the host sees.
+    fn copy_to_host(
+        &self,
+        bytes: u64,
+        waits: &[vk::SemaphoreSubmitInfo],
+        record: impl FnOnce(vk::CommandBuffer, vk::Buffer),
+    ) -> Vec<f32> {
+        let device = &self.device;
         // SAFETY (all of it): the objects are made here from the live device, used in their order, and destroyed when the
         // queue is done.
         unsafe {
@@ -200,51 +312,11 @@ impl Host {
             device
                 .begin_command_buffer(commands, &begin)
                 .expect("begun");
-            let region = vk::BufferImageCopy::default()
-                .image_subresource(vk::ImageSubresourceLayers {
-                    aspect_mask: vk::ImageAspectFlags::COLOR,
-                    layer_count: 1,
-                    ..Default::default()
-                })
-                .image_extent(vk::Extent3D {
-                    width,
-                    height,
-                    depth: 1,
-                });
-            let turn = |from, to| {
-                let barriers = [vk::ImageMemoryBarrier2::default()
-                    .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                    .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-                    .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                    .dst_access_mask(vk::AccessFlags2::MEMORY_READ)
-                    .old_layout(from)
-                    .new_layout(to)
-                    .image(image.image)
-                    .subresource_range(vk::ImageSubresourceRange {
-                        aspect_mask: vk::ImageAspectFlags::COLOR,
-                        level_count: 1,
-                        layer_count: 1,
-                        ..Default::default()
-                    })];
-                let dependency = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-                device.cmd_pipeline_barrier2(commands, &dependency);
-            };
-            let (kept, best) = (
-                vk::ImageLayout::GENERAL,
-                vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-            );
-            turn(kept, best);
-            device.cmd_copy_image_to_buffer(commands, image.image, best, buffer, &[region]);
-            // Layouts are to be given back as they were.
-            turn(best, kept);
+            record(commands, buffer);
             device.end_command_buffer(commands).expect("ended");
-            let waits = [vk::SemaphoreSubmitInfo::default()
-                .semaphore(semaphore)
-                .value(value)
-                .stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)];
             let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
             let submit = vk::SubmitInfo2::default()
-                .wait_semaphore_infos(&waits)
+                .wait_semaphore_infos(waits)
                 .command_buffer_infos(&commands);
             let fence = vk::Fence::null();
             device
@@ -309,6 +381,77 @@ fn a_host_reads_the_image_on_its_own_device() {
         // A frame outlives its renderer.
         drop(renderer);
         assert!(first.read().is_ok());
+    });
+}
+
+/// Another instance, or CUDA, imports the memory once; every frame goes there on the device. Where the device's memory is the host's, the host reads it in
+/// place.
+#[test]
+fn another_instance_imports_shared_memory() {
+    let own = Device::open(&DeviceOptions::default()).expect("a device");
+    let image_bytes = 24 * 16 * 16;
+    let memory = SharedMemory::new(&own, 2 * image_bytes).expect("it exports memory");
+    let info = memory.info();
+    assert!(info.allocation_bytes >= 2 * image_bytes);
+    let mut renderer = Renderer::new(&own).expect("a renderer");
+    let mut scene = scene();
+    Host::with(ALL, |host, _| {
+        for height_m in [0.0, 0.1] {
+            scene.camera.position_m.y += height_m;
+            let drawn = renderer.render_on_device(&scene, &mut Default::default());
+            let drawn = drawn.expect("it renders");
+            let frame = drawn.read().expect("it is read");
+            for (place, layer) in [Layer::Radiance, Layer::Normal].into_iter().enumerate() {
+                let copied = drawn.copy_to(layer, &memory, place as u64 * image_bytes);
+                assert!(copied.expect("it fits"));
+            }
+            let fd = memory.export_fd().expect("a file descriptor");
+            let texels = host.read_shared(fd, info);
+            // SAFETY: as many bytes, which nobody writes to meanwhile.
+            let in_place = memory.host_data().map(|data| unsafe {
+                std::slice::from_raw_parts(
+                    data.as_ptr().cast::<f32>(),
+                    2 * image_bytes as usize / 4,
+                )
+            });
+            assert_eq!(in_place.is_some(), own.info().kind == DeviceKind::Cpu);
+            let seen = in_place.unwrap_or(&texels[..2 * image_bytes as usize / 4]);
+            for texels in [&texels[..seen.len()], seen] {
+                let (radiance, normals) = texels.split_at(texels.len() / 2);
+                assert!(Some(&bands(radiance)[..]) == frame.values(Layer::Radiance));
+                assert!(Some(&bands(normals)[..]) == frame.values(Layer::Normal));
+            }
+        }
+    });
+    let drawn = renderer.render_on_device(&scene, &mut Default::default());
+    let drawn = drawn.expect("it renders");
+    assert!(!drawn.copy_to(Layer::Depth, &memory, 0).expect("no error"));
+    let other = Device::open(&DeviceOptions::default()).expect("a device");
+    let of_other = SharedMemory::new(&other, image_bytes).expect("it exports memory");
+    for (memory, offset_bytes, words) in [
+        (&memory, 8, "no multiple of 16"),
+        (
+            &memory,
+            info.allocation_bytes - image_bytes + 16,
+            "do not fit",
+        ),
+        (&memory, u64::MAX - 15, "do not fit"),
+        (&of_other, 0, "of another device"),
+    ] {
+        let refused = drawn.copy_to(Layer::Direct, memory, offset_bytes);
+        let refused = refused.expect_err("it does not fit").to_string();
+        assert!(refused.contains(words), "{refused}");
+    }
+    Host::with(ALL, |_, lent| {
+        // SAFETY: the host's objects outlive what is made here.
+        let device = unsafe { Device::of_host(&lent) }.expect("nothing is missing");
+        let refused = SharedMemory::new(&device, 64)
+            .err()
+            .expect("it is the host's");
+        assert!(
+            refused.to_string().contains("VK_KHR_external_memory_fd"),
+            "{refused}"
+        );
     });
 }
 

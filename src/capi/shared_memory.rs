@@ -1,0 +1,133 @@
+//! Memory of a device that other interfaces import.
+
+use std::{ffi::c_void, ptr};
+
+use super::*;
+use crate::SharedMemory;
+
+/// What an importer of shared memory has to know. Begin with CAMLUX_SHARED_MEMORY_INFO_INIT.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_shared_memory_info {
+    /// sizeof(camlux_shared_memory_info)
+    pub struct_size: u32,
+    /// The index of its memory type, as which Vulkan imports it.
+    pub memory_type_index: u32,
+    /// Of the allocation, at least as many as were asked for: the size that an import names.
+    pub allocation_bytes: u64,
+    /// 1: Vulkan imports it as dedicated to a buffer of allocation_bytes with the usage TRANSFER_SRC, TRANSFER_DST and STORAGE_BUFFER.
+    pub is_dedicated: i32,
+    /// 0.
+    pub reserved: u32,
+    /// The first byte where the host reads it in place: on devices whose memory is the host's. NULL on others. Valid until the memory's last release.
+    pub host_data: *const c_void,
+}
+
+c_struct!(camlux_shared_memory_info, 32);
+
+/// Takes memory of a device that other interfaces can import, such as CUDA or another Vulkan instance. Images of frames are copied to it on the
+/// device, and it is imported once for all of them.
+///
+/// \param size_bytes 16 for each pixel of an image, times as many images as are to be there at a time.
+/// \param memory receives the handle, with one reference: give it back by camlux_shared_memory_release.
+/// \errors CAMLUX_ERROR_NO_DEVICE where the device exports no memory as file descriptors: on Windows, and where it is the host's own;
+/// CAMLUX_ERROR_OUT_OF_MEMORY; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_shared_memory_create(
+    device: *mut camlux_device,
+    size_bytes: u64,
+    memory: *mut *mut camlux_shared_memory,
+) -> camlux_status {
+    ffi_guard("camlux_shared_memory_create", || {
+        let device = handle::get(device)?;
+        if size_bytes == 0 {
+            let problem = "size_bytes is 0; give 16 for each pixel of an image";
+            return Err(Failure::argument(problem));
+        }
+        let take = || Ok(SharedMemory::new(&device.device, size_bytes)?);
+        // SAFETY: the caller's word.
+        unsafe { handle::return_handle(memory, "memory", take) }
+    })
+}
+
+/// What an importer has to know.
+///
+/// \param info begin with CAMLUX_SHARED_MEMORY_INFO_INIT.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_shared_memory_get_info(
+    memory: *mut camlux_shared_memory,
+    info: *mut camlux_shared_memory_info,
+) -> camlux_status {
+    ffi_guard("camlux_shared_memory_get_info", || {
+        let memory = handle::get(memory)?;
+        let found = || {
+            let info = memory.info();
+            let host_data = memory.host_data();
+            Ok(camlux_shared_memory_info {
+                memory_type_index: info.memory_type_index,
+                allocation_bytes: info.allocation_bytes,
+                is_dedicated: info.is_dedicated.into(),
+                host_data: host_data.map_or(ptr::null(), |data| data.as_ptr().cast_const().cast()),
+                ..Default::default()
+            })
+        };
+        // SAFETY: the caller's word.
+        unsafe { args::write(info, found) }
+    })
+}
+
+/// Opens a file descriptor of the memory: an opaque one (VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT, cudaExternalMemoryHandleTypeOpaqueFd).
+///
+/// The importer has the same device, by camlux_device_info's uuid, and takes the descriptor over, as Vulkan and CUDA do; else the host closes it.
+/// Every call opens another one. The memory itself stays until its last release, and until all imports are gone.
+///
+/// \param fd receives it.
+/// \errors CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_shared_memory_export_fd(
+    memory: *mut camlux_shared_memory,
+    fd: *mut i32,
+) -> camlux_status {
+    ffi_guard("camlux_shared_memory_export_fd", || {
+        let memory = handle::get(memory)?;
+        // SAFETY: the caller's word.
+        unsafe { args::write_result(fd, "fd", || Ok(memory.export_fd()?)) }
+    })
+}
+
+/// Copies a layer of a frame to shared memory, on the device; of a frame that was rendered with on_device. It is there when the call returns.
+///
+/// Rows follow one another from the top, and a pixel has four 32-bit floats: radiance, direct, indirect, stderr and energy R, G and B in the
+/// layer's unit; normals X, Y and Z; positions as camlux_frame_get_vulkan_image says, which also tells their unit.
+///
+/// \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _STDERR, _ENERGY, _POSITION or _NORMAL.
+/// \param offset_bytes where the upper left pixel goes, a multiple of 16.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device, or does not fit;
+/// CAMLUX_ERROR_VULKAN.
+/// \threads any. What is still being read there by others is the host's concern.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_copy_to_shared(
+    frame: *mut camlux_frame,
+    layer: i32,
+    memory: *mut camlux_shared_memory,
+    offset_bytes: u64,
+) -> camlux_status {
+    ffi_guard("camlux_frame_copy_to_shared", || {
+        let frame = handle::get(frame)?;
+        let memory = handle::get(memory)?;
+        let (kind, on_device) = frame.on_device(layer)?;
+        let copied = on_device.copy_to(kind, &memory, offset_bytes);
+        let is_there = copied.map_err(|error| match error {
+            crate::Error::Input { .. } => Failure::argument(error.to_string()),
+            other => other.into(),
+        })?;
+        match is_there {
+            true => Ok(()),
+            false => Err(not_on_device(kind)),
+        }
+    })
+}
