@@ -392,14 +392,14 @@ public:
 
 /** camlux_target: a layer, and the memory that it goes to. That memory must be there until the render has ended. */
 struct target : camlux_target {
-    /** Rows follow one another where row_stride_bytes is 0. */
-    target(camlux::layer layer, void *data, std::size_t size_bytes, std::size_t row_stride_bytes = 0) noexcept
+    /** Rows follow one another where stride_bytes is 0. */
+    target(camlux::layer which, void *to, std::size_t bytes, std::size_t stride_bytes = 0) noexcept
         : camlux_target(CAMLUX_TARGET_INIT)
     {
-        camlux_target::layer = static_cast<std::int32_t>(layer);
-        camlux_target::data = data;
-        camlux_target::size_bytes = size_bytes;
-        camlux_target::row_stride_bytes = row_stride_bytes;
+        layer = static_cast<std::int32_t>(which);
+        data = to;
+        size_bytes = bytes;
+        row_stride_bytes = stride_bytes;
     }
 };
 

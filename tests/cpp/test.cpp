@@ -319,6 +319,31 @@ void time_of_flight_has_its_layers(camlux::renderer &renderer)
     CHECK(renderer.render(scene).try_view<float>(far_range).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
 }
 
+void layers_go_to_memory(const camlux::device &device, camlux::renderer &renderer)
+{
+    const camlux::scene scene = small_scene();
+    const auto seen = renderer.render(scene).view<float>(camlux::layer::radiance);
+    std::vector<float> radiance(3 * seen.width() * seen.height());
+    camlux::render_options to_memory;
+    to_memory.targets.emplace_back(camlux::layer::radiance, radiance.data(), radiance.size() * sizeof(float));
+    renderer.render(scene, to_memory);
+    CHECK(radiance[3 * (9 * seen.width() + 9)] == seen(9, 9));
+    to_memory.targets[0].size_bytes = 4;
+    CHECK(renderer.try_render(scene, to_memory).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+
+    camlux::render_options on_device;
+    on_device.on_device = true;
+    const camlux::frame staying = renderer.render(scene, on_device);
+    const camlux::shared_memory shared = camlux::shared_memory::create(device, 16 * seen.width() * seen.height());
+    staying.copy_to(camlux::layer::radiance, shared);
+    CHECK(staying.try_copy_to(camlux::layer::radiance, shared, 16).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    const camlux_shared_memory_info shared_info = shared.info();
+    if (shared_info.host_data)
+        CHECK(static_cast<const float *>(shared_info.host_data)[4 * (9 * seen.width() + 9)] == seen(9, 9));
+    const int fd = shared.export_fd();
+    CHECK(fd >= 0 && close(fd) == 0);
+}
+
 void callbacks_may_throw(camlux::renderer &renderer)
 {
     const camlux::scene scene = small_scene();
@@ -354,27 +379,6 @@ void callbacks_may_throw(camlux::renderer &renderer)
     options.progress = [](double, std::string_view) -> bool { throw HostProblem{9}; };
     CHECK(renderer.submit(scene, options).try_wait().status() == CAMLUX_CANCELLED);
     renderer.submit(scene);
-
-    const auto seen = submitted.view<float>(camlux::layer::radiance);
-    std::vector<float> radiance(3 * seen.width() * seen.height());
-    camlux::render_options to_memory;
-    to_memory.targets.emplace_back(camlux::layer::radiance, radiance.data(), radiance.size() * sizeof(float));
-    renderer.render(scene, to_memory);
-    CHECK(radiance[3 * (9 * seen.width() + 9)] == seen(9, 9));
-    to_memory.targets[0].size_bytes = 4;
-    CHECK(renderer.try_render(scene, to_memory).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
-
-    camlux::render_options on_device;
-    on_device.on_device = true;
-    const camlux::frame staying = renderer.render(scene, on_device);
-    const camlux::shared_memory shared = camlux::shared_memory::create(device, 16 * seen.width() * seen.height());
-    staying.copy_to(camlux::layer::radiance, shared);
-    CHECK(staying.try_copy_to(camlux::layer::radiance, shared, 16).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
-    const camlux_shared_memory_info shared_info = shared.info();
-    if (shared_info.host_data)
-        CHECK(static_cast<const float *>(shared_info.host_data)[4 * (9 * seen.width() + 9)] == seen(9, 9));
-    const int fd = shared.export_fd();
-    CHECK(fd >= 0 && close(fd) == 0);
 
     std::vector<camlux::camera> cameras(2);
     for (camlux::camera &camera : cameras) {
@@ -451,6 +455,7 @@ int main()
         views_are_typed_and_keep_their_frame(renderer);
         time_of_flight_has_its_layers(renderer);
         callbacks_may_throw(renderer);
+        layers_go_to_memory(device, renderer);
         a_callback_does_not_wait_for_who_waits_for_it(renderer);
         CHECK(device.validation_count() == 0);
     }
