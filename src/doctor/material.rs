@@ -15,14 +15,14 @@ use crate::{
 pub const CASES: &[Case] = &[
     Case::new(
         "diffuse_reflectance_of_zero_and_one",
-        "a black surface has no lobe to draw from: 0/0",
-        "what is black is not drawn from; white is like any other",
+        "a black surface has no lobe to sample: 0/0",
+        "black lobes are not sampled; white needs no special case",
         black_and_white,
     ),
     Case::new(
         "mirror_like_reflectance_of_one",
-        "k_s = 1 and k_d = 0: all light is in the lobe, and a diffuse draw finds nothing",
-        "directions are drawn from both lobes and weighed against each other",
+        "k_s = 1 and k_d = 0: all light is in the lobe, and diffuse sampling finds nothing",
+        "directions are sampled from both lobes and weighted against each other",
         |exam| specular_room(exam, 30.0),
     ),
     Case::new(
@@ -34,7 +34,7 @@ pub const CASES: &[Case] = &[
     .long(),
     Case::new(
         "shininess_of_one",
-        "the lobe of a cosine, not to be confused with the cosine of the surface",
+        "a cosine lobe, easily confused with the surface's cosine",
         "one formula for every exponent",
         |exam| specular_room(exam, 1.0),
     )
@@ -42,31 +42,31 @@ pub const CASES: &[Case] = &[
     Case::new(
         "shininess_of_ten_thousand",
         "pow of a cosine that f32 keeps to 6e-8 is off by 6e-4",
-        "1 − cosθ from the difference of the directions, log2 and exp2 by polynomials",
+        "1 − cosθ from the difference of the directions; log2 and exp2 by polynomials",
         needle_lobes,
     ),
     Case::new(
         "shininess_of_a_million",
-        "a lobe of 0.1° between two texels: nothing or everything",
-        "the same; how a lobe narrower than an RSM texel is sampled is the sum's own error",
+        "a lobe of 0.1° between two texels: all or nothing",
+        "the same; how a sum samples a lobe narrower than an RSM texel is the sum's own error",
         lobes_of_a_million,
     ),
     Case::new(
         "glossy_seen_in_glossy",
         "light by way of two lobes is found from neither end",
-        "draws of both lobes, and VPLs with lobes of their own",
+        "samples of both lobes, and VPLs with lobes of their own",
         |exam| specular_room(exam, 100.0),
     ),
     Case::new(
         "texture_of_black_and_white",
-        "texels of 0 and 1 side by side, one texel alone, texture coordinates of a thousand",
-        "bilinear by hand with full f32 weights",
+        "texels of 0 and 1 side by side, a texture of one texel, texture coordinates of a thousand",
+        "the kernel filters bilinearly with full f32 weights",
         textures,
     ),
     Case::new(
         "reflects_more_than_it_receives",
-        "k_d + k_s over 1 makes light",
-        "a warning that names the material; the image is the formula's all the same",
+        "k_d + k_s over 1 creates light",
+        "a warning names the material; the image still follows the formula",
         more_than_it_receives,
     ),
 ];

@@ -16,14 +16,14 @@ use crate::{
 pub const CASES: &[Case] = &[
     Case::new(
         "scene_of_a_millimetre",
-        "distances squared twice leave the range of f32; constants in metres are larger than the scene",
-        "the device computes in a space of about 1, scaled by a power of two in f64",
+        "squared distances, squared again, leave the range of f32; constants in metres are larger than the scene",
+        "the device computes in a space of size about 1, scaled by a power of two in f64",
         |exam| exam.all("room", &moved(&room(), 0.0005, DVec3::ZERO)),
     ),
     Case::new(
         "scene_of_ten_kilometres",
-        "the same at the other end: biases of a millimetre are nothing, and powers of 1e-16 remain",
-        "the same space, and every bias a share of it",
+        "the opposite extreme: biases of a millimetre vanish, and powers of 1e-16 remain",
+        "the same space; every bias is a fraction of it",
         |exam| exam.all("room", &moved(&room(), 5000.0, DVec3::ZERO)),
     ),
     Case::new(
@@ -41,30 +41,30 @@ pub const CASES: &[Case] = &[
     ),
     Case::new(
         "tunnel_of_a_kilometre",
-        "a box of 2 m in two directions and 1 km in the third: what is a share of the scene's size is large across",
-        "shares of 1e-6: 0.7 mm",
+        "a box of 2 m in two directions and 1 km in the third: a fraction of the scene's size is large across it",
+        "fractions of 1e-6: 0.7 mm",
         tunnel,
     ),
     Case::new(
         "near_and_far_a_millionfold_apart",
-        "a depth buffer between 2 mm and 2 km has no digits left for one of them",
-        "reversed depth in f32 only sorts; places come from the triangles' planes",
+        "a depth buffer from 2 mm to 2 km has no digits left at one end",
+        "reversed depth in f32 only sorts; positions come from the triangles' planes",
         |exam| near_and_far(exam, DVec3::ZERO),
     ),
     Case::new(
         "near_and_far_off_the_middle_of_the_scene",
         "half a kilometre from the origin of a scene of 2 km, f32 has steps of 0.03 mm: 3 % of a block of 1 mm",
-        "nothing: places are kept to 6e-8 of half the scene's size",
+        "nothing: positions are exact to 6e-8 of half the scene's size",
         |exam| near_and_far(exam, dvec3(517.3, -231.7, 393.1)),
     )
-    .with_known_issue("corners of triangles are kept in f32 about the middle of the whole scene, and not of what the camera is near to"),
+    .with_known_issue("f32 corners of triangles are relative to the middle of the whole scene, not to the camera's surroundings"),
     Case::new(
         "shadows_of_a_millimetre_in_two_kilometres",
-        "a bias that is a share of the scene is larger than what throws the shadow",
+        "a bias that is a fraction of the scene is larger than the object that throws the shadow",
         "nothing: a ray starts 24 roundings of half the scene's size off its surface",
         near_shadows,
     )
-    .with_known_issue("what is nearer to a surface than 1.4e-6 of half the scene's size, here 1.4 mm, throws no shadow on it"),
+    .with_known_issue("an object nearer to a surface than 1.4e-6 of half the scene's size, here 1.4 mm, throws no shadow on it"),
 ];
 
 /// Against the reference of the room where it was: in f64, 1e7 m leave steps of 2e-9 m.

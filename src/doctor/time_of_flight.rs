@@ -19,38 +19,38 @@ use crate::{
 pub const CASES: &[Case] = &[
     Case::new(
         "range_just_below_and_above_its_period",
-        "half a path of c/(2f) has the phase of none at all",
+        "half a path of c/(2f) has the same phase as a path of length 0",
         "the phase is reduced in turns, and wraps are counted",
         period,
     ),
     Case::new(
         "two_lights_in_antiphase",
         "phasors cancel, and a relative error has nothing to be relative to",
-        "errors of Z count over 1 % of the light at least",
+        "errors of Z are relative to at least 1 % of the light",
         antiphase,
     ),
     Case::new(
         "pixels_that_see_the_bounce_alone",
-        "a multipath error over no direct light is 0/0",
-        "the range is that of the bounce, the multipath error is none",
+        "a multipath error without direct light is 0/0",
+        "the range is that of the bounce; there is no multipath error",
         bounce_alone,
     ),
     Case::new(
         "saturated_taps",
-        "both taps are full: their difference has a phase of noise",
-        "they hold a full well, and there is no range",
+        "both taps are full: the phase of their difference is noise",
+        "the taps hold a full well, and there is no range",
         saturated,
     ),
     Case::new(
         "modulated_light_50_km_away",
-        "of 50 km, f32 keeps 4 mm",
-        "lengths count from the scene's centre, and from there on in f64",
+        "f32 keeps a length of 50 km to 4 mm",
+        "path lengths are relative to the path by way of the scene's centre; the rest is in f64",
         far_light,
     ),
     Case::new(
         "ten_kilometres_at_100_mhz",
-        "3 000 waves lie in the scene: sines of large angles, a phase that turns from pixel to pixel, a bounce whose light cancels",
-        "phases are turns of the way from the scene's centre; where the target is out of reach, the estimate says so",
+        "the scene is 3 000 waves wide: sines of large angles, a phase that turns from pixel to pixel, a bounce whose light cancels",
+        "phases are turns relative to the scene's centre; where the target is out of reach, the estimate says so",
         many_waves,
     ),
 ];

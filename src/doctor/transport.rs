@@ -18,8 +18,8 @@ use crate::{Result, output::Layer, scene::Lens};
 pub const CASES: &[Case] = &[
     Case::new(
         "sphere_lit_from_its_centre",
-        "every P sees every Q at every distance: errors of the measure, of 1/d² and of the weights all show",
-        "the closed form is met: 0.5 direct, 0.25 by one bounce, 1/(6π) by the average",
+        "every P sees every Q at every distance, which shows errors of the measure, of 1/d² and of the weights",
+        "matches the closed form: 0.5 direct, 0.25 by one bounce, 1/(6π) by the average",
         |exam| sphere_from_its_centre(exam, 32),
     ),
     Case::new(
@@ -30,20 +30,20 @@ pub const CASES: &[Case] = &[
     ),
     Case::new(
         "no_vpl_at_all",
-        "a light that misses everything, or a scene without reflectance: lists of VPLs without entries",
+        "a light that misses everything, or a scene without reflectance: empty lists of VPLs",
         "sums over nothing are 0",
         no_vpl_at_all,
     ),
     Case::new(
         "every_vpl_hidden",
-        "an error relative to a black image, and draws that never find any light",
-        "black is black: exactly 0, and no error is claimed",
+        "an error relative to a black image, and samples that never find light",
+        "the image is exactly 0, without an estimated error",
         every_vpl_hidden,
     ),
     Case::new(
         "light_only_through_a_slit",
-        "one direction in a thousand finds light, and so does one VPL in a hundred",
-        "a pilot learns which VPLs bring something where",
+        "one direction in a thousand finds light, and one VPL in a hundred",
+        "a pilot learns which VPLs contribute where",
         through_a_slit,
     )
     .long(),
@@ -56,19 +56,19 @@ pub const CASES: &[Case] = &[
     Case::new(
         "grazing_receivers_and_vpls",
         "in a wedge of 1° both cosines are small differences of large numbers",
-        "cosines by the difference P − Q, of which nothing is lost that positions have",
+        "cosines use the difference P − Q, which keeps all digits of the positions",
         |exam| wedge(exam, 1.0),
     ),
     Case::new(
         "wedge_of_a_hundredth_of_a_degree",
         "0.3 mm between plates of 2 m, which no texel of the light's map hits",
-        "directions find what the map has missed",
+        "sampled directions find what the map misses",
         |exam| wedge(exam, 0.01),
     ),
     Case::new(
         "one_and_a_half_million_vpls",
-        "a plain f32 sum of 1.5e6 terms has lost its last four digits; lists outgrow loops and buffers",
-        "sums of three levels; the gather is cut into dispatches",
+        "a plain f32 sum of 1.5e6 terms loses its last four digits; lists outgrow loops and buffers",
+        "sums of three levels; the gather is split into dispatches",
         |exam| sphere_from_its_centre(exam, 512),
     )
     .long(),

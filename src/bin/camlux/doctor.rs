@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use camlux::doctor::{Case, Examiner, GROUPS, Measurement, torture::CASES};
+use camlux::doctor::{Case, Examiner, GROUPS, Measurement, Part, torture::CASES};
 use camlux::output::{OutputFile, PngView, write_png};
 use camlux::{Device, RenderOptions, Renderer};
 
@@ -14,17 +14,22 @@ use crate::output::create_folder;
 use crate::{Failure, print, tell, torture};
 
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  camlux doctor
+  camlux doctor --torture out/torture
+The cases: docs/hard-cases.md")]
 pub struct Args {
-    /// Only cases, long ones too, whose names contain one of these words
+    /// Only cases whose names contain one of these words
     #[arg(value_name = "WORD")]
     pub words: Vec<String>,
-    /// All cases, also those that take long
+    /// All cases, also the long ones
     #[arg(long)]
     pub all: bool,
     /// Print the tables of docs/hard-cases.md
     #[arg(long)]
     pub markdown: bool,
-    /// Leave a picture of the last scene of each case in this folder, as a PNG
+    /// Write a PNG of each case to this folder
     #[arg(long, value_name = "FOLDER")]
     pub pictures: Option<PathBuf>,
     #[command(flatten)]
@@ -189,21 +194,26 @@ fn number(value: f64) -> String {
 }
 
 const MARKDOWN_HEAD: &str = "\
-| case | what breaks a naive implementation | what camlux does | error (bound) |
-|---|---|---|---|
+| case | what is hard about it | what camlux does | checked | bound | measured |
+|---|---|---|---|---|---|
 ";
 
 fn markdown_row(case: &Case, result: &Examination) -> String {
-    let errors = match result {
+    let [checked, bounds, errors] = match result {
         Ok(measured) => {
-            let parts = measured.worst_of_each_quantity().into_iter();
-            let texts = parts.map(|part| {
-                let [error, bound] = [part.error, part.bound].map(number);
-                format!("{} {error} ({bound})", part.quantity)
-            });
-            texts.collect::<Vec<_>>().join("; ")
+            let parts = measured.worst_of_each_quantity();
+            let column = |text: fn(&Part) -> String| {
+                let lines: Vec<String> = parts.iter().map(|part| text(part)).collect();
+                lines.join("<br>")
+            };
+            [
+                // Lines that wrapped would not stand beside their numbers.
+                column(|part| part.quantity.replace(' ', "\u{a0}")),
+                column(|part| number(part.bound)),
+                column(|part| number(part.error)),
+            ]
         }
-        Err(problem) => problem.clone(),
+        Err(problem) => [problem.clone(), String::new(), String::new()],
     };
     let issue = match case.known_issue {
         Some(issue) if verdict(case, result) == KNOWN_ISSUE => {
@@ -213,5 +223,5 @@ fn markdown_row(case: &Case, result: &Examination) -> String {
     };
     let name = case.name.replace('_', " ");
     let (hazard, remedy) = (case.hazard, case.remedy);
-    format!("| {name} | {hazard} | {remedy}.{issue} | {errors} |\n")
+    format!("| {name} | {hazard} | {remedy}.{issue} | {checked} | {bounds} | {errors} |\n")
 }

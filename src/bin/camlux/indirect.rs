@@ -7,28 +7,28 @@ const RSM_SIZE: u32 = 64;
 
 #[derive(clap::Args)]
 pub struct IndirectArgs {
-    /// How to compute indirect light
+    /// Estimator of the indirect light
     #[arg(long, value_name = "NAME", value_parser = IndirectLight::NAMES)]
     pub estimator: Option<String>,
-    /// Texels along one edge of a face of the reflective shadow map
+    /// RSM texels along an edge
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub rsm_size: Option<u32>,
-    /// For final-gather: relRMSE against the true bounce to aim at, 0.002 to 0.5
+    /// Target relRMSE of final-gather, 0.002 to 0.5
     #[arg(long, value_name = "ERROR")]
     pub target_error: Option<f64>,
-    /// For final-gather: what that error counts over: image (all pixels at once) or local (every part of the image)
-    #[arg(long, value_name = "NORM", value_parser = parse_norm)]
+    /// Target error over the whole image, or over each part of it
+    #[arg(long, value_name = "image|local", value_parser = parse_norm)]
     pub error_norm: Option<ErrorNorm>,
-    /// For final-gather: milliseconds that the indirect light of a frame may take; the best image so far is the result then
+    /// Time limit of final-gather, milliseconds
     #[arg(long, value_name = "MS")]
     pub max_ms: Option<f64>,
-    /// For final-gather: rays that the indirect light of a frame may take; the best image so far is the result then
+    /// Ray limit of final-gather
     #[arg(long, value_name = "RAYS")]
     pub max_rays: Option<u64>,
-    /// For final-gather: also the layer stderr, the standard error of each pixel's indirect light
+    /// Add layer stderr: standard errors of final-gather
     #[arg(long)]
     pub stderr_layer: bool,
-    /// For rsm-average: relRMSE against the sum at every pixel that interpolation may cause, 0.002 to 0.5
+    /// Interpolation error of rsm-average, 0.002 to 0.5
     #[arg(long, value_name = "ERROR")]
     pub interpolation_error: Option<f64>,
 }

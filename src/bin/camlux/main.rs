@@ -10,6 +10,7 @@ mod error_map;
 mod indirect;
 mod info;
 mod json;
+mod manual;
 mod numbers;
 mod options;
 mod output;
@@ -28,30 +29,39 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-/// Computes in physical units how a light illuminates what a camera sees.
+/// Computes in physical units how a light illuminates what a camera sees
 #[derive(Parser)]
-#[command(version)]
+#[command(name = "camlux", version, after_help = EXAMPLES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  camlux render scenes/cornell.toml -o cornell.exr --png cornell.png
+  camlux render --help";
+
 #[derive(clap::Subcommand)]
 enum Command {
-    /// Render a scene file into an OpenEXR file
+    /// Render a scene to an OpenEXR file
     Render(render::Args),
-    /// Render the many frames of a job file into a data set; the same command again renders what is missing
+    /// Render the frames of a job file to a data set, or those still missing
     Batch(batch::Args),
-    /// Sample the true single bounce of a scene on the CPU, with the standard error of each pixel
+    /// Path-trace a reference image of a scene on the CPU
     Reference(reference::Args),
-    /// Compare an image with a reference: error metrics, without the noise of either, and a map of the errors
+    /// Measure the error of an image against a reference
     Compare(compare::Args),
-    /// Measure speed against error: report.json, and a page with plots and pictures
+    /// Measure speed against error: a page with plots and pictures
     Report(report::Args),
-    /// Run hard cases on the device and compare with the truth; exit code 1 if one is not met
+    /// Run hard cases on this device; exit code 1 if one fails
     Doctor(doctor::Args),
-    /// List the Vulkan devices, their limits, and which one is used by default; exit code 1 if none is usable
+    /// List the Vulkan devices; exit code 1 if none is usable
     Info,
+    /// Print a completion script for a shell
+    Completions(manual::CompletionsArgs),
+    /// Write the manual pages
+    Man(manual::ManArgs),
 }
 
 /// What ends the program early: one of the library's errors, or a text of the program's own.
@@ -75,6 +85,8 @@ fn main() -> ExitCode {
         Command::Report(args) => report::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Doctor(args) => doctor::run(&args),
         Command::Info => info::run(),
+        Command::Completions(args) => manual::print_completions(&args).map(|()| ExitCode::SUCCESS),
+        Command::Man(args) => manual::write_pages(&args).map(|()| ExitCode::SUCCESS),
     })
 }
 

@@ -9,7 +9,7 @@ use crate::{Failure, warn};
 
 #[derive(clap::Args)]
 pub struct SizeArgs {
-    /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
+    /// Resolution; the field of view stays
     #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
     size: Option<Vec<u32>>,
 }
@@ -31,7 +31,7 @@ impl SizeArgs {
 
 #[derive(clap::Args)]
 pub struct DeviceArgs {
-    /// Device by the index, name, UUID or PCI address that `camlux info` lists [default: CAMLUX_DEVICE of the environment, or the best]
+    /// Index, name, UUID or PCI address [default: $CAMLUX_DEVICE, or the best]
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
 }

@@ -16,18 +16,21 @@ use crate::{Failure, tell};
 const TIME_BETWEEN_SAVES: Duration = Duration::from_secs(30);
 
 #[derive(clap::Args)]
-#[command(group(clap::ArgGroup::new("goal").required(true)))]
+#[command(group(clap::ArgGroup::new("goal").required(true)), after_help = "\
+Example:
+  camlux reference scenes/cornell.toml -o reference.exr --stderr 0.01 --size 400 400
+How it is sampled: docs/reference.md")]
 pub struct Args {
     /// Scene file
     #[arg(value_name = "SCENE.toml")]
     pub scene: PathBuf,
-    /// OpenEXR file to write; where it is there already, samples are added to it
+    /// OpenEXR file to write; samples are added to an existing one
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: PathBuf,
-    /// Samples per pixel, in all; rounded up to whole rounds, eight of 4 at least
+    /// Samples per pixel: 32 at least, rounded up to a multiple of 4
     #[arg(long, value_name = "N", group = "goal", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     pub spp: Option<u32>,
-    /// Standard error of the indirect light to be reached, over its root mean square: 0.01 is one percent
+    /// Sample until this relative standard error: 0.01 is 1 %
     #[arg(long, value_name = "SHARE", group = "goal", value_parser = parse_share)]
     pub stderr: Option<f64>,
     #[command(flatten)]

@@ -14,6 +14,11 @@ use crate::summary::{self, RunSummary};
 use crate::{Failure, json, print, tell, tof_picture, warn};
 
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  camlux render scenes/cornell.toml -o cornell.exr --png cornell.png --size 400 400
+  camlux render scenes/cornell.toml -o cornell.exr --target-error 0.01 --layers radiance,depth
+Layers, scene files, estimators: docs/output.md, docs/scene.md, docs/guides/estimators.md")]
 pub struct Args {
     /// Scene file
     #[arg(value_name = "SCENE.toml")]
@@ -27,34 +32,32 @@ pub struct Args {
     pub indirect: IndirectArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Also write a preview: direct | indirect | total where there is indirect light, in one exposure; with time of flight range | amplitude | multipath error of the bounce, a row a frequency
+    /// Write a preview: direct, indirect and total light side by side
     #[arg(long, value_name = "FILE.png", requires = "output")]
     pub png: Option<PathBuf>,
-    /// Also write times, counts and warnings as JSON; - is stdout
+    /// Write statistics as JSON; - is stdout
     #[arg(long, value_name = "FILE.json", requires = "output")]
     pub stats: Option<PathBuf>,
-    /// Print what will be computed and how; without --output, compute nothing
+    /// Print the passes; without -o, render nothing
     #[arg(long)]
     pub plan: bool,
-    /// How rays find triangles: by packets of a subgroup, each lane by itself, or by the device's own units; what does not run on the
-    /// device is refused [default: the fastest]
-    #[arg(long, value_name = "packet|single|query", value_parser = parse_tracer)]
+    /// Print the time of each pass, counts and the device
+    #[arg(short, long)]
+    pub verbose: bool,
+    /// Ray kernel: packet, single or query [default: the fastest]
+    #[arg(long, value_name = "KERNEL", value_parser = parse_tracer)]
     pub tracer: Option<RayKernel>,
-    /// Store radiance, direct, indirect and N as 16-bit float
+    /// Store light and normals as 16-bit floats
     #[arg(long, requires = "output")]
     pub half: bool,
-    #[arg(long, help = layers_help(), value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
+    /// Write only these layers, such as radiance,depth
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
     pub layers: Option<Vec<Layer>>,
 }
 
 fn parse_tracer(name: &str) -> Result<RayKernel, String> {
     let kernel = RayKernel::ALL.into_iter().find(|k| k.name() == name);
     kernel.ok_or_else(|| "the tracers are packet, single, query".into())
-}
-
-fn layers_help() -> String {
-    let names = layer_names();
-    format!("Write these layers only, separated by commas: {names}")
 }
 
 fn parse_layer(name: &str) -> Result<Layer, String> {

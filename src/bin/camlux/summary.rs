@@ -20,7 +20,7 @@ pub struct RunSummary<'run> {
     pub warnings: Vec<String>,
 }
 
-/// A few lines: device, times, counts, files.
+/// Files, time and error; for those who want to know also passes, counts and the device.
 pub fn text(run: &RunSummary) -> String {
     let stats = &run.frame.stats;
     let mut text = String::new();
@@ -28,12 +28,44 @@ pub fn text(run: &RunSummary) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{label:<8}{content}");
     };
-    let device = format!("{}, driver {}", stats.device, stats.driver);
-    line("device", device);
-    let passes = stats.passes.iter();
-    let times = passes.map(|pass| (pass.name, pass.milliseconds));
-    line("GPU", list_times(times));
+    for (content, path) in &run.written {
+        line("wrote", format!("{} ({content})", path.display()));
+    }
+    let total_ms: f64 = run.wall.iter().map(|(_, ms)| ms).sum();
+    let of_render = run.wall.iter().find(|(step, _)| *step == "render");
+    let of_render = of_render.map(|(_, ms)| format!(", {} of it to render", duration(*ms)));
+    line("time", duration(total_ms) + &of_render.unwrap_or_default());
     if let Some(indirect) = &run.frame.description.indirect {
+        if let Some(requested) = indirect.target_error() {
+            let against = "of the indirect light";
+            let error = describe_error(&stats.estimated_error_text(), requested, against);
+            line("error", error);
+        }
+        if let Some(requested) = indirect.interpolation_error() {
+            let against = "of the interpolated sum";
+            let estimated = stats.estimated_interpolation_error;
+            let estimated = estimated.map(|error| format!("estimated {}", percent(error)));
+            let estimated = estimated.as_deref().unwrap_or("not estimated");
+            line("error", describe_error(estimated, requested, against));
+        }
+    }
+    if let Some(error) = stats.estimated_area_light_error {
+        let text = format!(
+            "estimated {} (relRMSE of the direct light of area lights)",
+            percent(error)
+        );
+        line("error", text);
+    }
+    if !run.args.verbose {
+        return text;
+    }
+    let passes = stats.passes.iter();
+    line(
+        "passes",
+        list_times(passes.map(|pass| (pass.name, pass.milliseconds))),
+    );
+    line("steps", list_times(run.wall.iter().copied()));
+    if run.frame.description.indirect.is_some() {
         let mut counts = stats.vpl_count.to_string();
         if stats.pixel_vpl_pairs > 0 {
             let pairs = count(stats.pixel_vpl_pairs as f64);
@@ -43,38 +75,28 @@ pub fn text(run: &RunSummary) -> String {
             let _ = write!(counts, ", {} pairs/s", count(rate));
         }
         line("VPLs", counts);
-        if let Some(requested) = indirect.target_error() {
-            line("rays", count(stats.ray_count as f64));
-            let against = "against the true bounce";
-            let error = describe_error(&stats.estimated_error_text(), requested, against);
-            line("error", error);
-        }
-        if let Some(requested) = indirect.interpolation_error() {
-            let against = "against the sum at every pixel";
-            let estimated = stats.estimated_interpolation_error;
-            let estimated = estimated.map(|error| format!("estimated {}", percent(error)));
-            let estimated = estimated.as_deref().unwrap_or("not estimated");
-            line("error", describe_error(estimated, requested, against));
-        }
+        line("rays", count(stats.ray_count as f64));
     }
-    if let Some(error) = stats.estimated_area_light_error {
-        let text = format!(
-            "estimated {} (relRMSE of the direct light of lights with an area)",
-            percent(error)
-        );
-        line("error", text);
-    }
-    line("wall", list_times(run.wall.iter().copied()));
-    for (content, path) in &run.written {
-        line("wrote", format!("{} ({content})", path.display()));
-    }
+    line(
+        "device",
+        format!("{}, driver {}", stats.device, stats.driver),
+    );
     text
+}
+
+/// Such as 840 ms, 1.24 s, 73 s.
+fn duration(milliseconds: f64) -> String {
+    match milliseconds {
+        ms if ms < 1000.0 => format!("{ms:.0} ms"),
+        ms if ms < 10_000.0 => format!("{:.2} s", 1e-3 * ms),
+        ms => format!("{:.0} s", 1e-3 * ms),
+    }
 }
 
 /// What the engine estimates of an error, and what was requested.
 fn describe_error(estimated: &str, requested: f64, against: &str) -> String {
     let requested = percent(requested);
-    format!("{estimated}, requested {requested} (relRMSE {against})")
+    format!("{estimated}, target {requested} (relRMSE {against})")
 }
 
 fn percent(error: f64) -> String {

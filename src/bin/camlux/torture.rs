@@ -33,14 +33,13 @@ pub const HEADS: [&str; 9] = [
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// Hold requested, estimated and true errors against each other, on the scenes that most easily fool an estimate; truths
-    /// are kept in this folder
+    /// Check error estimates on scenes that fool them; keep references here
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["all", "markdown", "pictures"])]
     torture: Option<PathBuf>,
-    /// An error to ask for in the torture set; may be given more than once [default: 0.1 0.05 0.02 0.01]
+    /// Target error of the torture set, may be repeated [default: 0.1 0.05 0.02 0.01]
     #[arg(long = "target-error", value_name = "SHARE", requires = "torture", value_parser = crate::reference::parse_share)]
     target_errors: Vec<f64>,
-    /// Images of each scene of the torture set, each turned by a degree or so, to see how often the upper bound holds
+    /// Slightly turned images of each torture scene
     #[arg(long, value_name = "N", requires = "torture", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     variations: u32,
 }

@@ -21,19 +21,19 @@ use crate::{
 pub const CASES: &[Case] = &[
     Case::new(
         "slit_of_a_fifth_of_a_texel",
-        "a strip of light that falls between the centres of the texels of the light's map",
+        "a strip of light between the centres of the map's texels",
         ESTIMATES,
         |exam| estimates(exam, rooms::slit(0.2)),
     ),
     Case::new(
         "slit_of_half_a_texel",
-        "a texel's centre is lit or not, and stands for all of the texel",
+        "a texel's centre is lit or not, and stands for the whole texel",
         ESTIMATES,
         |exam| estimates(exam, rooms::slit(0.5)),
     ),
     Case::new(
         "slit_of_a_texel",
-        "as many texels' centres are lit as chance will have it: one column, or two",
+        "chance decides how many columns of texel centres are lit: one or two",
         ESTIMATES,
         |exam| estimates(exam, rooms::slit(1.0)),
     ),
@@ -45,38 +45,38 @@ pub const CASES: &[Case] = &[
     ),
     Case::new(
         "slit_of_five_texels",
-        "an error of a tenth that is the same all over the image",
+        "an error of a tenth, the same all over the image",
         ESTIMATES,
         |exam| estimates(exam, rooms::slit(5.0)),
     ),
     Case::new(
         "slit_of_ten_texels",
-        "an error of a twentieth that is the same all over the image",
+        "an error of a twentieth, the same all over the image",
         ESTIMATES,
         |exam| estimates(exam, rooms::slit(10.0)),
     ),
     Case::new(
         "light_moved_behind_a_slit",
-        "a slit of 1.7 texels whose light flickers as its lamp moves",
-        "the mean over the image is off by no more than its estimate",
+        "light through a slit of 1.7 texels flickers as its lamp moves",
+        "the image's mean is off by no more than its estimate",
         moved_lamp,
     )
     .long(),
     Case::new(
         "keyhole",
-        "two texels of all the light's map matter",
+        "only two texels of the whole map matter",
         ESTIMATES,
         |exam| estimates(exam, rooms::keyhole()),
     ),
     Case::new(
         "blinds",
-        "slits and texels make a pattern that neither of them has",
+        "slits and texels make a pattern that neither has alone",
         ESTIMATES,
         |exam| estimates(exam, rooms::blinds()),
     ),
     Case::new(
         "lit_strip_in_view",
-        "a few pixels beside the strip are bright, and carry the error of the image",
+        "a few bright pixels beside the strip carry the error of the image",
         ESTIMATES,
         |exam| estimates(exam, rooms::visible_strip()),
     ),
@@ -88,19 +88,19 @@ pub const CASES: &[Case] = &[
     ),
     Case::new(
         "light_two_millimetres_off_a_wall",
-        "half of the light falls into a dot of 2 mm",
+        "half of the light falls on a dot of 2 mm",
         ESTIMATES,
         |exam| estimates(exam, rooms::lamp_off_a_wall()),
     ),
     Case::new(
         "wires_thinner_than_a_pixel",
-        "what hides the light is smaller than texels of the map and pixels of the image",
+        "the objects that block the light are smaller than texels of the map and pixels of the image",
         ESTIMATES,
         |exam| estimates(exam, rooms::wires()),
     ),
     Case::new(
         "highlights_as_the_only_light",
-        "a lit point shines into one direction, and most samples bring nothing",
+        "a lit point shines in one direction, and most samples add nothing",
         ESTIMATES,
         |exam| estimates(exam, rooms::highlights_alone()),
     ),
@@ -112,19 +112,19 @@ pub const CASES: &[Case] = &[
     ),
     Case::new(
         "room_of_small_objects",
-        "texels whose neighbours belong to other surfaces",
+        "neighbouring texels belong to different surfaces",
         ESTIMATES,
         |exam| estimates(exam, rooms::small_objects()),
     ),
     Case::new(
         "lights_ten_thousand_to_one",
-        "nearly all of the power is in the light of which nearly nothing arrives",
+        "nearly all power is in the light of which nearly nothing arrives",
         ESTIMATES,
         |exam| estimates(exam, rooms::unequal_lamps()),
     ),
 ];
 
-const ESTIMATES: &str = "the error that was asked for is met, and the bound that is stated holds";
+const ESTIMATES: &str = "meets target error and upper bound";
 
 /// True over requested error: at most this in 95 % of all rows, and never over the other one.
 pub const OVER_REQUESTED: f64 = 1.3;

@@ -39,11 +39,16 @@ use selection::Shard;
 use work::WorkOptions;
 
 #[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  camlux batch examples/rooms.toml -o dataset
+  camlux batch examples/rooms.toml -o dataset --shard 2/8
+Job files: docs/batch.md. The same command again renders what is missing.")]
 pub struct Args {
     /// Job file
     #[arg(value_name = "JOB.toml")]
     pub job: PathBuf,
-    /// Folder of the data set; what is there already and sound is not rendered again
+    /// Folder of the data set; sound frames in it are kept
     #[arg(
         short,
         long,
@@ -51,19 +56,19 @@ pub struct Args {
         required_unless_present = "dry_run"
     )]
     pub output: Option<PathBuf>,
-    /// These frames only, without the last one
+    /// Render only these frames; END is not one of them
     #[arg(long, value_name = "FIRST..END", value_parser = selection::range)]
     pub frames: Option<Range<u64>>,
-    /// The I-th of N equal shares: frames I-1, I-1+N, I-1+2N, ...; the manifest is manifest-I-of-N.jsonl
+    /// Render every N-th frame from the I-th on, for N machines
     #[arg(long, value_name = "I/N", value_parser = selection::shard)]
     pub shard: Option<Shard>,
-    /// List the frames, and estimate time and disk from a few of them
+    /// List the frames; estimate time and disk space
     #[arg(long)]
     pub dry_run: bool,
-    /// Render nothing: check the frames of all shards, and make one manifest.jsonl of theirs; exit code 1 unless all are there
+    /// Check the frames of all shards and merge their manifests
     #[arg(long, conflicts_with_all = ["dry_run", "frames", "shard"])]
     pub merge: bool,
-    /// Also write a picture of up to 64 of the frames, in one exposure
+    /// Write a picture of up to 64 frames
     #[arg(long, value_name = "FILE.png", conflicts_with = "dry_run")]
     pub contact_sheet: Option<PathBuf>,
     /// Stop at the first frame that fails
@@ -71,7 +76,7 @@ pub struct Args {
     pub fail_fast: bool,
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Frames that may wait to be written while the next renders; 0: none, each is written first
+    /// Frames that may wait to be written
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub queue: usize,
 }

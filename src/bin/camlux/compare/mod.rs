@@ -16,21 +16,24 @@ use crate::{Failure, print, warn};
 use layers::LayerPair;
 
 #[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  camlux compare cornell.exr reference.exr --error-map errors.png
+The noise of the reference (its layer stderr) is taken out; its edge pixels are left out: docs/accuracy.md")]
 pub struct Args {
-    /// OpenEXR image to judge, with what it says of its own error in the layer stderr, if it is a render with one
+    /// OpenEXR image to judge
     #[arg(value_name = "IMAGE.exr")]
     image: PathBuf,
-    /// OpenEXR image to judge it by; its layer stderr, if it has one, is taken as the standard error of its indirect light,
-    /// and the pixels marked in its layer edge are left out
+    /// OpenEXR image to judge it by
     #[arg(value_name = "REFERENCE.exr")]
     reference: PathBuf,
-    /// Compare this layer; may be given more than once. Without it: indirect, direct and radiance, and the phasors of time of flight, as far as both have them
+    /// Layer to compare, may be repeated [default: all light]
     #[arg(long = "layer", value_name = "NAME")]
     layers: Vec<String>,
-    /// Print one JSON object instead of a table
+    /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
-    /// Also draw where the image is too dark (blue) and too bright (red), for the first layer compared
+    /// Draw errors: blue is too dark, red too bright
     #[arg(long, value_name = "FILE.png")]
     error_map: Option<PathBuf>,
 }

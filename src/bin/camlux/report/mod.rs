@@ -42,31 +42,34 @@ use crate::{Failure, print, tell};
 const QUICK_SIZE_PX: u32 = 160;
 
 #[derive(clap::Args)]
+#[command(after_help = "\
+Example:
+  camlux report scenes/cornell.toml -o report --quick
+What the page shows: docs/report.md")]
 pub struct Args {
     /// Scene files
     #[arg(value_name = "SCENE.toml", required = true)]
     pub scenes: Vec<PathBuf>,
-    /// Folder for report.json, index.html, the plots and the truths; what a report that was cut has left there is used
+    /// Folder for the report; an interrupted one is continued
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
-    /// Under a minute a scene: images of 160 pixels, coarse RSMs, a truth of 3 %
+    /// Under a minute a scene: small images, coarse references
     #[arg(long)]
     pub quick: bool,
     #[command(flatten)]
     pub size: SizeArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Program that renders the scenes with other engines (benches/peers/run); the report says what became of it
+    /// Program that renders with other engines: benches/peers/run
     #[arg(long, value_name = "PROGRAM")]
     pub peers: Option<PathBuf>,
-    /// Also the torture set of `camlux doctor`: how far off the engine's images are, and what it says of them
+    /// Add the torture set of camlux doctor
     #[arg(long)]
     pub torture: bool,
-    /// Only how the time at 2 % grows: over the scenes with their triangles, and of each with its pixels, at a quarter, half, once and
-    /// twice the edges of its image. No truth is needed
+    /// Only measure how time grows with triangles and pixels
     #[arg(long, conflicts_with_all = ["peers", "torture", "stderr"])]
     pub growth: bool,
-    /// Standard error of the truth's indirect light, over its root mean square [default: 0.01, quick 0.03]
+    /// Relative standard error of references [default: 0.01, quick 0.03]
     #[arg(long, value_name = "SHARE", value_parser = crate::reference::parse_share)]
     pub stderr: Option<f64>,
 }

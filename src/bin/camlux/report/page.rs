@@ -4,8 +4,8 @@ use super::figures;
 use super::growth;
 use super::html::{Column, escape, image, table};
 use super::picture::{ERROR_RANGE, Picture, Pictures};
-use super::results::{Entry, PhasorError, Report, SceneReport, Seconds, Unsupported};
-use super::style::STYLE;
+use super::results::{Entry, Kind, PhasorError, Report, SceneReport, Seconds, Unsupported};
+use super::style::{SCRIPT, STYLE};
 use super::summary::summary;
 use super::torture;
 use crate::Failure;
@@ -31,23 +31,24 @@ pub fn page(report: &Report) -> Result<String, Failure> {
 <style>{STYLE}</style></head>
 <body>
 <h1>Speed against error</h1>
-{machine}{how_to_read}{scenes}{torture}{growth}</body>
+{machine}{how_to_read}{scenes}{torture}{growth}<script>{SCRIPT}</script>
+</body>
 </html>
 "
     ))
 }
 
-const HOW_TO_READ: &str = "<p><b>How to read this.</b> A point is a setting. Its time is that of one frame from the call to the \
-finished OpenEXR file, with scene, device and pipelines ready: the median of the runs, whiskers from the fastest to the \
-slowest. Its error is that of the indirect light over all pixels with a surface but those on edges, which show one of two surfaces by \
-chance: relRMSE = √(Σ(x−t)²/Σt²), against the \
-path-sampled single bounce; the noise of that truth is subtracted. Where the noise hides the error, the point is hollow and \
-stands at what the error is at most. A point below the dashed line of the truth's noise leans on that subtraction. \
-The camlux reference is measured by its own spread. <b>final-gather</b> casts rays until its indirect light should have \
-the error that was requested; a bar joined to its point is the error as the engine itself estimates it, without the truth. \
-<b>Model error</b> is the distance to the truth; \
-<b>kernel error</b>, of plain sums only, is the rounding of the device's f32 against the same formulas on the same VPLs in \
-f64.</p>\n";
+const HOW_TO_READ: &str = "<details><summary>How to read the plots</summary><ul>
+<li>Each point is one setting. Lower left is better.</li>
+<li><b>Time</b> is one frame, from the call to the finished OpenEXR file. Scene, device and pipelines are ready. The point is the median of the runs; \
+whiskers reach from the fastest to the slowest.</li>
+<li><b>Model error</b> is the relRMSE of the indirect light, √(Σ(x−t)²/Σt²), against the reference, a path-traced single bounce. The noise of the reference is \
+subtracted. Pixels on edges are left out, since either of two surfaces may show there.</li>
+<li>A hollow point is an upper bound: the noise of the reference hides the error. The dashed line is that noise.</li>
+<li>The camlux reference is judged by its own spread.</li>
+<li><b>final-gather</b> casts rays until it estimates that the target error is met. The bar joined to a point is that estimate, made without the reference.</li>
+<li><b>Kernel error</b>, for plain sums only, is the rounding of the device's f32 against the same formulas in f64.</li>
+</ul></details>\n";
 
 fn machine(report: &Report) -> String {
     let machine = &report.machine;
@@ -262,31 +263,55 @@ fn times(seconds: &Seconds) -> String {
     }
 }
 
-/// The truth, then each entry's indirect light and its error.
+/// One entry over the reference, with a slider, and its error; below them all entries to choose from.
 fn pictures(scene: &SceneReport) -> Result<String, Failure> {
-    let figure = |name: &str, pictures: &Pictures| {
-        let indirect = image(&pictures.indirect, &format!("{name}: indirect light"));
+    let shown = scene.entries.iter().filter_map(|entry| {
+        let error = entry.indirect.map_or("–".into(), |error| error.text());
+        Some((format!("{}: {error}", entry.name()), entry.pictures.as_ref()?))
+    });
+    let shown: Vec<(String, &Pictures)> = shown.collect();
+    let best = scene.entries.iter().filter(|entry| entry.pictures.is_some());
+    let best = best.enumerate().filter_map(|(place, entry)| {
+        let error = entry.indirect.filter(|_| entry.kind == Kind::Engine)?;
+        Some((place, error.relative_rmse))
+    });
+    let best = best.min_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((first, pictures)) = shown.get(best.map_or(0, |(place, _)| place)) else {
+        return Ok(String::new());
+    };
+    let indirect = |name: &str, pictures: &Pictures| {
+        image(&pictures.indirect, &format!("{name}: indirect light"))
+    };
+    let error = |name: &str, pictures: &Pictures| {
         let error = pictures.error.as_ref();
         let error = error.map(|error| image(error, &format!("{name}: error")));
+        error.unwrap_or_default()
+    };
+    let choices = shown.iter().map(|(name, pictures)| {
         format!(
-            "<figure>{indirect}{}<figcaption>{}</figcaption></figure>\n",
-            error.unwrap_or_default(),
+            "<button type=\"button\">{}{}<span>{}</span></button>\n",
+            indirect(name, pictures),
+            error(name, pictures),
             escape(name)
         )
-    };
-    let of_entries = scene.entries.iter().filter_map(|entry| {
-        let error = entry.indirect.map_or("–".into(), |error| error.text());
-        let name = format!("{}: {error}", entry.name());
-        Some(figure(&name, entry.pictures.as_ref()?))
     });
     let range = format!("{:.0} %", 100.0 * ERROR_RANGE);
-    let meaning = "blue is too dark, red is too bright";
-    let bar = image(&Picture::of_colors()?, meaning);
+    let bar = image(&Picture::of_colors()?, "blue is too dark, red is too bright");
     Ok(format!(
-        "<p>Left the indirect light, all in the exposure of the truth; right its error (x−t), mean of the bands, over the \
-        truth's mean: −{range} {bar} +{range} and beyond.</p>\n<div class=\"grid\">{}{}</div>\n",
-        figure("truth", &scene.truth_pictures),
-        of_entries.collect::<String>()
+        "<div class=\"pictures\"><div class=\"viewer\">
+<figure><div class=\"zoom stack\">{}<div class=\"over\">{}</div></div>
+<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"how much of the image covers the reference\">
+<figcaption>Left of the slider <b>{}</b>, right of it the reference. Indirect light, in one exposure.</figcaption></figure>
+<figure><div class=\"zoom error\">{}</div>
+<figcaption>Error x−t over the mean of the reference: −{range} {bar} +{range}. Click a picture to enlarge it.</figcaption></figure>
+</div>
+<div class=\"grid\">{}</div></div>
+",
+        indirect("reference", &scene.truth_pictures),
+        indirect(first, pictures),
+        escape(first),
+        error(first, pictures),
+        choices.collect::<String>()
     ))
 }
 

@@ -11,7 +11,7 @@ use crate::output::png;
 use crate::reduced::Reduced;
 
 /// Widest picture. Larger images are averaged over squares of pixels.
-const WIDEST_PX: usize = 240;
+const WIDEST_PX: usize = 400;
 /// Error, over the truth's mean, at which the colours end: fixed, so that pictures of all settings, scenes and reports can
 /// be compared.
 pub const ERROR_RANGE: f64 = 1.0;

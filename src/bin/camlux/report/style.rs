@@ -1,4 +1,4 @@
-//! How the page looks, on light and on dark screens.
+//! How the page looks, on light and on dark screens, and what it does when one touches it.
 
 /// The style sheet. In the dark the plots keep their hues: what is light becomes dark and the reverse.
 pub const STYLE: &str = "
@@ -22,8 +22,48 @@ table { border-collapse: collapse; font-size: 0.8rem; }
 th, td { padding: 0.25rem 0.5rem; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }
 th { font-weight: 600; }
 tbody th, thead th:first-child { text-align: left; }
+details { margin: 1rem 0; }
+summary { cursor: pointer; }
+.viewer { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(20rem, 100%), 1fr)); gap: 1.5rem; }
+.viewer input { width: 100%; }
+.zoom { overflow: auto; max-height: 80vh; cursor: zoom-in; }
+.zoom img { width: 100%; image-rendering: pixelated; display: block; }
+.zoom.large { cursor: zoom-out; }
+.zoom.large > * { width: 400%; max-width: none; }
+.stack { display: grid; }
+.stack > * { grid-area: 1 / 1; }
+.over { clip-path: inset(0 calc(100% - var(--split, 50%)) 0 0); border: 0; }
 .grid { display: flex; flex-wrap: wrap; gap: 1rem; }
-.grid figure { margin: 0; }
-.grid img { margin-right: 4px; }
+.grid button { font: inherit; font-size: 0.85rem; color: inherit; background: none; border: 1px solid var(--line); border-radius: 6px;
+  padding: 6px; cursor: pointer; text-align: left; }
+.grid button:hover, .grid button:focus-visible { border-color: var(--faint); }
+.grid img { width: 120px; margin-right: 4px; }
+.grid span { display: block; }
 img { height: auto; vertical-align: middle; }
+";
+
+/// A slider moves the edge between image and reference, a button chooses the image, a click enlarges. Without scripts the page still shows all.
+pub const SCRIPT: &str = "
+for (const pictures of document.querySelectorAll('.pictures')) {
+  const slider = pictures.querySelector('input'), over = pictures.querySelector('.over');
+  slider.oninput = () => over.style.setProperty('--split', slider.value + '%');
+  for (const button of pictures.querySelectorAll('button')) {
+    button.onclick = () => {
+      const [image, error] = button.querySelectorAll('img');
+      over.querySelector('img').src = image.src;
+      const shown = pictures.querySelector('.error img');
+      if (shown && error) shown.src = error.src;
+      pictures.querySelector('figcaption b').textContent = button.textContent.trim();
+    };
+  }
+  for (const zoom of pictures.querySelectorAll('.zoom')) {
+    zoom.onclick = (event) => {
+      const box = zoom.getBoundingClientRect();
+      const x = (event.clientX - box.left + zoom.scrollLeft) / zoom.scrollWidth;
+      const y = (event.clientY - box.top + zoom.scrollTop) / zoom.scrollHeight;
+      zoom.classList.toggle('large');
+      zoom.scrollTo(x * zoom.scrollWidth - box.width / 2, y * zoom.scrollHeight - box.height / 2);
+    };
+  }
+}
 ";

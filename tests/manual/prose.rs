@@ -1,0 +1,37 @@
+//! Phrases that one had to read twice, with what says the same: the manual is in plain English.
+
+use crate::pages::pages;
+
+const PHRASES: [(&str, &str); 12] = [
+    ("asked for", "requested"),
+    ("anew", "again"),
+    ("what is there of", "name it"),
+    ("goes by", "uses"),
+    ("the host's word", "the host guarantees it"),
+    ("in as many", "the same number"),
+    ("tells apart", "distinguishes"),
+    ("that of the", "name it again"),
+    ("nothing of it", "none of it"),
+    ("has to see to", "must ensure"),
+    ("is said of", "says"),
+    ("which it does not", "say what it does"),
+];
+
+#[test]
+fn phrases_that_one_reads_twice_are_gone() {
+    let mut problems = Vec::new();
+    for page in pages() {
+        for (number, line) in page.prose() {
+            let line = line.to_lowercase();
+            for (phrase, better) in PHRASES {
+                if line.contains(phrase) {
+                    problems.push(format!(
+                        "{}:{number}: \"{phrase}\": {better}",
+                        page.path.display()
+                    ));
+                }
+            }
+        }
+    }
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
