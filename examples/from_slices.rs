@@ -1,4 +1,4 @@
-//! Renders a scene that is built from arrays, without files: a red wall beside a white floor, lit by a point light.
+//! Renders a scene built from arrays, without files: a red wall beside a white floor, lit by a point light.
 //!
 //!     cargo run --release --example from_slices
 
@@ -55,7 +55,7 @@ fn main() -> Result<(), camlux::Error> {
     let device = Device::open(&DeviceOptions::default())?;
     let frame = Renderer::new(&device)?.render(&scene, &mut RenderOptions::default())?;
 
-    // The middle of the floor, lit by the light and, a little redder, by the wall.
+    // The middle of the floor. It is lit by the light and, with a red tint, by the wall.
     let pixel = 3 * (64 * 30 + 32);
     for layer in [Layer::Direct, Layer::Indirect] {
         let values = frame.values(layer).unwrap_or_default();

@@ -1,8 +1,9 @@
 /*
- * camlux for C++17 and later: camlux.h with handles that own, exceptions or results, and typed views. Header only; link libcamlux.
+ * camlux for C++17 and later. It wraps camlux.h with owning handles, exceptions or results, and typed views. Header only; link
+ * libcamlux.
  *
- * camlux.h is the manual: what a function does, its units and its threads stand there, under the same name. Here stands what
- * differs.
+ * camlux.h is the manual. It describes what each function does, its units and its threads, under the same name. This file describes
+ * only the differences.
  *
  *
  * A COMPLETE EXAMPLE
@@ -16,24 +17,24 @@
  *
  * HANDLES
  *
- * device, scene, renderer, frame and cancel_token hold one reference each. Copies share the object, moves hand the reference on, destructors give
- * it back. One that was made without arguments, or moved from, is empty: it is false, and calls with it end with
- * CAMLUX_ERROR_INVALID_HANDLE. get() is the handle for camlux.h.
+ * device, scene, renderer, frame, job, shared_memory and cancel_token hold one reference each. Copies share the object, moves transfer the
+ * reference, destructors release it. A handle that was created without arguments or moved from is empty: it converts to false, and calls
+ * with it fail with CAMLUX_ERROR_INVALID_HANDLE. get() returns the handle for camlux.h.
  *
  *
  * ERRORS
  *
- * Every function has two forms. The plain one throws camlux::error, with the status and the message of camlux_last_error, also
- * where a render was cancelled (CAMLUX_CANCELLED). The one that begins with try_ returns a result<T> instead, which has a value or a
- * status and message, and throws nothing of camlux's. With -fno-exceptions, where only try_ makes sense, a plain one that fails
+ * Every function has two forms. The plain form throws camlux::error, with the status and the message of camlux_last_error, also
+ * if a render was cancelled (CAMLUX_CANCELLED). The form that begins with try_ returns a result<T>, which has a value or a
+ * status and a message. It throws no camlux::error. With -fno-exceptions, use only the try_ forms: a plain form that fails
  * aborts the program.
  *
  *
  * CALLBACKS
  *
- * Callbacks are std::function, and may throw: no exception crosses the library. One of a progress callback cancels the render. All
- * are thrown again, on the same thread, by the call that caused them or, where that cannot throw, by the next one; by both forms,
- * for they are the host's own.
+ * Callbacks are std::function, and may throw. No exception crosses the library. An exception in a progress callback cancels the render.
+ * The call that caused the callback throws the exception again on the same thread. If that call cannot throw, the next one does. Both
+ * forms throw it, because it is the host's own exception.
  */
 
 #ifndef CAMLUX_HPP
@@ -61,13 +62,13 @@
 
 namespace camlux {
 
-/** The version of the library that runs, as CAMLUX_VERSION_MAJOR and so on are of this header: see camlux_version. */
+/** The version of the library at run time; CAMLUX_VERSION_MAJOR and so on are those of this header. See camlux_version. */
 inline std::uint32_t version() noexcept { return camlux_version(); }
 
 using scene_counts = camlux_scene_counts;
 using bounds = camlux_bounds;
 
-/** An open device: camlux_device. Any thread may use it. */
+/** camlux_device: an open device. Any thread may use it. */
 class device : public detail::handle<camlux_device, camlux_device_retain, camlux_device_release> {
 public:
     using handle::handle;
@@ -80,7 +81,7 @@ public:
         return detail::ended(status, count);
     }
 
-    /** Of a device that need not be open. \param index from 0 to below count(). */
+    /** Describes a device, which need not be open. \param index from 0 to count() - 1. */
     static device_info info_of(std::uint32_t index) { return try_info_of(index).value(); }
     static result<device_info> try_info_of(std::uint32_t index)
     {
@@ -112,7 +113,7 @@ public:
         return detail::ended(status, device(opened));
     }
 
-    /** On the host's own VkDevice. */
+    /** Opens a device on the host's own VkDevice. */
     static device from_vulkan(const camlux_vulkan_device &vulkan) { return try_from_vulkan(vulkan).value(); }
     static result<device> try_from_vulkan(const camlux_vulkan_device &vulkan)
     {
@@ -138,12 +139,12 @@ public:
     }
 };
 
-/** What is lit: camlux_scene. Any thread may change it. Copies are the same scene. */
+/** camlux_scene. Any thread may change it. Copies refer to the same scene. */
 class scene : public detail::handle<camlux_scene, camlux_scene_retain, camlux_scene_release> {
 public:
     using handle::handle;
 
-    /** An empty scene. */
+    /** Creates an empty scene. */
     static scene create() { return try_create().value(); }
     static result<scene> try_create()
     {
@@ -202,7 +203,7 @@ public:
         return detail::ended(camlux_scene_set_indirect(get(), indirect ? &*indirect : nullptr));
     }
 
-    /** How direct light is computed. */
+    /** Sets how direct light is computed. */
     void set_direct(camlux::shadow shadow) { try_set_direct(shadow).value(); }
     result<void> try_set_direct(camlux::shadow shadow)
     {
@@ -211,7 +212,7 @@ public:
         return detail::ended(camlux_scene_set_direct(get(), &raw));
     }
 
-    /** \return its index, here and below. */
+    /** \return the index of the new part, as in the other add_ functions. */
     std::uint32_t add_texture(const camlux::texture &texture) { return try_add_texture(texture).value(); }
     result<std::uint32_t> try_add_texture(const camlux::texture &texture)
     {
@@ -243,7 +244,7 @@ public:
         return detail::ended(camlux_scene_set_material(get(), index, &raw));
     }
 
-    /** Without its name. */
+    /** Reads a material, without its name. */
     camlux::material material(std::uint32_t index) const { return try_material(index).value(); }
     result<camlux::material> try_material(std::uint32_t index) const
     {
@@ -261,7 +262,7 @@ public:
         return added(camlux_scene_add_mesh, raw);
     }
 
-    /** For all instances of the mesh. */
+    /** Replaces a mesh in all of its instances. */
     void set_mesh(std::uint32_t index, const camlux::mesh &mesh) { try_set_mesh(index, mesh).value(); }
     result<void> try_set_mesh(std::uint32_t index, const camlux::mesh &mesh)
     {
@@ -325,7 +326,7 @@ public:
         return detail::ended(status, detail::pose_of(raw));
     }
 
-    /** Moves the lights or instances 0 to below poses.size(), all or none. */
+    /** Moves the lights or instances 0 to poses.size() - 1, all or none. */
     void set_poses(camlux::part part, const std::vector<camlux::pose> &poses) { try_set_poses(part, poses).value(); }
     result<void> try_set_poses(camlux::part part, const std::vector<camlux::pose> &poses)
     {
@@ -347,7 +348,7 @@ public:
         return detail::ended(camlux_scene_set_visible(get(), detail::number(part), index, is_visible ? 1 : 0));
     }
 
-    /** Removes a light or an instance. The indices of others stay. */
+    /** Removes a light or an instance. The indices of others do not change. */
     void remove(camlux::part part, std::uint32_t index) { try_remove(part, index).value(); }
     result<void> try_remove(camlux::part part, std::uint32_t index)
     {
@@ -386,7 +387,7 @@ private:
 template <class T>
 class view;
 
-/** Memory of a device that other interfaces import: camlux_shared_memory. */
+/** camlux_shared_memory: device memory that other interfaces can import. */
 class shared_memory : public detail::handle<camlux_shared_memory, camlux_shared_memory_retain, camlux_shared_memory_release> {
 public:
     using handle::handle;
@@ -407,7 +408,7 @@ public:
         return detail::ended(status, info);
     }
 
-    /** A new file descriptor, to be imported or closed. */
+    /** Opens a new file descriptor, which you import or close. */
     int export_fd() const { return try_export_fd().value(); }
     result<int> try_export_fd() const
     {
@@ -417,7 +418,7 @@ public:
     }
 };
 
-/** A rendered frame: camlux_frame. It does not change. */
+/** camlux_frame: a rendered frame. It does not change. */
 class frame : public detail::handle<camlux_frame, camlux_frame_retain, camlux_frame_release> {
 public:
     using handle::handle;
@@ -437,7 +438,7 @@ public:
         return detail::ended(status, std::move(layers));
     }
 
-    /** A layer where it lies. The view keeps the frame. \tparam T float, or uint32_t for instance_id, material_id and tof_wraps. */
+    /** A layer in the frame's memory. The view keeps the frame. \tparam T float, or uint32_t for instance_id, material_id and tof_wraps. */
     template <class T>
     camlux::view<T> view(camlux::layer layer) const
     {
@@ -446,7 +447,7 @@ public:
     template <class T>
     result<camlux::view<T>> try_view(camlux::layer layer) const;
 
-    /** A layer in the host's memory, rows one behind the other. */
+    /** Copies a layer to the host's memory, with contiguous rows. */
     template <class T>
     void copy(camlux::layer layer, span<T> destination) const
     {
@@ -489,7 +490,7 @@ public:
         return detail::ended(status, detail::frame_stats_of(stats));
     }
 
-    /** What was done for it, in the order of execution. */
+    /** The passes of the frame, in the order of execution. */
     std::vector<pass_time> passes() const { return try_passes().value(); }
     result<std::vector<pass_time>> try_passes() const
     {
@@ -505,7 +506,7 @@ public:
         return detail::ended(status, std::move(passes));
     }
 
-    /** A layer on the device, of a frame that was rendered with on_device. */
+    /** A layer on the device. The frame must have been rendered with on_device. */
     camlux_vulkan_image vulkan_image(camlux::layer layer) const { return try_vulkan_image(layer).value(); }
     result<camlux_vulkan_image> try_vulkan_image(camlux::layer layer) const
     {
@@ -514,7 +515,7 @@ public:
         return detail::ended(status, image);
     }
 
-    /** Copies such a layer to shared memory, four floats a pixel: camlux_frame_copy_to_shared. */
+    /** Copies such a layer to shared memory, four floats per pixel: camlux_frame_copy_to_shared. */
     void copy_to(camlux::layer layer, const shared_memory &memory, std::uint64_t offset_bytes = 0) const
     {
         try_copy_to(layer, memory, offset_bytes).value();
@@ -525,13 +526,13 @@ public:
     }
 };
 
-/** A layer where it lies in the frame's memory: camlux_view. It holds a reference to the frame. */
+/** camlux_view: a layer in the frame's memory. It holds a reference to the frame. */
 template <class T>
 class view {
     static_assert(std::is_same_v<T, float> || std::is_same_v<T, std::uint32_t>, "float or uint32_t");
 
 public:
-    /** \param raw of that frame, and of the format of T. */
+    /** \param raw a view of that frame, with the format of T. */
     view(frame owner, const camlux_view &raw) : frame_(std::move(owner)), raw_(raw) {}
 
     std::size_t width() const noexcept { return raw_.width_px; }
@@ -539,12 +540,12 @@ public:
     std::size_t channels() const noexcept { return raw_.channels; }
     std::size_t row_stride_bytes() const noexcept { return raw_.row_stride_bytes; }
     camlux::layer layer() const noexcept { return static_cast<camlux::layer>(raw_.layer); }
-    /** Such as "radiance". */
+    /** Name of the layer, such as "radiance". */
     const char *name() const noexcept { return raw_.name; }
-    /** Such as "W/sr/m^2". */
+    /** Unit of the values, such as "W/sr/m^2". */
     const char *unit() const noexcept { return raw_.unit; }
 
-    /** The values of a row, channels interleaved. \param y from 0 at the top to below height(); not checked, as in the others. */
+    /** The values of a row, channels interleaved. \param y from 0 at the top to height() - 1. Indices are not checked, here and below. */
     span<const T> row(std::size_t y) const noexcept
     {
         const auto *bytes = static_cast<const unsigned char *>(raw_.data) + y * raw_.row_stride_bytes;
@@ -583,7 +584,7 @@ namespace detail {
 
 using progress_function = std::function<bool(double, std::string_view)>;
 
-/** What camlux_renderer_render calls. */
+/** The progress callback for camlux_renderer_render. */
 inline std::int32_t report(double fraction, const char *pass, void *user)
 {
     const auto &progress = *static_cast<const progress_function *>(user);
@@ -596,7 +597,7 @@ inline std::int32_t report(double fraction, const char *pass, void *user)
 
 namespace detail {
 
-/** For as long as `options` is there. */
+/** The result is valid as long as `options` exists. */
 inline camlux_render_options raw_of(const render_options &options) noexcept
 {
     camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
@@ -615,7 +616,7 @@ inline camlux_render_options raw_of(const render_options &options) noexcept
 
 }  // namespace detail
 
-/** A render that goes on while the host does something else: camlux_job. The destructor of the last one cancels it, and waits until it has ended. */
+/** camlux_job: a render that runs while the host does something else. The destructor of the last copy cancels it, and waits until it has ended. */
 class job {
 public:
     job() noexcept = default;
@@ -631,7 +632,7 @@ public:
         return detail::ended(status, done != 0);
     }
 
-    /** Waits for it, and hands its frame out, once. What the progress function has thrown is CAMLUX_CANCELLED. */
+    /** Waits for the job and returns its frame, once. If the progress function has thrown, the status is CAMLUX_CANCELLED. */
     frame wait() { return try_wait().value(); }
     result<frame> try_wait()
     {
@@ -644,12 +645,12 @@ private:
     friend class renderer;
     using handle = detail::handle<camlux_job, camlux_job_retain, camlux_job_release>;
 
-    // Before the handle, so that it outlives the render.
+    // Declared before the handle, so that it outlives the render.
     std::shared_ptr<const render_options> options_;
     handle handle_;
 };
 
-/** Renders frames on a device: camlux_renderer. One frame at a time; make one for each thread. */
+/** camlux_renderer: renders frames on a device, one at a time. Make one for each thread. */
 class renderer : public detail::handle<camlux_renderer, camlux_renderer_retain, camlux_renderer_release> {
 public:
     using handle::handle;
@@ -671,7 +672,7 @@ public:
         return detail::ended(status, frame(rendered));
     }
 
-    /** The scene as each of some cameras sees it: what the lights see, and all that rays meet, is made once. */
+    /** Renders the scene from several cameras. What the lights see and what rays hit is computed once. */
     std::vector<frame> render(const scene &scene, const std::vector<camera> &cameras, const render_options &options = {})
     {
         return try_render(scene, cameras, options).value();
@@ -693,7 +694,7 @@ public:
         return detail::ended(status, std::move(frames));
     }
 
-    /** Begins to render on a thread of its own, where the progress function is called, too. */
+    /** Starts to render on its own thread. The progress function is called there, too. */
     job submit(const scene &scene, render_options options = {}) { return try_submit(scene, std::move(options)).value(); }
     result<job> try_submit(const scene &scene, render_options options = {})
     {
@@ -706,7 +707,7 @@ public:
         return detail::ended(status, std::move(submitted));
     }
 
-    /** As camlux_renderer_foretell_ms. */
+    /** Predicts the GPU time of a frame: see camlux_renderer_foretell_ms. */
     double foretell_ms(const scene &scene) const { return try_foretell_ms(scene).value(); }
     result<double> try_foretell_ms(const scene &scene) const
     {

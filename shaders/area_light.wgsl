@@ -1,17 +1,17 @@
-// Adds up the direct light of points of one light's area, and tells how far two halves of them are apart.
+// Sums the direct light of points on one light's area, and measures how far two halves of the points differ.
 
 struct AreaLightParameters {
-    // What a point counts in the image.
+    // Weight of a point in the image.
     share: f32,
-    // Layers of images of phasors.
+    // Layers of the phasor images.
     pair_count: u32,
 }
 
-// Sums over the points of a half.
+// Sum over one half of the points.
 var first_half: texture_storage_2d<rgba32float, read_write>;
 #if MERGE
 var second_half: texture_storage_2d<rgba32float, read_write>;
-// Of each workgroup: Σ(a − b)² and Σ(a + b)² over pixels and bands.
+// Per workgroup: Σ(a − b)² and Σ(a + b)² over pixels and bands.
 var<storage, read_write> differences: array<vec2<f32>>;
 var<workgroup> of_pixels: array<vec2<f32>, 64>;
 #else
@@ -25,7 +25,7 @@ var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
 var<immediate> parameters: AreaLightParameters;
 
 #if MERGE
-// Both halves become the first one, and there is nothing in the second.
+// Stores the sum of both halves in the first half, and clears the second.
 @compute @workgroup_size(8, 8)
 fn compute_main(
     @builtin(global_invocation_id) id: vec3<u32>,
@@ -55,7 +55,7 @@ fn compute_main(
     }
 }
 #else
-// Adds the mean over the points to the image, and leaves nothing of the sums.
+// Adds the mean over the points to the image, and clears the sums.
 @compute @workgroup_size(8, 8)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = id.xy;

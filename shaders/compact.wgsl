@@ -1,8 +1,8 @@
-// Stable compaction of items into two lists, in three kernels: count, scan, write. An append by atomics would be one
-// kernel, but its order, and with it the last bits of every sum, would change from run to run.
+// Stable compaction of items into two lists, in three kernels: count, scan, write. Appending with atomics needs only one kernel. But its
+// order changes between runs, and so do the last bits of every sum.
 //
-// Each invocation takes a run of neighbouring items, so that neither barriers nor atomics are needed. The file that comes
-// after this one gives list_of(item) and place(item, list, index).
+// Each invocation takes a run of neighbouring items, so it needs neither barriers nor atomics. The importing file defines list_of(item) and
+// place(item, list, index).
 
 const RUN_ITEMS: u32 = 64u;
 const NOTHING: u32 = 0u;
@@ -17,11 +17,11 @@ struct ListLengths {
 struct Compaction {
     item_count: u32,
     run_count: u32,
-    // Of the receivers pass: pixels between the points of a grid whose points are the items; 0: the items are listed.
+    // Receivers pass only: pixels between the points of the grid whose points are the items; 0: the items are listed.
     grid_stride: u32,
 }
 
-// Items of each run, then the places of each run's first items.
+// Number of items of each run; after the scan, the index of each run's first items.
 var<storage, read_write> runs: array<ListLengths>;
 var<storage, read_write> lengths: ListLengths;
 var<immediate> compaction: Compaction;
@@ -49,7 +49,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
 const SCANNERS: u32 = 256u;
 var<workgroup> sums: array<vec2<u32>, SCANNERS>;
 
-// One workgroup: each invocation turns a stretch of counts into places.
+// One workgroup. Each invocation turns a stretch of counts into indices.
 @compute @workgroup_size(256)
 fn compute_main(@builtin(local_invocation_index) local: u32) {
     let stretch = (compaction.run_count + SCANNERS - 1u) / SCANNERS;

@@ -18,11 +18,11 @@
 struct DirectParameters {
     // C
     camera_position: vec3<f32>,
-    // What the light of the G-buffer counts in the image.
+    // Weight of this G-buffer's light in the image.
     share: f32,
-    // The distance of C from the local origin, turns of each frequency.
+    // Distance from C to the local origin, in turns of each frequency.
     camera_turns: vec4<f32>,
-    // 1: phasors are to take the way to C, 0: they are not.
+    // 1: phasors include the path to C, 0: they do not.
     has_way_to_camera: f32,
 }
 
@@ -40,7 +40,7 @@ fn pattern_number(light: Light, at: u32) -> f32 {
 #endif
 var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 #if PHASORS
-// Z, but for the way to C where each pixel shows one point.
+// Z; without the path to C where each pixel shows one point.
 var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
 #endif
 var<immediate> parameters: DirectParameters;
@@ -48,7 +48,7 @@ var<immediate> parameters: DirectParameters;
 #if PACKET SINGLE QUERY
 #import ray_tile
 #else
-// Pixels that a workgroup takes.
+// Pixels of a workgroup.
 const TILE_COLUMNS: u32 = 8u;
 const TILE_ROWS: u32 = 8u;
 #endif
@@ -58,12 +58,12 @@ struct Pixel {
     normal: vec3<f32>,
     geometric_normal: vec3<f32>,
     to_light: vec3<f32>,
-    // E_P if nothing is in the way: 0 where the light does not reach.
+    // E_P if nothing blocks the light; 0 where the light does not reach.
     irradiance: vec3<f32>,
 }
 
-// The kind is known beforehand: lavapipe computes both sides of a branch, and compiles a kernel that branches at a uniform anew for each
-// dispatch, and keeps it.
+// A permutation selects the kind of light, not a branch. lavapipe computes both sides of a branch. It also compiles a kernel that branches
+// at a uniform again for each dispatch, and keeps it.
 fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
 #if DIRECTIONAL
     return Illumination(-light.axis, light.intensity);
@@ -97,7 +97,7 @@ fn pixel_at(place: vec2<u32>) -> Pixel {
     return pixel;
 }
 
-// Adds what a pixel that is not in shadow sends to C.
+// Adds the light that an unshadowed pixel sends to C.
 fn add_light(place: vec2<u32>, pixel: Pixel) {
     var brdf: Brdf;
     brdf.kd = textureLoad(kd_material, place, 0).rgb;
@@ -135,12 +135,12 @@ fn compute_main(
 #endif
     for (var i = 0u; i < RAYS; i++) {
         let pixel = pixel_at(place_of(group.xy, local, i));
-        // Where P lies in a second surface, too, as in the corner of two walls, it is meant on the side that the camera sees.
+        // If P is also in a second surface, as in the corner of two walls, the ray starts on the side that the camera sees.
         let to_camera = normalize(parameters.camera_position - pixel.position);
         let start = before_surface(pixel.position, pixel.geometric_normal, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
         set_ray(i, start, select(NOT_WANTED, 1.0, any(pixel.irradiance > vec3<f32>(0.0))));
     }
-    // No lane has left: they meet the triangles together.
+    // No lane has returned early: all of them intersect the triangles together.
     trace_to_light(light_end(light));
     var lit = 0u;
     for (var i = 0u; i < RAYS; i++) {

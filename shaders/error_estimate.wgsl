@@ -1,12 +1,12 @@
-// How far the image is from two independent gathers t₁, t₂ of a pixel: (x − t₁)(x − t₂) is the square of its error but for noise
-// that has no mean.
+// Estimates the error of the image from two independent gathers t₁, t₂ of a pixel: (x − t₁)(x − t₂) is the square of its error plus noise
+// of mean 0.
 
 #import reflect
 #import refinement
 
 struct ErrorEstimateParameters {
     receiver_count: u32,
-    // Where the results of the second gather begin.
+    // Index of the first result of the second gather.
     second_result: u32,
 }
 
@@ -18,20 +18,21 @@ const ESTIMATE_VECTORS: u32 = 6u;
 const ESTIMATE_VECTORS: u32 = 2u;
 #endif
 var<storage, read> receivers: array<u32>;
-// As the refinement has them. Of noisy gathers the sums over samples, and of their squared differences. Where gathers have no
-// noise, the second may be the first.
+// In the refinement's layout. Noisy gathers: the sums over samples, and over their squared differences. If gathers have no noise, the
+// second may be the first.
 var<storage, read> results: array<vec4<f32>>;
 #if NOISY
-// As the sample_counts pass has it, of both gathers.
+// In the layout of the sample_counts pass, for both gathers.
 var<storage, read> sample_ranges: array<u32>;
 #endif
-// Two a receiver: Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)²; the variance of a sample. And the pixel; the error that was
-// expected, as the resolve pass has it; packets of samples of a gather. With phasors the first of these follows for Z of each frequency.
+// Two vectors per receiver. The first: Σ over bands of (x − t₁)(x − t₂), of t₁·t₂ and of (t₁ − t₂)²; the variance of a sample. The second:
+// the pixel; the expected error, as the resolve pass stores it; packets of samples of a gather. With phasors, a vector like the first
+// follows for Z of each frequency.
 var<storage, read_write> estimates: array<vec4<f32>>;
 var<immediate> parameters: ErrorEstimateParameters;
 
 #if PHASORS
-// Z of two frequencies that a receiver's results reflect.
+// Z of two frequencies that a receiver's results reflect, as the pixel sees them.
 fn seen_phasors(pixel: vec2<u32>, first: u32, pair: u32) -> vec4<f32> {
     var phasors = vec4<f32>(0.0);
     for (var i = 0u; i < modulation.band_count; i++) {

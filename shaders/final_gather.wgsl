@@ -1,14 +1,15 @@
-// The single bounce L–Q–P at a list of receivers P, by rays. Q is sampled by two techniques: from P, along directions from the lobes
-// of f_P; and from L, as one of the VPLs. Every Q so found counts F(Q) / Σ n_i·p_i(Q), F being the integrand over the solid angle
-// at P, and n_i and p_i the number of samples of each technique and their density (the balance heuristic, Veach & Guibas 1995). So
-// neither the 1/d² of a near VPL nor a small bright spot that few directions find makes noise, and nothing is clamped.
+// Gathers the single bounce L–Q–P at a list of receivers P, by rays. Two techniques sample Q: from P, along directions from the lobes of
+// f_P; and from L, as one of the VPLs. Each Q contributes F(Q) / Σ n_i·p_i(Q). F is the integrand over the solid angle at P; n_i and p_i
+// are the number of samples and the density of each technique (the balance heuristic, Veach & Guibas 1995). So neither the 1/d² of a near
+// VPL nor a small bright spot that few directions find makes noise, and nothing is clamped.
 //
-// Of a receiver 64 samples are taken at a time: by a subgroup of eight lanes as a packet, or by 32 lanes of a workgroup, two rays each. The directions are a lattice sequence, which falls
-// evenly, however many there are. Each receiver shifts it
-// by numbers of its own, so that it goes on later where it stopped.
+// A receiver takes 64 samples at a time: by a subgroup of eight lanes as a packet, or by 32 lanes of a workgroup with two rays each. The
+// directions are a lattice sequence, which is evenly distributed for any number of directions. Each receiver shifts it by its own numbers,
+// so it can continue later where it stopped.
 //
-// VPLs are weighed before a ray is sent to one (resampling, Talbot et al. 2005): each ray has some candidates, neighbours in the list,
-// which is in Morton order. One is drawn by what each contributes if nothing hides it, and stands for all of them.
+// VPLs are weighted before rays are sent to them (resampling, Talbot et al. 2005). Each ray has some candidates, which are neighbours in
+// the list; the list is in Morton order. One candidate is drawn in proportion to its contribution if nothing hides it, and stands for all
+// of them.
 
 #import brdf
 #import lights
@@ -23,40 +24,41 @@
 struct FinalGatherParameters {
     // C
     camera_position: vec3<f32>,
-    // Into the list of receivers.
+    // First index in the list of receivers.
     first_receiver: u32,
     receiver_count: u32,
-    // Where the results begin.
+    // Index of the first result.
     first_result: u32,
-    // 1: they are added to what is there.
+    // 1: adds the results to the stored ones.
     adds: u32,
-    // Of each receiver's packets so many are taken now, after so many others.
+    // Packets of each receiver: how many to skip, and how many to take now.
     skipped_packets: u32,
     packet_count: u32,
-    // The lights that directions lead to now. Rays go to VPLs with the first one.
+    // The lights whose light the directions collect in this dispatch. Rays go to VPLs together with the first light of the list.
     first_light: u32,
     light_count: u32,
-    // VPLs of a set, and sets, which receivers take in turn.
+    // VPLs per set, and number of sets. Receivers take the sets in rotation.
     set_size: u32,
     set_count: u32,
-    // 1: what each ray to a VPL finds is kept.
+    // 1: stores what each ray to a VPL finds.
     is_pilot: u32,
-    // Another number: other samples.
+    // Each seed gives other samples.
     seed: u32,
 }
 
-// What a pilot's ray to a VPL found.
+// Result of a pilot's ray to a VPL.
 struct PilotSample {
-    // The VPL, in its set.
+    // Index of the VPL in its set.
     vpl: u32,
-    // What the candidate contributes if nothing hides it, all bands together; and what the ray found, for all that it stands for.
+    // Contribution of the candidate if nothing hides it, all bands together; and what the ray found, for all candidates that this one
+    // stands for.
     candidate: f32,
     found: f32,
 }
 
-// For each ray to a VPL.
+// Per ray to a VPL.
 const CANDIDATES: u32 = 8u;
-// Of a receiver, which takes 64 samples at a time.
+// Per receiver, which takes 64 samples at a time.
 const LANES: u32 = 64u / RAYS;
 const WORKGROUP: u32 = 64u;
 const RECEIVERS: u32 = WORKGROUP / LANES;
@@ -66,18 +68,19 @@ var normal_geometric: texture_2d<f32>;
 #if GLOSSY
 var ks_shininess: texture_2d<f32>;
 #endif
-// Lists in images, as that of triangles in trace.wgsl.
 var<storage, read> receivers: array<u32>;
-// Of each receiver the packets of samples to take, of each technique: the first one, and 65536 times the one after the last.
+// Packets of samples that each receiver takes, of each technique: first + 65536 · end, where end is one after the last.
 var<storage, read> sample_ranges: array<u32>;
-// The density of VPLs in the lights' maps. A tile of every light: where its cells begin, and how many there are along its edge. In the
-// third component of a cell: samples per area of the map's tiles, if there is one sample.
+// The density of VPLs in the lights' maps. A list in an image, like ray_triangles in trace.wgsl. First a texel for each tile of every
+// light: index of its first cell, and number of cells along its edge. The third component of a cell: samples per area of the map's tiles,
+// normalised to one sample.
 var vpl_densities: texture_storage_2d<rgba32float, read>;
-// What each ray to a VPL found; only where the parameters say so.
+// Results of the rays to VPLs; written only if the parameters say so.
 var<storage, read_write> pilot_samples: array<PilotSample>;
-// Lattice sequence on the unit square. Each packet is in Morton order. A sampled image: some devices have eight storage images a kernel.
+// Lattice sequence on the unit square. Each packet is in Morton order. A sampled image, because some devices allow only eight storage
+// images per kernel.
 var lattice: texture_2d<f32>;
-// Sums over a receiver's samples, as the refinement has them: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s
+// Sums over a receiver's samples, in the refinement's layout: light reflected by its diffuse and by its specular lobe, as if k_d and k_s
 // were 1; and for each the squared differences.
 var<storage, read_write> results: array<vec4<f32>>;
 var<immediate> parameters: FinalGatherParameters;
@@ -88,11 +91,11 @@ var<private> receiver_start: vec3<f32>;
 var<private> receiver_normal: vec3<f32>;
 var<private> receiver_geometric: vec3<f32>;
 var<private> receiver_lobe: Lobe;
-// Of the receiver's.
+// Index among the receiver's lanes.
 var<private> own_lane: u32;
 var<private> diffuse: vec3<f32>;
 var<private> specular: vec3<f32>;
-// Σ over pairs of neighbouring samples of their difference squared, all bands together, of each of these.
+// For each of these: Σ of the squared differences between pairs of neighbouring samples, all bands together.
 var<private> diffuse_squared_differences: f32;
 var<private> specular_squared_differences: f32;
 #if PHASORS
@@ -103,20 +106,20 @@ var<private> diffuse_phasor_squares: vec4<f32>;
 var<private> specular_phasor_squares: vec4<f32>;
 #endif
 
-// What a Q contributes.
+// Contribution of a Q.
 struct Contribution {
     irradiance: vec3<f32>,
     // Shape of the specular lobe of P.
     lobe: Shape,
 #if PHASORS
-    // 1 where it is modulated, and the phase of its way to P.
+    // 1 if the light is modulated; and the phase of the path to P.
     is_modulated: f32,
     turns: vec4<f32>,
 #endif
 }
 
-// Of a Q that sends `radiance` to P, if there is one sample of each technique. `direction` leads from P to Q and has unit length;
-// `vpl_density` is that of the VPLs there, per area.
+// Contribution of a Q that sends `radiance` to P, for one sample of each technique. `direction` leads from P to Q and has unit length.
+// `vpl_density` is the density of VPLs at Q, per area.
 fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_density: f32) -> Contribution {
     let cosine = dot(receiver_normal, direction);
     let is_above = cosine > 0.0 && dot(receiver_geometric, direction) > 0.0 && cosine_q > 0.0;
@@ -134,7 +137,7 @@ fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<
     return contribution;
 }
 
-// The density of a light's VPLs on a surface that faces it at a point which it reaches, as that of a VPL.
+// Density of a light's VPLs, as in Vpl, at a point that the light reaches, on a surface that faces the light.
 fn facing_vpl_density(light: Light, position: vec3<f32>) -> f32 {
     let from_light = position - light.position;
     let shown = map_place(light, from_light);
@@ -150,15 +153,15 @@ fn morton_code(column_row: vec2<u32>) -> u32 {
     return spread_bits(column_row.x) + 2u * spread_bits(column_row.y);
 }
 
-// Where in the area of lights that have one the rays from P lead: a number that is another for each packet; and a shift by which neighbours in the image,
-// which are averaged, fall evenly over the area together (Kronecker's sequence of two dimensions in two).
+// Select the point of an area light that rays from P lead to: a number for each packet, a seed, and a shift. The shift spreads neighbouring
+// pixels, which are averaged, evenly over the area (a two-dimensional Kronecker sequence over two indices).
 var<private> area_number: u32;
 var<private> area_seed: u32;
 var<private> area_shift: vec2<f32>;
 
-// What each ray contributes if nothing is in its way.
+// Contribution of each ray if nothing blocks it.
 var<private> contributions: array<Contribution, RAYS>;
-// What the rays from P met.
+// Directions of the rays from P, and what they hit.
 var<private> met_direction: array<vec3<f32>, RAYS>;
 var<private> met_hit: array<u32, RAYS>;
 
@@ -173,7 +176,7 @@ fn set_contribution(ray: u32, contribution: Contribution) {
 #endrepeat
 }
 
-// Adds what the rays contribute that nothing is in the way of.
+// Adds the contributions of the rays that nothing blocks.
 fn add_unblocked() {
     var arrived: array<vec3<f32>, RAYS>;
 #repeat SLOT RAYS
@@ -216,7 +219,7 @@ fn add_unblocked() {
 #endif
 }
 
-// The same whatever the order of the bands: what is learned from it must not depend on that.
+// The result does not depend on the order of the bands, because what is learned from it must not.
 fn band_sum(v: vec3<f32>) -> f32 {
     let low = min(v.x, v.y);
     let high = max(v.x, v.y);
@@ -235,7 +238,7 @@ fn follow_directions() {
     met_hit[SLOT] = select(ray_hit[SLOT], NOTHING_HIT, ray_inverse_t[SLOT] >= NOT_WANTED);
 #endrepeat
     for (var index = parameters.first_light; index < parameters.first_light + parameters.light_count; index++) {
-        // Once for all rays of a packet: it takes as long as to trace some.
+        // Once for all rays of a packet: loading a light takes as long as tracing some rays.
         var light = load_light(index);
         light.position += area_offset(light, fract(area_place(area_number, area_seed ^ index) + area_shift));
 #if PHASORS
@@ -263,11 +266,12 @@ fn follow_directions() {
             found.turns = turns_from_light(light, hit.position) + modulation.turns_per_unit * length(offset);
 #endif
             set_contribution(i, found);
-            // On the side that P sees, where Q lies in a second surface, too.
+            // The end is on the side that P sees, even if Q is also in a second surface.
             let end = before_surface(hit.position, hit.geometric_normal, END_SHIFT) - END_SHIFT * direction;
             set_ray(i, end, select(NOT_WANTED, 1.0, is_lit));
         }
-        // Apart, so that other lights do not pay for it: a branch above would be taken for every ray on drivers that compute both sides.
+        // A separate loop, so that other lights do not pay for it: drivers that compute both sides of a branch would take a branch above
+        // for every ray.
         for (var i = 0u; i < select(0u, RAYS, light.pattern_columns > 0u); i++) {
             var direction = met_direction[0];
             var met = met_hit[0];
@@ -288,10 +292,10 @@ fn follow_directions() {
 
 // A VPL as P sees it.
 struct Candidate {
-    // If nothing is in its way.
+    // If nothing hides it.
     contribution: Contribution,
     position: vec3<f32>,
-    // What the lobes of P reflect of that, as if k_d and k_s were 1, all bands together.
+    // Light that the lobes of P reflect of it, as if k_d and k_s were 1, all bands together.
     weight: f32,
 }
 
@@ -324,7 +328,7 @@ struct RaysToVpls {
     seed: u32,
 }
 
-// Draws a VPL for each ray of the lane, from `first_ray` of the receiver's on, follows the rays and adds what they find.
+// Draws a VPL for each ray of the lane, from the receiver's ray `first_ray` on. Then follows the rays and adds what they find.
 fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
     var drawn: array<u32, RAYS>;
     for (var i = 0u; i < RAYS; i++) {
@@ -338,11 +342,12 @@ fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
         let candidates = select(0u, CANDIDATES, first_ray + i < rays.count);
         for (var j = 0u; j < candidates; j++) {
             random = hash(random);
-            // Each at a place of its own: even steps along a Morton curve are a grid, which may miss what is narrow.
+            // A random place within each step: even steps along a Morton curve are a grid, which may miss narrow features.
             let along = u32((f32(first_candidate + j) + f32(random & 255u) / 256.0) * vpls_per_candidate);
             let vpl_index = rays.first_vpl + min(along, parameters.set_size - 1u);
             let to = load_candidate(vpl_index);
-            // How candidates scatter is noise as that of rays, also where they are hidden: where few of them matter it is most.
+            // The scatter of candidates is noise like that of rays, even if the candidates are hidden. Where few candidates matter, it is
+            // most of the noise.
             let is_second = f32(j & 1u);
             let difference = to.contribution.irradiance - before.irradiance;
             diffuse_squared_differences += is_second * square(difference);
@@ -351,7 +356,7 @@ fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
             specular_squared_differences += is_second * square(lobe_difference);
 #endif
 #if PHASORS
-            // Neighbours have almost one phase.
+            // Neighbours have almost the same phase, so only their light is compared.
             let modulated = to.contribution.is_modulated * to.contribution.irradiance;
             let modulated_before = before.is_modulated * before.irradiance;
             diffuse_phasor_squares += (is_second * square(modulation.is_seen * (modulated - modulated_before))) * modulation.is_used;
@@ -393,7 +398,7 @@ fn sample_point(sample: u32) -> vec2<f32> {
     return textureLoad(lattice, list_place(sample), 0).xy;
 }
 
-// The sample of a lane's ray: neighbours go together.
+// The sample of a lane's ray. A lane takes neighbouring samples.
 fn sample_of(first: u32, ray: u32) -> u32 {
     return first + own_lane * RAYS + ray;
 }
@@ -423,7 +428,7 @@ fn reflected(sum: vec4<f32>, factor: vec3<f32>) -> vec4<f32> {
 }
 
 #if PHASORS
-// Adds up what the lanes found of one lobe; the first of them keeps it. `factor` is that of the BRDF.
+// Sums what the lanes found of one lobe; the first lane stores it. `factor` is the lobe's factor of the BRDF.
 fn keep_phasors(phasors: BandPhasors, squares: vec4<f32>, lobe: u32, factor: f32, in_group: u32, receiver: u32, is_kept: bool) {
     let place = RESULT_VECTORS * receiver;
     let adds = parameters.adds == 1u;
@@ -463,7 +468,7 @@ fn compute_main(
     let in_group = local / LANES;
     own_lane = local % LANES;
 #endif
-    // No lane leaves early: they meet the triangles together, and add up together.
+    // No lane returns early: the lanes intersect the triangles together, and add up together.
     let slot = group.x * RECEIVERS + in_group;
     let is_receiver = slot < parameters.receiver_count;
     let packed = receivers[parameters.first_receiver + min(slot, parameters.receiver_count - 1u)];
@@ -472,8 +477,8 @@ fn compute_main(
     let normal = textureLoad(normal_geometric, pixel, 0);
     receiver_normal = normal.xyz;
     receiver_geometric = unpack_direction(normal.w);
-    // Where P lies in a second surface, too, as in the corner of two walls, it is meant on the side that the camera sees: nothing is
-    // between them.
+    // If P is also in a second surface, as in the corner of two walls, the ray starts on the side that the camera sees: nothing is between
+    // P and the camera.
     let to_camera = normalize(parameters.camera_position - receiver_position);
     receiver_start = before_surface(receiver_position, receiver_geometric, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
 #if GLOSSY

@@ -1,7 +1,7 @@
-// Sums over all VPLs: tiled accumulation. Each invocation keeps a handful of receivers in registers and sweeps the
-// VPLs past them; each VPL is fetched once per subgroup or workgroup.
+// Sums over all VPLs by tiled accumulation. Each invocation keeps a few receivers in registers and loops over the VPLs. Each VPL is fetched
+// once per subgroup or workgroup.
 //
-// The sum has three levels (tile, dispatch, result), so that its rounding does not grow with the number of VPLs.
+// The sum has three levels (tile, dispatch, result), so its rounding error does not grow with the number of VPLs.
 
 #import vpl_list
 #if PHASORS
@@ -9,13 +9,13 @@
 #import refinement
 #endif
 
-// Receivers of an invocation, chosen by measurement: more hide the latency of the division, fewer spill registers.
+// Receivers per invocation, chosen by measurement: more receivers hide the latency of the division, but too many spill registers.
 #if PHONG GLOSSY
 const RECEIVERS: u32 = 4u;
 #else
 const RECEIVERS: u32 = 8u;
 #endif
-// VPLs summed before their sum is added to the dispatch's. Dispatches cover a multiple of it.
+// VPLs that are summed before their sum is added to the dispatch's. Dispatches cover a multiple of this number.
 const TILE_VPLS: u32 = 256u;
 // VPLs fetched together.
 #if BROADCAST8
@@ -32,12 +32,12 @@ const WORKGROUP: u32 = 64u;
 struct GatherParameters {
     // C
     camera_position: vec3<f32>,
-    // Into the list of receivers.
+    // First index in the list of receivers.
     first_receiver: u32,
     receiver_count: u32,
     first_vpl: u32,
     vpl_count: u32,
-    // Where the results begin, and whether this is the first dispatch of these receivers.
+    // Index of the first result; and 1 if this is the first dispatch of these receivers.
     first_result: u32,
     is_first: u32,
 }
@@ -46,17 +46,17 @@ var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
 var ks_shininess: texture_2d<f32>;
 #if PHASORS
-// That of the list.
+// The light of the list of VPLs.
 var<uniform> light: Light;
 #else
 const RESULT_VECTORS: u32 = 2u;
 #endif
-// As the refinement has them: what a receiver reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1.
+// In the refinement's layout: light that a receiver reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1.
 var<storage, read_write> results: array<vec4<f32>>;
 var<storage, read> receivers: array<u32>;
 var<immediate> parameters: GatherParameters;
 
-// Pixel, P, n_P, the lobe towards the camera, and the sums of the receivers.
+// Per receiver: pixel, P, n_P, the lobe towards the camera, and the sums.
 var<private> pixel: array<vec2<u32>, RECEIVERS>;
 var<private> position: array<vec3<f32>, RECEIVERS>;
 var<private> normal: array<vec3<f32>, RECEIVERS>;
@@ -69,17 +69,17 @@ var<private> specular: array<vec3<f32>, RECEIVERS>;
 #endif
 
 #if PHASORS
-// What a VPL's light has of the modulation.
+// Modulation of the light that a VPL reflects.
 struct VplPhase {
-    // Of the way from L.
+    // Of the path from L.
     turns: Frequencies,
-    // Of the direction to L, along the surface.
+    // Component of the direction to L along the surface.
     along_surface: vec3<f32>,
-    // Logarithm of what is left of Z because the paths over the VPL's area differ, for a gradient of their length of 1.
+    // Logarithm of the factor that reduces Z because paths over the VPL's area differ in length, for a length gradient of 1.
     damping: Frequencies,
 }
 
-// By bands, of frequencies.
+// Per band, phasors of the frequencies.
 struct PhasorSum {
     red: Phasors,
     green: Phasors,
@@ -95,9 +95,9 @@ var<private> specular_phasors: array<PhasorSum, RECEIVERS>;
 
 fn phase_of(vpl: Vpl) -> VplPhase {
     let offset = light.position - vpl.position;
-    // What lies behind a list may lie in the light.
+    // Entries after the end of a list may be at the light's position.
     let to_light = offset * inverseSqrt(max(dot(offset, offset), 1e-18));
-    // Over a square of edge e Z is sinc(π·f/c·e·gradient) of that at its centre, which e^(−x²/6) follows.
+    // Over a square of edge e, Z is its value at the centre times sinc(π·f/c·e·gradient), which e^(−x²/6) approximates.
     let turns_per_edge = of_frequencies(modulation.turns_per_unit) * (PI * sqrt(vpl.density));
     return VplPhase(of_frequencies(turns_from_light(light, vpl.position)), to_light - dot(to_light, vpl.normal) * vpl.normal,
         turns_per_edge * turns_per_edge * (-1.0 / 6.0));
@@ -114,7 +114,7 @@ fn sum_of(a: PhasorSum, b: PhasorSum) -> PhasorSum {
         Phasors(a.blue.re + b.blue.re, a.blue.im + b.blue.im));
 }
 
-// What is added to a receiver's results.
+// Adds a sum to a receiver's results.
 fn keep_phasors(sum: PhasorSum, factor: f32, lobe: u32, receiver: u32) {
     keep_band(sum.red, factor, 0u, lobe, receiver);
     keep_band(sum.green, factor, 1u, lobe, receiver);
@@ -135,8 +135,8 @@ fn keep_band(sum: Phasors, factor: f32, band: u32, lobe: u32, receiver: u32) {
 }
 #endif
 
-// One VPL against every receiver. No branches: on a vector unit they skip nothing. In stages, each over all receivers, so
-// that the long chains of the lobes run side by side: 17 % faster than receiver by receiver.
+// Adds one VPL to every receiver. There are no branches, because on a vector unit they skip nothing. Each stage loops over all receivers,
+// so that the long dependency chains of the lobes overlap: 17 % faster than receiver by receiver.
 fn accumulate(
     vpl: Vpl,
 #if GLOSSY
@@ -156,7 +156,7 @@ fn accumulate(
         let offset = vpl.position - position[i];
         let distance_squared = dot(offset, offset);
         let receiver_side = max(dot(normal[i], offset), 0.0);
-        // Negative where P lies above Q's horizon: negating costs the inner loop more than min does.
+        // Negative where P is above Q's horizon. The sign stays, because negating costs the inner loop more than min does.
         let behind_vpl = dot(vpl.normal, offset);
 #if AVERAGE PHONG GLOSSY PHASORS
         let inverse_distance = inverseSqrt(max(distance_squared, 1e-18));
@@ -165,12 +165,12 @@ fn accumulate(
         // cosθ_{P→Q}, and f_Q = 0 below Q's horizon.
         let weight = select(0.0, receiver_side * inverse_distance, behind_vpl < 0.0);
 #else
-        // −cosθ_{P→Q}·cosθ_{Q→P}/d²; the sign is taken back at the end. P = Q gives 0 · 1e36.
+        // −cosθ_{P→Q}·cosθ_{Q→P}/d². The sign is removed at the end. P = Q gives 0 · 1e36.
 #if PHONG GLOSSY
         let inverse_squared = inverse_distance * inverse_distance;
         let weight = receiver_side * min(behind_vpl, 0.0) * (inverse_squared * inverse_squared);
 #else
-        // One division and no root.
+        // One division and no square root.
         let weight = receiver_side * min(behind_vpl, 0.0) / (distance_squared * distance_squared + 1e-37);
 #endif
 #endif
@@ -210,7 +210,7 @@ fn accumulate(
     }
 }
 
-// The last fetch may go beyond the list. What lies there is a VPL of an earlier list: here it faces nothing.
+// The last fetch may go beyond the list. It then reads a VPL of an earlier list. With a normal of 0, that VPL faces nothing.
 fn fetch_vpl(index: u32) -> Vpl {
     var vpl = load_vpl(index);
     let is_listed = index < parameters.first_vpl + parameters.vpl_count;

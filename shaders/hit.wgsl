@@ -1,15 +1,15 @@
-// The surface where a ray hits it, how its directions are packed, and where rays start beside it. Who imports this has a function normal_texture for
-// the maps of normals.
+// The surface where a ray hits it, the packing of its directions, and where rays start beside it. The importing file defines a function
+// normal_texture for the normal maps.
 
 #import brdf
 #import texels
 
 struct Hit {
     position: vec3<f32>,
-    // Unit normals, turned to the side that the ray hits.
+    // Unit normals, on the side that the ray hits.
     geometric_normal: vec3<f32>,
     shading_normal: vec3<f32>,
-    // With the texture, where there is one.
+    // Includes the texture, if there is one.
     brdf: Brdf,
 }
 
@@ -26,24 +26,24 @@ struct Triangle {
     normal: vec3<f32>,
     brdf: Brdf,
     texture: Texture,
-    // 0: no map of normals; else what normal_texture of who imports this knows the map by.
+    // 0: no normal map; else the number by which the importing file's normal_texture finds the map.
     normal_map: u32,
 }
 
-// The point with these barycentric coordinates, hit from this direction.
+// The point with barycentric coordinates `b`, hit from `direction`.
 fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     let c0 = triangle.corners[0];
     let c1 = triangle.corners[1];
     let c2 = triangle.corners[2];
     var hit: Hit;
-    // From the triangle and not along the ray, whose rounding would lift the point off the surface: so it is right by its
-    // plane to rounding, however far the origin is.
+    // Computed from the triangle, not along the ray: the ray's rounding would lift the point off the surface. So the point is on the
+    // triangle's plane up to rounding, however far the origin is.
     hit.position = c0.position + b.y * (c1.position - c0.position) + b.z * (c2.position - c0.position);
     hit.geometric_normal = select(triangle.normal, -triangle.normal, dot(triangle.normal, direction) > 0.0);
     hit.shading_normal = hit.geometric_normal;
     hit.brdf = triangle.brdf;
 #if SMOOTH BUMPED
-    // Opposed normals may cancel: the triangle's own stays.
+    // Opposed normals may cancel; then the triangle's own normal stays.
     let blend = b.x * c0.normal + b.y * c1.normal + b.z * c2.normal;
     let length_squared = dot(blend, blend);
     let smooth_normal = blend * inverseSqrt(max(length_squared, 1e-12));
@@ -57,7 +57,7 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     }
 #endif
 #if BUMPED
-    // A loop that other surfaces do not enter: drivers that compute both sides of a branch would have them pay.
+    // A loop that other surfaces skip: drivers that compute both sides of a branch would make them pay for it.
     for (var i = 0u; i < select(0u, 1u, triangle.normal_map > 0u); i++) {
         let is_behind = dot(triangle.normal, direction) > 0.0;
         hit.shading_normal = mapped_normal(triangle, texcoord, hit.geometric_normal, hit.shading_normal, is_behind);
@@ -73,8 +73,8 @@ fn texcoord_at(triangle: Triangle, b: vec3<f32>) -> vec2<f32> {
 #endif
 
 #if BUMPED
-// The shading normal as a map of normals turns it: the map's axes are the shading normal on the triangle's front and, across it, the directions in which
-// u and v grow.
+// The shading normal that a normal map gives. The map's axes are the shading normal on the triangle's front and, perpendicular to it, the
+// directions in which u and v grow.
 fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3<f32>, shading_normal: vec3<f32>, is_behind: bool) -> vec3<f32> {
     let c0 = triangle.corners[0];
     let edge1 = triangle.corners[1].position - c0.position;
@@ -82,7 +82,7 @@ fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3
     let uv1 = triangle.corners[1].texcoord - c0.texcoord;
     let uv2 = triangle.corners[2].texcoord - c0.texcoord;
     let front = select(shading_normal, -shading_normal, is_behind);
-    // Of du·dv; the sign tells whether the map is mirrored.
+    // Determinant of the texture coordinates; its sign tells whether the map is mirrored.
     let determinant = uv1.x * uv2.y - uv1.y * uv2.x;
     let along_u = (edge1 * uv2.y - edge2 * uv1.y) * sign(determinant);
     let across = along_u - front * dot(front, along_u);
@@ -92,17 +92,17 @@ fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3
     let map = 2.0 * sample_texture(normal_texture(triangle.normal_map), texcoord) - 1.0;
     let turned = normalize(map.x * tangent + map.y * bitangent + max(map.z, 0.0) * front);
     let normal = select(turned, -turned, is_behind);
-    // What it would turn away from the side that is seen stays.
+    // A mapped normal that faces away from the visible side is not used.
     let is_usable = length_squared > 0.0 && determinant != 0.0 && dot(normal, geometric_normal) > LEAST_FACING;
     return select(shading_normal, normal, is_usable);
 }
 
-// Cosine between a mapped normal and the triangle's.
+// Least cosine between a mapped normal and the triangle's.
 const LEAST_FACING: f32 = 0.01;
 #endif
 
-// A unit vector as an integer below 2^24, exact in f32: octahedral, 12 bits an axis, within 1.1e-3 rad. The axes
-// are exact: 4094 is even.
+// A unit vector as an integer below 2^24, exact in f32: octahedral, 12 bits per axis, within 1.1e-3 rad. The axes are exact, because 4094
+// is even.
 fn pack_direction(direction: vec3<f32>) -> f32 {
     let flat = direction.xy / (abs(direction.x) + abs(direction.y) + abs(direction.z));
     let sign_xy = select(vec2<f32>(-1.0), vec2<f32>(1.0), flat >= vec2<f32>(0.0));
@@ -119,12 +119,12 @@ fn unpack_direction(packed: f32) -> vec3<f32> {
     return normalize(vec3<f32>(flat - select(vec2<f32>(-fold), vec2<f32>(fold), flat >= vec2<f32>(0.0)), z));
 }
 
-// By how much a ray starts before P's surface, for each component of the normal. P = v0 + b1·e1 + b2·e2 is off its plane by up to
-// 10u: 4u for each of b1·e1 + b2·e2 ≤ 2, and 2u for v0 ≤ 1. Corners of a neighbour in the same plane are u off it, in either
-// direction, the shift is rounded by u, and the height of the ray's origin over a plane is off by 5u of an offset ≤ 2.
+// Distance by which a ray starts before P's surface, for each component of the normal. P = v0 + b1·e1 + b2·e2 is off its plane by up to
+// 10u: 4u for each of the two products, where b1·e1 + b2·e2 ≤ 2, and 2u for v0 ≤ 1. The corners of a neighbour in the same plane are off it
+// by u, in either direction. The shift is rounded by u. The height of the ray's origin over a plane is off by 5u of an offset ≤ 2.
 const ORIGIN_SHIFT: f32 = 24.0 * 5.9604645e-8;
-// By how much a ray ends before Q's surface: its end's height over the plane is the difference of two that are off by 10u
-// each, and their quotient is rounded by 3u of an offset ≤ 2.
+// Distance by which a ray ends before Q's surface. The height of its end over the plane is the difference of two heights that are off by
+// 10u each. Their quotient is rounded by 3u of an offset ≤ 2.
 const END_SHIFT: f32 = 40.0 * 5.9604645e-8;
 
 fn before_surface(position: vec3<f32>, geometric_normal: vec3<f32>, shift: f32) -> vec3<f32> {

@@ -1,23 +1,23 @@
-// What a ray finds on a triangle.
+// The surface that a ray hits on a triangle.
 
 #import hit
 #import trace
 
-// Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of Geometry: the corners' normals
-// (0: flat), their texture coordinates, the material.
+// Lists in images, like ray_triangles in trace.wgsl. Four texels per triangle, in the order of Geometry: the corners' normals (0: flat),
+// their texture coordinates, the material.
 var triangle_shading: texture_storage_2d<rgba32float, read>;
-// Six a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and where
-// its map of normals is described in this list, 0 without one; the texture's columns and rows,
-// 0 for none, its words a texel, and whether it is encoded; its first word, for word_index; and the same of the map of normals.
+// Six texels per material. k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and the index in this list
+// where its normal map is described, 0 without one. Then two texels for the texture: columns and rows (0 for none), words per texel, and
+// whether it is encoded in sRGB; its first word, for word_index. Then the same two for the normal map.
 var materials: texture_storage_2d<rgba32float, read>;
 
-// `hit_triangle` is that of ray_hit.
+// `hit_triangle` is a value of ray_hit.
 fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     let corners = corners_of_hit(hit_triangle);
     let c0 = corners.a.xyz - origin;
     let c1 = corners.b.xyz - origin;
     let c2 = corners.c.xyz - origin;
-    // As in trace.wgsl: from sums and differences of corners, whose products do not cancel in small triangles.
+    // As in triangle_hit.wgsl, from sums and differences of corners: their products do not cancel in small triangles.
     let weight = vec3<f32>(dot(direction, cross(c1 + c2, c2 - c1)), dot(direction, cross(c2 + c0, c0 - c2)),
         dot(direction, cross(c0 + c1, c1 - c0)));
     let total = weight.x + weight.y + weight.z;
@@ -71,7 +71,7 @@ fn normal_texture(map: u32) -> Texture {
 #endif
 
 #if TEXTURED BUMPED
-// That of two texels of `materials`.
+// The texture that two texels of `materials` describe.
 fn texture_at(index: u32) -> Texture {
     let texture = vec4<u32>(textureLoad(materials, list_place(index)));
     let first_word = word_index(textureLoad(materials, list_place(index + 1u)).xy);
@@ -79,7 +79,7 @@ fn texture_at(index: u32) -> Texture {
 }
 #endif
 
-// The index among `materials`.
+// The material's index in `materials`.
 fn material_at(hit_triangle: u32) -> u32 {
     return u32(textureLoad(triangle_shading, list_place(4u * scene_triangle(hit_triangle) + 3u)).w);
 }

@@ -1,9 +1,10 @@
-// Where instances place the meshes that they share: src/passes/instances.rs. An instance is 1 + its place; 0 is the scene itself, for what lies in its
-// space anyway.
+// Where instances place the meshes that they share: src/passes/instances.rs. Instance numbers are 1 + the instance's index. 0 is the scene
+// itself, for everything that is already in the scene's space.
 
-// INSTANCE_TEXELS for each: the rows of what takes its mesh to the scene, and those of the way back; where its mesh's tree begins in ray_boxes, the
-// node behind the tree's last, the node of the scene's tree behind the instance, and what is added to a triangle's place in ray_triangles to tell its
-// hit on this instance from that on others; its first hit (of the scene itself the number of instances), its mesh id, and -1 where it is mirrored or 1.
+// INSTANCE_TEXELS for each instance. Texels 0 to 2: rows of the transform from its mesh to the scene. Texels 3 to 5: rows of the inverse.
+// Texel 6: where its mesh's tree begins in ray_boxes; the node after that tree's last; the node of the scene's tree after the instance; and
+// the number added to a triangle's index in ray_triangles, which distinguishes a hit on this instance from hits on others. Texel 7: its
+// first hit (for the scene itself: the number of instances); its mesh id; −1 if it is mirrored, else 1.
 var instances: texture_2d<f32>;
 
 const INSTANCE_TEXELS: u32 = 8u;
@@ -13,7 +14,7 @@ fn instance_texel(instance: u32, texel: u32) -> vec4<f32> {
     return textureLoad(instances, vec2<u32>(index & 1023u, index >> 10u), 0);
 }
 
-// A whole number: as the bits of a float that is neither subnormal nor NaN.
+// A whole number, stored as the bits of a float that is neither subnormal nor NaN.
 fn whole_number(word: f32) -> u32 {
     return bitcast<u32>(word) & 0x3fffffffu;
 }
@@ -57,14 +58,14 @@ fn placed_point(placement: Placement, point: vec3<f32>) -> vec3<f32> {
     return placed_direction(placement, point) + vec3<f32>(placement.x.w, placement.y.w, placement.z.w);
 }
 
-// A normal in the scene, by what takes the scene to its mesh: a unit vector, or 0 for 0.
+// A normal in the scene, from the transform of the scene to its mesh: a unit vector, or 0 for 0.
 fn placed_normal(to_mesh: Placement, normal: vec3<f32>) -> vec3<f32> {
     let along = normal.x * to_mesh.x.xyz + normal.y * to_mesh.y.xyz + normal.z * to_mesh.z.xyz;
     let length_squared = dot(along, along);
     return along * select(0.0, 1.0 / sqrt(length_squared), length_squared > 0.0);
 }
 
-// That of a triangle, which goes with the order of its corners: in a mirror it is on the other side.
+// The same for a triangle's normal. Its side depends on the order of the corners, so a mirrored instance flips it.
 fn placed_triangle_normal(instance: u32, normal: vec3<f32>) -> vec3<f32> {
     return instance_texel(instance, 7u).z * placed_normal(to_mesh(instance), normal);
 }

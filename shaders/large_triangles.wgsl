@@ -1,8 +1,8 @@
-// Rays among all triangles where the device has nothing of its own for it.
+// Traces rays among all triangles, on devices without ray queries.
 //
-// A packet meets the large triangles, which stand alone, one after the other: what depends on the triangle and the rays'
-// common end is worked out once, a triangle per lane, and broadcast. The others lie in a tree of boxes: ray_tree.wgsl. A scene
-// without small triangles has no tree, and its kernels none of that.
+// A packet tests the large triangles, which are not in the tree, one after the other. Terms that depend only on the triangle and the rays'
+// common end are computed once, one triangle per lane, and broadcast. The other triangles are in a tree of boxes: ray_tree.wgsl. A scene
+// without small triangles has no tree, and its kernels have no code for one.
 
 #import triangle_hit
 #if TREE CUTOUT INSTANCED
@@ -18,7 +18,7 @@ fn box_texel(index: u32) -> vec4<f32> {
 fn intersect(planes: OriginPlanes, triangle: u32) {
     for (var i = 0u; i < RAYS; i++) {
         let inverse_t = inverse_t_of(planes, ray_vector[i]);
-        // Not max: of 0 and −0, which a triangle without area is hit at, it may give −0, and the ray would end at −∞.
+        // Not max: a triangle without area gives 0 or −0. Of these max may return −0, and the ray would end at −∞.
         let is_nearer = inverse_t > ray_inverse_t[i];
         ray_hit[i] = select(ray_hit[i], triangle, is_nearer);
         ray_inverse_t[i] = select(ray_inverse_t[i], inverse_t, is_nearer);
@@ -52,8 +52,8 @@ fn light_planes_of_LANE(mine: LightPlanes) -> LightPlanes {
 #endrepeat
 #endif
 
-// Traces the rays of a lane. Those of a packet, which are of the eight lanes of a subgroup, have one origin, and all its lanes must
-// come here, whether their rays are wanted or not. Afterwards ray_inverse_t and ray_hit tell what was hit.
+// Traces the rays of a lane. The rays of a packet, which is the eight lanes of a subgroup, share one origin. All lanes must call this,
+// whether their rays are wanted or not. Afterwards ray_inverse_t and ray_hit hold the hits.
 fn trace(origin: vec3<f32>, is_any: bool) {
     let large_end = 8u * whole_number(box_texel(0u).x);
     for (var i = 0u; i < RAYS; i++) {
@@ -80,10 +80,10 @@ fn trace(origin: vec3<f32>, is_any: bool) {
 #endif
 }
 
-// Finds for each ray whether something is between its start and the light, which is the same for all lanes of a packet; all of them
-// must come here. Afterwards ray_inverse_t is BLOCKED, or NOT_WANTED as before, where it is over 1.
+// Finds for each ray whether something is between its start and the light. The light is the same for all lanes of a packet, and all of them
+// must call this. Afterwards a ray_inverse_t above 1 is BLOCKED, or NOT_WANTED as before.
 //
-// Of parallel rays from a light it finds the closest hit: `light_end` is then where they lead.
+// For parallel rays from a light it finds the closest hit. `light_end` is then the direction of the rays.
 fn trace_to_light(light_end: vec4<f32>) {
     let large_end = 8u * whole_number(box_texel(0u).x);
 #if PARALLEL

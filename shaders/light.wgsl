@@ -3,10 +3,10 @@
 #import math
 #import random
 
-// Height of a light over a plane that rounding of either may make up, for each component of the normal. A lamp that is mounted on a
-// surface lights what is before it: for its rays and for its RSM the surface is not there.
+// Height of a light over a plane that rounding of either may cause, for each component of the normal. A lamp mounted on a surface lights
+// what is in front of it: its rays and its RSM ignore that surface.
 const LIGHT_IN_PLANE: f32 = 12.0 * 5.9604645e-8;
-// Longer than the scene, local units.
+// Longer than the scene, in local units.
 const T_MAX: f32 = 8.0;
 
 // One face of a light's map: the direction of (u, v) in [−1, 1]² is forward + half_extent·(u·right + v·up).
@@ -16,15 +16,16 @@ struct LightFace {
     forward: vec3<f32>,
 }
 
-// Of a cube; spots and parallel light have one.
+// The faces of a cube. Spot and directional lights have one face.
 const MAX_FACES: u32 = 6u;
 
 struct Light {
     // L; directional: the centre of the map's plane.
     position: vec3<f32>,
-    // Tangent of the half opening of a face; directional: half the edge of the map's plane.
+    // Tangent of half a face's opening angle; directional: half the edge of the map's plane.
     half_extent: f32,
-    // Unit vector: axis of the cone (spot), of the pattern or of the projector, direction in which the light travels (directional).
+    // Unit vector: the axis of the cone (spot), of the pattern or of the projector; or the direction in which the light travels
+    // (directional).
     axis: vec3<f32>,
     // θ_o, rad; spot only.
     outer_half_angle: f32,
@@ -34,35 +35,35 @@ struct Light {
     inverse_penumbra: f32,
     faces: array<LightFace, MAX_FACES>,
     face_count: u32,
-    // Texels along a face's edge of the map that the shadow test reads.
+    // Texels along a face's edge in the map that the shadow test reads.
     shadow_size: u32,
-    // Cells along a face's edge of the emission domain: texels of the RSM, or tiles that final gathering sends rays through.
+    // Cells along a face's edge of the emission domain: texels of the RSM, or the tiles that final gathering sends rays through.
     emission_size: u32,
     // ΣΔΩ over the cells: the measure of the emission domain.
     emission_measure: f32,
     // 1 for a directional light, else 0.
     is_parallel: u32,
-    // Where its VPLs, or its tiles, begin in lists that all lights share.
+    // First index of its VPLs and of its tiles, in lists that all lights share.
     first_vpl: u32,
     first_tile: u32,
-    // 1 where it is modulated.
+    // 1 if it is modulated.
     is_modulated: u32,
-    // Phase at the local origin of each frequency of the modulation.
+    // Phase at the local origin, for each frequency of the modulation.
     origin_turns: vec4<f32>,
-    // The plane C = 0 of a pattern, or up in the image of a projector: a unit vector. Nodes of γ and of C, or pixels of a row and rows; 0 without a
-    // pattern.
+    // Unit vector: the plane C = 0 of a pattern, or up in a projector's image. Then the number of nodes of γ and of C, or pixels per row
+    // and rows; 0 without a pattern.
     plane_0: vec3<f32>,
     pattern_columns: u32,
     pattern_rows: u32,
     // 1 for a projector, else 0.
     is_projected: u32,
-    // Where it begins in a list of lights, texels.
+    // Where its pattern begins in a list of lights, in texels.
     first_pattern: u32,
-    // Of a light with an area, whose half width is then plane_0: height over width; below 0 of a disc. 0 for all others.
+    // Area lights: height over width, negative for a disc; half the width is then plane_0. 0 for all other lights.
     area_aspect: f32,
 }
 
-// From the middle of a light's area to a place, one of the unit square; 0 without an area.
+// Offset from the centre of the light's area to `place`, a point of the unit square; 0 without an area.
 fn area_offset(light: Light, place: vec2<f32>) -> vec3<f32> {
     let turn = 2.0 * PI * place.y;
     let across = select(2.0 * place - 1.0, sqrt(place.x) * vec2<f32>(cos(turn), sin(turn)), light.area_aspect < 0.0);
@@ -70,31 +71,31 @@ fn area_offset(light: Light, place: vec2<f32>) -> vec3<f32> {
     return select(vec3<f32>(0.0), across.x * light.plane_0 + across.y * upright, light.area_aspect != 0.0);
 }
 
-// A point of the unit square for each number, which are even over it however many there are (src/lattice.rs), shifted by a seed.
+// A point of the unit square for each number, shifted by a seed. Any number of these points covers the square evenly (src/lattice.rs).
 fn area_place(number: u32, seed: u32) -> vec2<f32> {
     let x = f32(reverseBits(number) >> 8u) * 5.9604645e-8;
     return fract(vec2<f32>(x, fract(99.0 * x)) + vec2<f32>(unit(hash(seed)), unit(hash(seed ^ 0x9e3779b9u))));
 }
 
-// A light as rays lead to it: its position and 1, or a direction to it, longer than the scene, and 0.
+// A light as rays lead to it: its position and 1; or a direction to it, longer than the scene, and 0.
 fn light_end(light: Light) -> vec4<f32> {
     return select(vec4<f32>(light.position, 1.0), vec4<f32>(-T_MAX * light.axis, 0.0), light.is_parallel == 1u);
 }
 
-// How a light reaches a point where nothing is in its way.
+// Light that reaches a point if nothing blocks it.
 struct Illumination {
     // Unit vector.
     to_light: vec3<f32>,
-    // s(θ)·I_0/d², p·I_0/d² or E_L: what a surface receives that faces the light.
+    // s(θ)·I_0/d², p·I_0/d² or E_L: irradiance of a surface that faces the light.
     irradiance: vec3<f32>,
 }
 
-// By a lamp that emits alike in all directions.
+// From a lamp that emits equally in all directions.
 fn illuminate_evenly(light: Light, position: vec3<f32>) -> Illumination {
     let from_light = position - light.position;
     let distance_squared = max(dot(from_light, from_light), 1e-18);
     let to_light = -from_light * inverseSqrt(distance_squared);
-    // A light in the surface itself lights nothing there: the direction to it is not defined.
+    // A light at the point itself lights nothing there: the direction to it is not defined.
     let irradiance = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
     return Illumination(to_light, irradiance);
 }
@@ -111,9 +112,9 @@ struct MapPlace {
     face: u32,
     // Along the face's axis.
     depth: f32,
-    // Half the edge of the map's square that the point lies in.
+    // Half the edge of the map's square at the depth of the point.
     half_extent: f32,
-    // 0 to 1 over the map's columns and rows; outside for a point that the map does not show.
+    // 0 to 1 over the map's columns and rows; outside this range if the map does not show the point.
     place: vec2<f32>,
 }
 
@@ -122,7 +123,7 @@ fn map_place(light: Light, from_light: vec3<f32>) -> MapPlace {
     var depth = dot(from_light, light.faces[0].forward);
     var right = light.faces[0].right;
     var up = light.faces[0].up;
-    // A light with fewer faces has copies of its first.
+    // A light with fewer faces has copies of its first face.
 #repeat FACE 6
     let along_FACE = dot(from_light, light.faces[FACE].forward);
     let is_deeper_FACE = along_FACE > depth;
@@ -136,8 +137,8 @@ fn map_place(light: Light, from_light: vec3<f32>) -> MapPlace {
     return MapPlace(face, depth, half_extent, 0.5 + 0.5 * (across / half_extent));
 }
 
-// Area of a cell of the emission domain where its ray meets a surface that faces the light, local units². Not cut at the rim of
-// the domain.
+// Area of a cell of the emission domain where its ray hits a surface that faces the light, local units². The rim of the domain does not cut
+// it.
 fn facing_cell_area(light: Light, from_light: vec3<f32>, depth: f32) -> f32 {
     let edge = 2.0 * light.half_extent / f32(light.emission_size);
     // ΔΩ·d² = edge²·(depth/d)³·d²

@@ -1,6 +1,6 @@
-// The VPLs of final gathering: where rays from a light meet the scene. The light's map is cut into cells, each of which gets as many
-// rays as is its part of all samples. Where a ray goes in its cell is drawn, so that the density of VPLs is known at every point
-// that the light sees, however fine the scene is beside the cells; and what is drawn anew each time has no error in common.
+// The VPLs of final gathering: the points where rays from a light hit the scene. The light's map is divided into cells. Each cell gets rays
+// in proportion to its share of all samples. A ray's place within its cell is random. So the density of VPLs is known at every point that
+// the light sees, however fine the scene is compared with the cells. Separate draws have no error in common.
 
 #import lights
 #import hits
@@ -12,26 +12,25 @@
 
 struct LightRayParameters {
     light_index: u32,
-    // Of the light's rays in each set; they are a multiple of 64.
+    // The light's rays in each set. Their number is a multiple of 64.
     first_ray: u32,
     ray_count: u32,
-    // Rays of a set, over all lights; and sets, each of which covers all cells.
+    // Rays per set, over all lights; and number of sets, each of which covers all cells.
     set_size: u32,
     set_count: u32,
     // The light's cells.
     first_cell: u32,
     cell_count: u32,
-    // Of the light's probability, in units of its cells' bounds, for each ray.
+    // Share of each ray in the light's cumulative probability, in units of its cells' bounds.
     stride: u32,
-    // Another number: other rays.
+    // Each seed gives other rays.
     seed: u32,
 }
 
-// Lists in images, as that of triangles in trace.wgsl.
-// The cells of the lights: from where in the light's cumulative probability, and how much, as whole numbers; the tile, as the light's
-// tiles are counted; the place in Morton order among the cells of that tile, and 256 times the tile's level.
+// Lists in images, like ray_triangles in trace.wgsl. The cells of the lights: start and size in the light's cumulative probability, as
+// whole numbers; index of the tile among the light's tiles; index of the cell in Morton order in that tile + 256 · the tile's level.
 var ray_cells: texture_storage_2d<rgba32float, read>;
-// What each ray met, and its cell.
+// Hit and cell of each ray.
 var<storage, read_write> light_ray_hits: array<vec2<u32>>;
 #if SHADE
 var drawn_vpls: texture_storage_2d_array<rgba32float, write>;
@@ -41,11 +40,12 @@ var<immediate> parameters: LightRayParameters;
 struct LightRay {
     origin: vec3<f32>,
     direction: vec3<f32>,
-    // Samples per area of the map's tiles, if there is one sample.
+    // Samples per area of the map's tiles, normalised to one sample.
     map_density: f32,
 }
 
-// The light at the point of its area that a ray starts at. Rays that start together go to all of the map, so that neighbours there start apart.
+// The light at the point of its area where a ray starts. Rays that start together cover all of the map, so neighbours in the map start at
+// different points.
 fn light_of_ray(set_index: u32, ray: u32) -> Light {
     var light = load_light(parameters.light_index);
     light.position += area_offset(light, area_place(ray % packet_count(), parameters.seed ^ hash(set_index)));
@@ -55,7 +55,7 @@ fn light_of_ray(set_index: u32, ray: u32) -> Light {
     return light;
 }
 
-// Of a set.
+// Per set.
 fn packet_count() -> u32 {
     return parameters.ray_count / 64u;
 }
@@ -64,12 +64,12 @@ fn seed_of(set_index: u32, ray: u32) -> u32 {
     return hash(parameters.seed ^ hash(set_index * parameters.set_size + parameters.first_ray + ray));
 }
 
-// Where in the light's cumulative probability a ray lies.
+// Where a ray is in the light's cumulative probability.
 fn drawn_place(ray: u32, seed: u32) -> u32 {
     return ray * parameters.stride + u32(unit(seed) * f32(parameters.stride));
 }
 
-// The last cell that begins there or before.
+// The last cell that begins at `drawn` or before.
 fn cell_at(drawn: u32) -> u32 {
     var low = parameters.first_cell;
     var high = low + parameters.cell_count;
@@ -82,7 +82,7 @@ fn cell_at(drawn: u32) -> u32 {
     return low;
 }
 
-// The ray of this number among those of its light in a set.
+// The ray through a cell, from its place `drawn` in the light's cumulative probability.
 fn light_ray(light: Light, drawn: u32, cell_index: u32, seed: u32) -> LightRay {
     let cell = textureLoad(ray_cells, list_place(cell_index));
     let tile = u32(cell.z);
@@ -113,7 +113,7 @@ fn morton_place(code: u32) -> vec2<u32> {
     return vec2<u32>(every_other_bit(code), every_other_bit(code >> 1u));
 }
 
-// A point of the unit square from 0 to 1 along its Morton curve, and a seed for what is finer than the curve's steps.
+// The point of the unit square at `along` (0 to 1) on its Morton curve. The seed selects the place within a step of the curve.
 fn curve_point(along: f32, seed: u32) -> vec2<f32> {
     let step = min(u32(along * 16777216.0), 16777215u);
     let within = vec2<f32>(unit(hash(seed)), unit(hash(seed ^ 0x9e3779b9u)));
@@ -132,7 +132,7 @@ fn compute_main(
 #if PACKET
     lane = subgroup_lane;
 #endif
-    // Those of invocations that are not needed are traced again.
+    // Invocations that are not needed trace the last rays again.
     let all_rays = parameters.ray_count * parameters.set_count;
     let first = min((64u * (group.x + 65535u * group.y) + local) * RAYS, all_rays - RAYS);
     let set_index = first / parameters.ray_count;
@@ -166,7 +166,7 @@ fn compute_main(
 #endrepeat
 }
 
-// The number of a lane's ray among those of its light in a set: packets take them one after the other, or each of them some everywhere.
+// Index of a lane's ray among its light's rays in a set. Packets take consecutive rays, or spread ones if `is_spread`.
 fn ray_of(first: u32, packet: u32, i: u32, is_spread: bool) -> u32 {
     let in_packet = first % 64u + i;
     return select(64u * packet + in_packet, packet + in_packet * packet_count(), is_spread);
@@ -196,7 +196,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let from_light = hit.position - light.position;
     let density = ray.map_density * geometric_cosine / facing_cell_area(light, from_light, map_place(light, from_light).depth);
     let incident = select(vec3<f32>(0.0), illumination.irradiance * cosine, is_lit);
-    // Off its surface, for the rays that end there; and on the side that the light sees, where Q lies in a second one, too.
+    // Off its surface, for the rays that end there; and on the side that the light sees, even if Q is also in a second surface.
     let position = before_surface(hit.position, hit.geometric_normal, END_SHIFT) + END_SHIFT * illumination.to_light;
     let slot = vpl_place(place);
     textureStore(drawn_vpls, slot, 0, vec4<f32>(position, select(1.0, density, is_lit)));

@@ -2,12 +2,12 @@
 
 #import light
 
-// A light of the list `lights`, which lies there as in a buffer.
+// Loads a light of the list `lights`, which has the layout of a buffer.
 #loader Light lights
 
 #import pattern
 
-// A list in an image, as that of triangles in trace.wgsl. Behind the lights lie their patterns.
+// A list in an image, like ray_triangles in trace.wgsl. The lights' patterns follow the lights.
 var lights: texture_storage_2d<rgba32float, read>;
 
 fn pattern_number(light: Light, at: u32) -> f32 {

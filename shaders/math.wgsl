@@ -1,13 +1,13 @@
-// Functions that are more precise than drivers' own, maps of directions, and Morton order.
+// Functions that are more precise than those of drivers, maps of directions, and Morton order.
 
 const PI: f32 = 3.14159265358979;
 
-// The angle in [0, π]; from sine and cosine, for acos loses narrow cones to rounding.
+// The angle in [0, π], from sine and cosine: acos loses narrow cones to rounding.
 fn angle_between(a: vec3<f32>, b: vec3<f32>) -> f32 {
     return angle_of(length(cross(a, b)), dot(a, b));
 }
 
-// The angle in [0, π] of a vector in the plane, whose y is not negative; 0 of none.
+// The angle in [0, π] of a vector in the plane whose y is not negative; 0 for the zero vector.
 fn angle_of(sine: f32, cosine: f32) -> f32 {
     let ratio = min(sine, abs(cosine)) / max(max(sine, abs(cosine)), 1e-37);
     let is_wide = ratio > 0.41421356;
@@ -27,9 +27,9 @@ fn sin_quarter(x: f32) -> f32 {
         + z * (-2.5052108e-8 + z * 1.6059044e-10)))));
 }
 
-// log2 of a positive normal number whose distance from 1 is known better than the number itself: value = 1 − deficit.
+// log2 of a positive normal number, value = 1 − deficit. The deficit is known more precisely than the value.
 fn log2_near_one(value: f32, deficit: f32) -> f32 {
-    // Mantissa in [√½, √2) by integer arithmetic, as musl's logf does it.
+    // Mantissa in [√½, √2) by integer arithmetic, as in musl's logf.
     let bits = bitcast<u32>(value) + 0x004afb0du;
     let exponent = f32(i32(bits >> 23u) - 127);
     let mantissa = bitcast<f32>((bits & 0x007fffffu) + 0x3f3504f3u);
@@ -45,7 +45,7 @@ fn log2_near_one(value: f32, deficit: f32) -> f32 {
 fn exp2_of_negative(x: f32) -> f32 {
     let whole = round(max(x, -126.0));
     let t = max(x, -126.0) - whole;
-    // Taylor to t^7, |t| ≤ ½: within 6e-9. By Estrin's scheme: a lobe is one long chain of operations, and latency bounds it.
+    // Taylor to t^7, |t| ≤ ½: within 6e-9. Estrin's scheme, because a lobe is one long chain of operations, limited by latency.
     let t2 = t * t;
     let low = (1.0 + t * 0.69314718) + t2 * (0.24022651 + t * 0.055504109);
     let high = (0.0096181291 + t * 0.0013333558) + t2 * (0.00015403530 + t * 0.000015252734);
@@ -69,7 +69,7 @@ fn frame_around(axis: vec3<f32>) -> Frame {
         vec3<f32>(b, sign_z + axis.y * axis.y * a, -axis.y), axis);
 }
 
-// From the unit square to the unit disc, neighbours to neighbours (Shirley & Chiu 1997).
+// Maps the unit square to the unit disc, neighbours to neighbours (Shirley & Chiu 1997).
 fn to_disc(place: vec2<f32>) -> vec2<f32> {
     let centred = 2.0 * place - 1.0;
     let is_wide = abs(centred.x) > abs(centred.y);
@@ -79,7 +79,7 @@ fn to_disc(place: vec2<f32>) -> vec2<f32> {
     return radius * vec2<f32>(cos(turn), sin(turn));
 }
 
-// Zeros between the bits.
+// Puts zeros between the bits.
 fn spread_bits(number: u32) -> u32 {
     var x = number & 0xffffu;
     x = (x | (x << 8u)) & 0x00ff00ffu;
@@ -88,7 +88,7 @@ fn spread_bits(number: u32) -> u32 {
     return (x | (x << 1u)) & 0x55555555u;
 }
 
-// The inverse: the even bits, close together.
+// The inverse: packs the even bits.
 fn every_other_bit(bits: u32) -> u32 {
     var x = bits & 0x55555555u;
     x = (x | (x >> 1u)) & 0x33333333u;

@@ -1,12 +1,12 @@
-// Which pixels show one surface, and planes over the image through their values.
+// Decides which pixels show one surface, and fits planes over the image to their values.
 
 #import reflect
 
 var normal_geometric: texture_2d<f32>;
 
-// Of the normals of two pixels.
+// Least cosine between the normals of two pixels.
 const MIN_COSINE: f32 = 0.9;
-// How far a pixel's point may lie off the other's tangent plane, over their distance.
+// Largest distance of a pixel's point from the other's tangent plane, over the distance between the two points.
 const MAX_SLOPE: f32 = 0.08;
 
 // What a pixel shows.
@@ -38,7 +38,7 @@ fn is_one_surface(a: Facing, b: Facing) -> bool {
     return is_one;
 }
 
-// Sums over neighbours of weight · value, and of that times their places: enough for a plane through the values.
+// Sums over neighbours of weight · value, and of that times the neighbours' places: enough for a plane through the values.
 struct Plane {
     sum: vec3<f32>,
     sum_x: vec3<f32>,
@@ -52,7 +52,7 @@ fn add(plane: ptr<function, Plane>, value: vec3<f32>, weight: f32, at: vec2<f32>
     (*plane).sum_y += at.y * weighted;
 }
 
-// `shares` are those of the three sums.
+// `shares` are the factors of the three sums.
 fn value_of(plane: Plane, shares: vec3<f32>) -> vec3<f32> {
     return shares.x * plane.sum + shares.y * plane.sum_x + shares.z * plane.sum_y;
 }

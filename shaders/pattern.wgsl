@@ -1,15 +1,16 @@
-// How a light spreads its power over the directions. Who imports this has a function pattern_number for the numbers of its pattern.
+// How a light spreads its power over the directions. The importing file defines a function pattern_number that reads the numbers of the
+// pattern.
 //
-// A measured radiation pattern is interpolated linearly in γ and C: its numbers are the nodes of γ, those of C, and for each node of C an
-// intensity for each of γ. Those of a projector are fx, fy, cx, cy and its pixels.
+// A measured radiation pattern is interpolated linearly in γ and C. Its numbers are the nodes of γ, the nodes of C, and for each node of C
+// an intensity for each node of γ. The numbers of a projector are fx, fy, cx, cy and its pixels.
 
-// Nodes of γ and of C in the list, and where a value lies between two of them.
+// A node of γ or of C, and where a value is between it and the next node.
 struct PatternPlace {
     node: u32,
     share: f32,
 }
 
-// The last of these nodes that is not above the value, but for the very last one.
+// The last node that is not above the value, but never the very last node of the list.
 fn pattern_place(light: Light, first: u32, count: u32, value: f32) -> PatternPlace {
     var low = 0u;
     var high = count - 1u;
@@ -46,7 +47,7 @@ fn measured_intensity(light: Light, direction: vec3<f32>) -> f32 {
     return select(0.0, mix(a, b, column.share), is_within);
 }
 
-// The same of a projector: each pixel lights a screen across the axis evenly, so that I = E/cos³θ. More than 1 off the axis.
+// The same for a projector. Each pixel lights a screen perpendicular to the axis evenly, so I = E/cos³θ. Off the axis it may exceed 1.
 fn projected_intensity(light: Light, direction: vec3<f32>) -> f32 {
     let along = dot(direction, light.axis);
     let right = dot(direction, cross(light.axis, light.plane_0)) / along;

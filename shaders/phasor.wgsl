@@ -1,5 +1,5 @@
-// Phases of paths in turns of the modulation. A path's length counts from what it would be by way of the local origin, so that f32 keeps the
-// digits of lengths within the scene, however far the light is.
+// Phases of paths, in turns of the modulation. Lengths are differences to the path by way of the local origin, so f32 keeps the digits of
+// lengths within the scene, however far the light is.
 
 #import light
 #import modulation
@@ -30,12 +30,12 @@ fn turns_from_light(light: Light, position: vec3<f32>) -> vec4<f32> {
     return turns_between(light.position, light.origin_turns, position);
 }
 
-// origin_turns, where the light has an area, for the point of it that its position is.
+// origin_turns. For an area light, that of the point of its area at light.position.
 fn area_origin_turns(light: Light) -> vec4<f32> {
     return select(light.origin_turns, fract(modulation.turns_per_unit * length(light.position)), light.area_aspect != 0.0);
 }
 
-// Turns of the way between a point A and another one; `origin_turns` are those from A to the local origin.
+// Turns of the path between a point A and another point. `origin_turns` are those from A to the local origin.
 fn turns_between(a: vec3<f32>, origin_turns: vec4<f32>, position: vec3<f32>) -> vec4<f32> {
     return fract(origin_turns + modulation.turns_per_unit * excess_length(a, position));
 }
@@ -46,7 +46,7 @@ fn excess_length(a: vec3<f32>, position: vec3<f32>) -> f32 {
     return dot(position, from_a - a) / max(length(from_a) + length(a), 1e-30);
 }
 
-// e^{i·2π·turns} of each frequency that there is, within 5e-7; Vulkan's own sin and cos promise 2^-11. Minimax polynomials on half a turn to
+// e^{i·2π·turns} of each used frequency, within 5e-7. Vulkan's own sin and cos guarantee only 2^-11. Minimax polynomials on half a turn to
 // either side.
 fn phasors_of(turns: Frequencies) -> Phasors {
     let x = turns - round(turns);
@@ -59,7 +59,7 @@ fn phasors_of(turns: Frequencies) -> Phasors {
 
 #if ONE
 #else
-// Those of each band.
+// Phasors of each band.
 struct BandPhasors {
     re: mat3x4<f32>,
     im: mat3x4<f32>,
@@ -74,7 +74,7 @@ fn add_phasors(a: BandPhasors, b: BandPhasors) -> BandPhasors {
     return BandPhasors(a.re + b.re, a.im + b.im);
 }
 
-// |a − b|² of each frequency, all bands together that pixels see.
+// |a − b|² of each frequency, summed over the bands that pixels see.
 fn squared_difference(a: BandPhasors, b: BandPhasors) -> vec4<f32> {
     let re = a.re - b.re;
     let im = a.im - b.im;

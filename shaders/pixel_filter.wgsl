@@ -1,7 +1,7 @@
-// Averages over the pixels what one sample of each shows: its depth, and its share of the bounce.
+// Averages samples over each pixel. Each dispatch adds one sample per pixel: its depth, or its share of the bounce.
 //
-// Light varies little within a pixel. So a sample reflects, by its own BRDF, what was gathered at the pixels around it whose centres show the
-// same surface. Where none does, the sample is gathered itself.
+// Light varies little within a pixel. So a sample reflects, by its own BRDF, the light that was gathered at the pixels around it whose
+// centres show the same surface. If none does, the sample itself is gathered.
 
 #if DEPTHS
 #else
@@ -15,13 +15,13 @@
 struct PixelFilterParameters {
     // C, and the unit vector of the axis.
     camera_position: vec3<f32>,
-    // Of a sample in its pixel.
+    // Weight of a sample in its pixel.
     share: f32,
     forward: vec3<f32>,
     first_receiver: u32,
-    // The distance of C from the local origin, turns of each frequency.
+    // Distance from C to the local origin, in turns of each frequency.
     camera_turns: vec4<f32>,
-    // Whole pixels from a pixel to the one in which its sample lies, and from that one's centre to the sample.
+    // Whole pixels from a pixel to the one that contains its sample, and from that one's centre to the sample.
     step_px: vec2<f32>,
     offset_px: vec2<f32>,
     receiver_count: u32,
@@ -31,8 +31,8 @@ var<immediate> parameters: PixelFilterParameters;
 
 #if DEPTHS
 var position_mesh: texture_2d<f32>;
-// Of the samples that show a surface: the sum of their depths, the least depth, how many there are; and cos²θ of the last one, its angle to
-// the axis.
+// Of the samples that show a surface: sum of their depths, least depth, number of samples; and cos²θ of the last one, where θ is its angle
+// to the axis.
 var footprint: texture_storage_2d<rgba32float, read_write>;
 
 @compute @workgroup_size(8, 8)
@@ -58,7 +58,7 @@ var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
 var indirect_phasors: texture_storage_2d_array<rgba32float, read_write>;
 #endif
 
-// What the lobes reflect for k_d = k_s = 1.
+// Adds a sample. `diffuse` and `specular` are what the lobes reflect for k_d = k_s = 1.
 fn add_sample(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) {
     let reflected = reflect(pixel, diffuse, specular);
     let sum = textureLoad(indirect_radiance, pixel) + parameters.share * vec4<f32>(reflected, 0.0);
@@ -66,45 +66,46 @@ fn add_sample(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) {
 }
 
 #if PHASORS
-// Z of a pair of frequencies but for the way to C.
+// Adds Z of a pair of frequencies, which does not include the path to C.
 fn add_phasors_of_sample(pixel: vec2<u32>, pair: u32, phasors: vec4<f32>) {
     let position = textureLoad(position_mesh, pixel).xyz;
     let way = phasors_of(turns_between(parameters.camera_position, parameters.camera_turns, position));
     let re = select(way.re.xy, way.re.zw, pair == 1u);
     let im = select(way.im.xy, way.im.zw, pair == 1u);
-    // Each of two times its own.
+    // Multiplies each of the two frequencies by its own path.
     let turned = vec4<f32>(phasors.xz * re - phasors.yw * im, phasors.xz * im + phasors.yw * re).xzyw;
     textureStore(indirect_phasors, pixel, pair, textureLoad(indirect_phasors, pixel, pair) + parameters.share * turned);
 }
 #endif
 
 #if INTERPOLATE
-// What the pixels' centres show, and what was gathered there.
+// What the pixels' centres show, and the light gathered there.
 var centre_position_mesh: texture_2d<f32>;
 var centre_normal_geometric: texture_2d<f32>;
 #if PHONG
 var centre_ks_shininess: texture_2d<f32>;
 #endif
 var gathered: texture_2d_array<f32>;
-// Pixels whose sample is to be gathered, as column + 65536 · row, or NO_PIXEL.
+// Pixels whose sample is to be gathered, as column + 65536 · row; or NO_PIXEL.
 var<storage, read_write> candidates: array<u32>;
 
-// A pixel and those around it.
+// A pixel and its eight neighbours.
 const PLACES: u32 = 9u;
-// Of the determinant of the places' second moments, for a plane.
-// Of a sample that is not gathered (measured: without them the bounce of the knot is off by 4 % of 96² pixels with 64 samples, with them by 1.5 %):
-// to the nearest pixel; what its normal is off that surface; and what the light there is off the mean around it.
+// Limits for a sample that is not gathered: its distance to the nearest pixel; the difference between its normal and that of the
+// interpolated surface; the relative difference between the light of the nearest pixel and the mean around it. (Measured: without them the
+// bounce of the knot at 96² pixels with 64 samples is off by 4 %, with them by 1.5 %.)
 const MAX_WAY: f32 = 0.75;
 const MAX_TURN: f32 = 0.05;
 const MAX_BEND: f32 = 0.1;
+// Least determinant of the places' second moments for a plane.
 const LEAST_SPREAD: f32 = 0.04;
 
-// From the centre of the pixel in the middle.
+// From the centre of the middle pixel.
 fn place_of(index: u32) -> vec2<f32> {
     return vec2<f32>(f32(index % 3u), f32(index / 3u)) - 1.0;
 }
 
-// Of a place in the parabolic surface through all of them, at the sample.
+// Weight of a place in the parabolic surface through all places, at the sample.
 fn parabolic_share(index: u32) -> f32 {
     let place = place_of(index);
     let at = parameters.offset_px;
@@ -136,8 +137,8 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let own = facing_at(pixel);
     let home = vec2<i32>(pixel) + vec2<i32>(parameters.step_px);
-    // The pixel that is nearest, and a plane over the image through it and those around it, as far as they show the surface. Where all do, they
-    // lie on a surface of second order.
+    // Finds the nearest pixel, and a plane over the image through it and its neighbours that show the surface. If all show it, a surface of
+    // second order replaces the plane.
     var shares: array<f32, PLACES>;
     var total = 0.0;
     var mean = vec2<f32>(0.0);
@@ -168,7 +169,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     var diffuse = vec3<f32>(0.0);
     var specular = vec3<f32>(0.0);
     var normal = vec3<f32>(0.0);
-    // The light of the pixel that is nearest, and of all that show the surface.
+    // Light of the nearest pixel, and mean light of all pixels that show the surface.
     var own_light = vec3<f32>(0.0);
     var mean_light = vec3<f32>(0.0);
     for (var i = 0u; i < PLACES; i++) {
@@ -215,10 +216,10 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 #else
 var<storage, read> receivers: array<u32>;
-// As the refinement has them. Of noisy gathers the sums over samples.
+// In the refinement's layout. Noisy gathers: the sums over samples.
 var<storage, read> results: array<vec4<f32>>;
 #if NOISY
-// As the sample_counts pass has it.
+// In the layout of the sample_counts pass.
 var<storage, read> sample_ranges: array<u32>;
 #endif
 

@@ -1,11 +1,11 @@
-// Where a ray meets the triangle that a pixel shows. The position comes from the ray and the triangle's plane, not from what found the triangle:
-// rasterisers snap vertices to a subpixel grid, which would move positions by 1/512 pixel along the surface. Who imports
-// this for surfaces with cut-outs has a function alpha_texture.
+// The point where a ray hits the triangle that a pixel shows. The position comes from the ray and the triangle's plane, not from the method
+// that found the triangle: rasterisers snap vertices to a subpixel grid, which would move positions by 1/512 pixel along the surface. For
+// surfaces with cut-outs, the importing file defines a function alpha_texture.
 
 #import hit
 
-// Barycentric coordinates of the point of a triangle's edges that is nearest. To cut those of a point outside would move it along a needle,
-// and by more than it is outside.
+// Barycentric coordinates of the nearest point on a triangle's edges. Clamping the coordinates of an outside point would move it along a
+// needle, by more than its distance from the triangle.
 fn nearest_on_rim(from0: vec3<f32>, edge1: vec3<f32>, edge2: vec3<f32>) -> vec2<f32> {
     let along1 = nearest_on_edge(from0, edge1);
     let along2 = nearest_on_edge(from0, edge2);
@@ -22,13 +22,13 @@ fn nearest_on_edge(offset: vec3<f32>, edge: vec3<f32>) -> f32 {
     return clamp(dot(offset, edge) / max(dot(edge, edge), 1e-37), 0.0, 1.0);
 }
 
-// The ray is origin + offset + t · direction; the product of `direction` and `axis` is 1.
+// The ray is origin + offset + t · direction. The dot product of `direction` and `axis` is 1.
 fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, direction: vec3<f32>, axis: vec3<f32>) -> Hit {
     var triangle = hit_triangle;
     let corner0 = triangle.corners[0].position - origin;
     let corner1 = triangle.corners[1].position - origin;
     let corner2 = triangle.corners[2].position - origin;
-    // Not from the corners: those of a far origin have lost their detail.
+    // Not from the corners above: relative to a far origin they have lost their detail.
     let edge1 = triangle.corners[1].position - triangle.corners[0].position;
     let edge2 = triangle.corners[2].position - triangle.corners[0].position;
     let doubled_area = cross(edge1, edge2);
@@ -46,7 +46,7 @@ fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, di
     let from0 = offset + depth * direction - corner0;
     let scale = 1.0 / dot(doubled_area, doubled_area);
     let plain = scale * vec2<f32>(dot(cross(from0, edge2), doubled_area), dot(cross(edge1, from0), doubled_area));
-    // Whatever found the triangle has rounded, so that the ray may miss it: rasterisers round corners to 1/256 pixel.
+    // The method that found the triangle rounds, so the ray may miss the triangle: rasterisers round corners to 1/256 pixel.
     let is_inside = min(min(plain.x, plain.y), 1.0 - plain.x - plain.y) >= 0.0;
     let rest = select(nearest_on_rim(from0, edge1, edge2), plain, is_inside);
     let b = vec3<f32>(1.0 - rest.x - rest.y, rest);

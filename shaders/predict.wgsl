@@ -1,5 +1,5 @@
-// Predicts a pixel of a finer grid from its neighbours on the coarser one. Where these lie on one surface, and where such
-// predictions have been right so far, the pixel is interpolated; elsewhere it becomes a candidate for the gather.
+// Predicts a pixel of a finer grid from its neighbours on the coarser one. If these are on one surface, and such predictions have been
+// right so far, the pixel is interpolated. Otherwise it becomes a candidate for the gather.
 
 #import refinement
 #import reflect
@@ -13,37 +13,38 @@ struct PredictParameters {
     reach: u32,
     // CENTRES or EDGES.
     pattern: u32,
-    // New points of a row, and in all.
+    // New points per row, and in total.
     columns: u32,
     item_count: u32,
-    // What an interpolated pixel may be off by, over the radiance that errors count over; negative: nothing is interpolated.
+    // Largest expected error of an interpolated pixel, over the radiance that errors are relative to; negative: nothing is interpolated.
     tolerance: f32,
-    // Errors count over this, W/sr/m², or over own_share times the pixel's own radiance, if that is more.
+    // Errors are relative to this, W/sr/m², or to own_share times the pixel's own radiance, if that is more.
     least_radiance: f32,
     own_share: f32,
 }
 
 var gathered: texture_storage_2d_array<rgba32float, read_write>;
-// Pixels to gather as column + 65536 · row, or NO_PIXEL.
+// Pixels to gather, as column + 65536 · row; or NO_PIXEL.
 var<storage, read_write> candidates: array<u32>;
 var<immediate> parameters: PredictParameters;
 
-// Centres of the squares of the grid so far, with neighbours along the diagonals; and then the middles of the edges, with
-// neighbours along the axes.
+// First the centres of the squares of the current grid, with neighbours along the diagonals. Then the middles of the edges, with neighbours
+// along the axes.
 const CENTRES: u32 = 0u;
 const EDGES: u32 = 1u;
-// Of a plane through the neighbours.
+// Largest leverage of a plane through the neighbours.
 const MAX_LEVERAGE: f32 = 2.5;
-// Error of an interpolation over what the normal is off by; both over their whole (measured on the knot: 2 % of it for 1 gathers 3 %
-// more pixels and has 6 % less error).
+// Relative error of an interpolation over the difference between the normal and the interpolated normal. (Measured on the knot: an error of
+// 2 % for a difference of 1 % gathers 3 % more pixels and has 6 % less error.)
 const TURNING: f32 = 2.0;
-// What a prediction makes of the square of a place, squares of reaches: with less it is no test of interpolation.
+// Least value that the plane predicts for the square of a coordinate, in squared reaches. Below it, the prediction does not test
+// interpolation.
 const LEAST_BEND: f32 = 0.1;
-// Known pixels around a new one: four, and the eight next to them.
+// Known pixels around a new one: the nearest four, and the next eight.
 const NEIGHBOURS: u32 = 12u;
 
-// In reaches. New centres lie in the middle of a square lattice: (±1, ±1), (±3, ±1), (±1, ±3). New middles of edges lie in one
-// turned by 45°: (±1, 0), (0, ±1), (±2, ±1), (±1, ±2).
+// In reaches. New centres are in the middle of a square lattice: (±1, ±1), (±3, ±1), (±1, ±3). New middles of edges are in a lattice turned
+// by 45°: (±1, 0), (0, ±1), (±2, ±1), (±1, ±2).
 fn neighbour_offset(index: u32, is_axial: bool) -> vec2<i32> {
     let signs = vec2<i32>(select(-1, 1, (index & 1u) == 1u), select(-1, 1, (index & 2u) == 2u));
     let long = select(3, 2, is_axial);
@@ -82,7 +83,7 @@ fn compute_main(
         candidates[item] = NO_PIXEL;
         return;
     }
-    // Where gathers are exact, an earlier attempt may have gathered it.
+    // If gathers are exact, an earlier attempt may have gathered this pixel.
     if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE).w))) {
         candidates[item] = NO_PIXEL;
         return;
@@ -96,15 +97,15 @@ fn compute_main(
     var square_plane: Plane;
     var total = 0.0;
     var near = 0u;
-    // A plane over the image through the neighbours' values, by least squares: where all four of the nearest are on the surface, it
-    // is their mean; at the surface's border the next ones help.
+    // Fits a plane over the image to the neighbours' values by least squares. If the nearest four are all on the surface, its value is
+    // their mean. At the surface's border the next eight help.
     var mean = vec2<f32>(0.0);
     var squares = vec3<f32>(0.0);
     var expected_error = 0.0;
-    // Whether a prediction of a neighbour was compared with its gather.
+    // Whether the prediction of a neighbour was compared with its gather.
     var has_error = false;
 #if NOISY
-    // Variances and packets of the neighbours: of those on the surface, or else of all.
+    // Variances and packets of the neighbours: of those on the surface, or of all if none is on it.
     var sampled = vec4<f32>(0.0);
     var sampled_anyhow = vec4<f32>(0.0);
 #if PHASORS
@@ -162,7 +163,7 @@ fn compute_main(
     let determinant = spread.x * spread.z - spread.y * spread.y;
     // The plane's value at the pixel is Σ weightᵢ·(1 + pull·(atᵢ − mean))·valueᵢ/Σ weightᵢ.
     let full_pull = -vec2<f32>(spread.z * mean.x - spread.y * mean.y, spread.x * mean.y - spread.y * mean.x) / determinant;
-    // Noise of the prediction over that of a neighbour, squared, as if all weights were equal: more than 1 is extrapolation.
+    // Noise variance of the prediction over that of a neighbour, as if all weights were equal. More than 1 is extrapolation.
     let leverage = 1.0 - dot(full_pull, mean);
     let has_plane = determinant > 1e-3 && leverage <= MAX_LEVERAGE;
     let pull = select(vec2<f32>(0.0), full_pull, has_plane);
@@ -174,7 +175,7 @@ fn compute_main(
     textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
 #endif
 #if PHASORS
-    // The same plane, as what each neighbour counts in its value.
+    // The same plane, as the weight of each neighbour in its value.
     for (var lobe = 0u; lobe < LOBES; lobe++) {
         let light = select(diffuse, specular, lobe == SPECULAR);
         for (var layer = 0u; layer < phasor_layer_count(); layer++) {
@@ -189,17 +190,17 @@ fn compute_main(
         }
     }
 #endif
-    // The spacing has shrunk by √2 since the neighbours' errors were seen, and those are of second order. What leans to one side
-    // is worse.
+    // The spacing has shrunk by √2 since the neighbours' errors were measured, and these errors are of second order: a factor of 0.5.
+    // Neighbours that are mostly on one side make the error larger.
     expected_error *= 0.5 * max(leverage, 1.0);
-    // Light from the side changes as much as the normal does, and facets have normals of their own.
+    // Light from the side changes as much as the normal does, and facets have their own normals.
     let turned = length(value_of(normal_plane, shares) - own.normal);
     let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
     expected_error = max(expected_error, TURNING * turned * radiance / max(parameters.own_share * radiance, parameters.least_radiance));
     var is_known = has_plane && has_error && expected_error <= parameters.tolerance;
 #if NOISY
     let own_packets = textureLoad(samples, pixel, SAMPLED).x;
-    // What was gathered stays gathered.
+    // A gathered pixel stays gathered.
     is_known &= own_packets == 0.0;
 #if PHASORS
     phasor_variances = select(phasor_variances_anyhow / max(sampled_anyhow.w, 1.0), phasor_variances / max(sampled.w, 1.0), sampled.w > 0.0);
@@ -208,7 +209,7 @@ fn compute_main(
     sampled = select(sampled_anyhow, sampled, sampled.w > 0.0);
     textureStore(samples, pixel, SAMPLED, vec4<f32>(own_packets, sampled.xyz / max(sampled.w, 1.0)));
 #endif
-    // How light bends along an axis shows only where neighbours lie to both sides: not in a strip two pixels wide.
+    // The bend of the light along an axis shows only if neighbours are on both sides: not in a strip two pixels wide.
     let bends = abs(value_of(square_plane, shares).xy);
     let is_telling = has_plane && min(bends.x, bends.y) >= LEAST_BEND;
     let to_gather = PixelState(select(UNKNOWN, select(PREDICTED_ONE_WAY, PREDICTED, is_telling), has_plane), 0.0);

@@ -1,5 +1,5 @@
-// What the camera sees at each pixel's centre, by rays: through a lens with distortion, and where the device's rasteriser is too coarse.
-// One kernel finds the triangles, the other fills the G-buffer with their surfaces.
+// What the camera sees at each pixel's centre, by rays. Used for a lens with distortion, and if the device's rasteriser is too coarse. One
+// kernel finds the triangles, the other fills the G-buffer with their surfaces.
 
 #import view
 #if TRACE
@@ -12,22 +12,22 @@
 
 struct PrimaryRayParameters {
     resolution_px: vec2<u32>,
-    // Those of the list stand twice, with and without texture.
+    // Number of materials. The material list holds each one twice: with and without texture.
     material_count: u32,
-    // Of those in the scene's space.
+    // Meshes in the scene's space.
     mesh_count: u32,
-    // Where in their pixels the rays go through, from the centre.
+    // Where the rays cross their pixels, relative to the centre.
     offset_px: vec2<f32>,
 }
 
 #if LENS
-// The direction of each pixel's ray in the camera's axes: Z, X, Y. The columns of view.ray_direction are these axes.
+// The direction of each pixel's ray along the camera's axes Z, X, Y. The columns of view.ray_direction are these axes.
 var<storage, read> lens_rays: array<vec4<f32>>;
 #endif
-// For each pixel what trace calls a hit, row by row.
+// The hit of each pixel, as in trace.wgsl, row by row.
 var<storage, read_write> seen_triangles: array<u32>;
 #if SHADE
-// Triangles up to the end of each mesh in the scene's space, and its id.
+// For each mesh in the scene's space: number of triangles up to its end, and its id.
 var<storage, read> mesh_ends: array<vec2<u32>>;
 var position_mesh: texture_storage_2d<rgba32float, write>;
 var normal_geometric: texture_storage_2d<rgba32float, write>;
@@ -50,7 +50,7 @@ fn lens_ray(place: vec2<u32>) -> vec3<f32> {
 
 fn ray_direction(place: vec2<u32>) -> vec3<f32> {
 #if LENS
-    // Between the pixels' centres the rays lie on a plane, to 1e-3 of a pixel.
+    // Between the pixels' centres the direction is linear in the place, to 1e-3 of a pixel.
     let last = parameters.resolution_px - 1u;
     let left = lens_ray(vec2<u32>(max(place.x, 1u) - 1u, place.y));
     let right = lens_ray(vec2<u32>(min(place.x + 1u, last.x), place.y));
@@ -81,7 +81,7 @@ fn compute_main(
         let is_in_image = all(place < parameters.resolution_px);
         set_ray(i, ray_direction(min(place, parameters.resolution_px - 1u)), select(NOT_WANTED, 0.0, is_in_image));
     }
-    // No lane has left: they meet the triangles together.
+    // No lane has returned early: all of them intersect the triangles together.
     trace(view.origin, false);
     for (var i = 0u; i < RAYS; i++) {
         let place = place_of(group.xy, local, i);
@@ -131,7 +131,7 @@ fn mesh_id_at(seen: u32) -> u32 {
     return mesh_ends[mesh_of(scene_triangle(seen))].y;
 }
 
-// The first mesh that ends behind the triangle.
+// The first mesh that ends after the triangle.
 fn mesh_of(triangle: u32) -> u32 {
     var low = 0u;
     var high = parameters.mesh_count - 1u;

@@ -1,4 +1,4 @@
-// Numbers that look random.
+// Pseudo-random numbers.
 
 fn hash(value: u32) -> u32 {
     // PCG (Jarzynski & Olano 2020).
@@ -7,7 +7,7 @@ fn hash(value: u32) -> u32 {
     return (word >> 22u) ^ word;
 }
 
-// 0 to 1, without 1.
+// A number in [0, 1).
 fn unit(bits: u32) -> f32 {
     return f32(bits >> 8u) * 5.9604645e-8;
 }

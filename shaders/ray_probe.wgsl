@@ -1,19 +1,19 @@
-// Rays by the hundred from points of surfaces: what tests and benches see of trace.wgsl.
+// Traces many rays from points of surfaces, for the tests and benches of trace.wgsl.
 
 #import hit
 #import trace
 
 struct RayProbeParameters {
-    // Rays of a point: a multiple of PACKET_RAYS.
+    // Rays per point: a multiple of PACKET_RAYS.
     rays_per_point: u32,
     packet_count: u32,
 }
 
-// P and the unit normal of its triangle, a row of two texels per point.
+// P and the unit normal of its triangle: two texels per point, in one row.
 var points: texture_2d<f32>;
 // Any hit: Q and the unit normal of its triangle, packed. Closest hit: a direction.
 var ends: texture_2d<f32>;
-// Any hit: 1 for each ray that is blocked. Closest hit: 1 / distance and the triangle, 1 + its place in the scene, of each ray.
+// Any hit: 1 for each blocked ray. Closest hit, for each ray: 1 / distance, and the triangle as 1 + its index in the scene.
 var<storage, read_write> found: array<u32>;
 var<immediate> parameters: RayProbeParameters;
 
@@ -32,7 +32,7 @@ fn compute_main(
 #else
     let lane = local & 7u;
 #endif
-    // Packets of a workgroup that is not full do the last one again.
+    // Surplus packets of the last workgroup repeat the last packet.
     let packet = min(8u * (group.x + 1024u * group.y) + (local >> 3u), parameters.packet_count - 1u);
     let first = packet * PACKET_RAYS + lane;
     let point = first / parameters.rays_per_point;

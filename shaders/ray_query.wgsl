@@ -1,4 +1,4 @@
-// Rays among all triangles by the device's own acceleration structure.
+// Traces rays among all triangles with the device's acceleration structure.
 
 #import triangle_hit
 
@@ -7,7 +7,7 @@ enable wgpu_ray_query;
 // All triangles, in the order of ray_triangles.
 var ray_scene: acceleration_structure;
 
-// The nearest triangle that a ray meets, or any; NOTHING_HIT where it ends before.
+// The nearest triangle that a ray hits, or any triangle; NOTHING_HIT if it hits none.
 struct Met {
     hit: u32,
     inverse_t: f32,
@@ -18,7 +18,7 @@ fn met(intersection: RayIntersection) -> Met {
     return Met(select(NOTHING_HIT, hit_of(intersection), is_met), 1.0 / intersection.t);
 }
 
-// For scene_triangle.
+// The hit, in the form that scene_triangle takes.
 fn hit_of(intersection: RayIntersection) -> u32 {
     var hit = intersection.primitive_index;
 #if INSTANCED
@@ -33,7 +33,7 @@ fn hit_of(intersection: RayIntersection) -> u32 {
     return hit;
 }
 
-// Of a triangle that the ray meets.
+// Whether the ray hits the triangle outside its cut-outs.
 fn is_solid(intersection: RayIntersection) -> bool {
 #if CUTOUT
     let cutout = cutout_of(hit_of(intersection));
@@ -57,7 +57,7 @@ fn follow(ray: RayDesc) -> Met {
     return met(rayQueryGetCommittedIntersection(&query));
 }
 
-// But for triangles that a light is mounted on.
+// Like `follow`, but ignores triangles that the light is mounted on.
 fn follow_with_light(ray: RayDesc, light_end: vec4<f32>) -> Met {
     let first = follow(ray);
     if (first.hit == NOTHING_HIT || !is_mounted_on(first.hit, light_end)) {
@@ -83,7 +83,7 @@ fn is_mounted_on(hit: u32, light_end: vec4<f32>) -> bool {
     return abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
 }
 
-// Traces the rays of a lane, which have one origin. Afterwards ray_inverse_t and ray_hit tell what was hit.
+// Traces the rays of a lane, which share one origin. Afterwards ray_inverse_t and ray_hit hold the hits.
 fn trace(origin: vec3<f32>, is_any: bool) {
     let flags = select(RAY_FLAG_NONE, RAY_FLAG_TERMINATE_ON_FIRST_HIT, is_any);
     for (var i = 0u; i < RAYS; i++) {
@@ -99,10 +99,10 @@ fn trace(origin: vec3<f32>, is_any: bool) {
     }
 }
 
-// Finds for each ray whether something is between its start and the light. Afterwards ray_inverse_t is BLOCKED, or NOT_WANTED as
-// before, where it is over 1.
+// Finds for each ray whether something is between its start and the light. Afterwards a ray_inverse_t above 1 is BLOCKED, or NOT_WANTED as
+// before.
 //
-// Of parallel rays from a light it finds the closest hit: `light_end` is then where they lead.
+// For parallel rays from a light it finds the closest hit. `light_end` is then the direction of the rays.
 fn trace_to_light(light_end: vec4<f32>) {
     for (var i = 0u; i < RAYS; i++) {
         let ray = own_ray(i);

@@ -1,25 +1,25 @@
-// Rays in a tree of boxes, which each lane takes through it on its own: rays that start together soon part among small triangles. See src/ray_tree for
-// what the list holds.
+// Traces rays in a tree of boxes. Each lane traverses the tree on its own, because rays that start together soon diverge among small
+// triangles. src/ray_tree describes the list.
 //
-// A mesh that instances share has a tree in its own space. A ray that enters the box of an instance is turned into that space, goes on through
-// that tree, and then returns. Distances are the same in both: a direction is turned with its length.
+// A mesh that instances share has a tree in its own space. A ray that enters the box of an instance is transformed into that space,
+// traverses that tree, and then returns. Distances are the same in both spaces, because a direction is transformed with its length.
 
 #import instance
 #import triangle_hit
 
 // Texels of ray_boxes before the first node.
 const HEADER_TEXELS: u32 = 3u;
-// The word of a leaf: LEAF | triangle, and LEAF_CUTOUT where that has cut-outs.
+// The word of a leaf: LEAF | triangle, with LEAF_CUTOUT if the triangle has cut-outs.
 const LEAF: u32 = 0x40000000u;
 const LEAF_CUTOUT: u32 = 0x20000000u;
-// That of an instance: LEAF | LEAF_INSTANCE | its place.
+// The word of an instance: LEAF | LEAF_INSTANCE | its index.
 const LEAF_INSTANCE: u32 = 0x10000000u;
 const LEAF_FLAGS: u32 = LEAF | LEAF_CUTOUT | LEAF_INSTANCE;
-// Boxes that a lane tests before it looks at leaves.
+// Boxes that a lane tests before it processes leaves.
 const STRIDE: u32 = 8u;
 
 #if CUTOUT
-// The barycentric coordinates, up to a factor, of where a ray meets a triangle.
+// Barycentric coordinates, up to a factor, of the point where a ray hits a triangle.
 fn weights_of(corners: Corners, vector: vec3<f32>, end: vec4<f32>, is_to_light: bool) -> vec3<f32> {
     if (is_to_light) {
         let planes = planes_to_light(corners, end, 1.0);
@@ -30,28 +30,28 @@ fn weights_of(corners: Corners, vector: vec3<f32>, end: vec4<f32>, is_to_light: 
 }
 #endif
 
-// A ray on its way through the tree, in the coordinates of the grid to which boxes are rounded.
+// A ray that traverses the tree, in coordinates of the grid to which boxes are rounded.
 struct Traversal {
-    // Which ray: a bit.
+    // Bit of the ray.
     ray: u32,
     vector: vec3<f32>,
-    // A grid coordinate times `scale` less `start` is where the ray crosses it.
+    // The ray crosses a grid coordinate at distance coordinate · `scale` + `start`.
     scale: vec3<f32>,
     start: vec3<f32>,
     inverse_t: f32,
-    // Of the nearest hit so far.
+    // Distance of the nearest hit so far.
     t_max: f32,
     hit: u32,
-    // Next to test.
+    // Next node to test.
     node: u32,
-    // A leaf that waits; 0: none.
+    // A leaf that waits to be processed; 0: none.
     leaf: u32,
 #if INSTANCED
-    // Whose tree it goes through; 0: that of the scene. And where that tree ends.
+    // The instance whose tree the ray traverses, 0: the scene's tree; and the end of that tree.
     instance: u32,
     node_end: u32,
-    // The ray and the common origin, or the light, in the space of the tree; how long a local unit of the scene is there, at most; and what tells
-    // hits there from others.
+    // In the space of the tree: the ray; the common origin, or the light; and the largest length of the scene's local unit. Then the offset
+    // that distinguishes hits in this tree from others.
     own_vector: vec3<f32>,
     own_end: vec4<f32>,
     unit: f32,
@@ -59,12 +59,12 @@ struct Traversal {
 #endif
 }
 
-// Rays that a lane has on their way through the tree at once: one waits for its node while the other is tested.
+// Rays that a lane traverses at once: one waits for its node while the other is tested.
 const TRAVERSALS: u32 = 2u;
 var<private> traversals: array<Traversal, TRAVERSALS>;
 
-// Of the tree that a ray goes through: where it ends; the ray and the common origin, or the light, in its space; how long a local unit of the scene is
-// there; and what one of its triangles is as a hit.
+// For the tree that a ray traverses: its end; the ray, and the common origin or the light, in its space; the length of the scene's local
+// unit in its space; and the hit number of one of its triangles.
 #if INSTANCED
 fn tree_end(w: u32, node_count: u32) -> u32 {
     return traversals[w].node_end;
@@ -74,7 +74,7 @@ fn is_in_scene(w: u32) -> bool {
     return traversals[w].instance == 0u;
 }
 
-// Whether the leaf that waits is that of an instance.
+// Whether the waiting leaf is an instance.
 fn is_at_instance(w: u32) -> bool {
     return (traversals[w].leaf & LEAF_INSTANCE) != 0u;
 }
@@ -95,8 +95,8 @@ fn hit_in_tree(w: u32, triangle: u32) -> u32 {
     return triangle + traversals[w].hit_offset;
 }
 
-// Takes a ray to the tree where it goes on: that of an instance whose box it has met, or that of the scene where it has come to the end of such a tree. And
-// into the space of its tree. Returns where its grid begins in ray_boxes.
+// Moves a ray to the tree where it continues, and into the space of that tree. That is the tree of an instance whose box it has entered, or
+// the scene's tree at the end of an instance's tree. Returns where the tree's grid begins in ray_boxes.
 fn enter_tree(w: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let traversal = traversals[w];
     let is_entry = is_at_instance(w);
@@ -106,7 +106,7 @@ fn enter_tree(w: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let grid = whole_number(tree.x);
     let next = whole_number(instance_texel(traversal.instance, 6u).z);
     let back = to_mesh(instance);
-    // Of a direction nothing is taken off.
+    // A direction has no translation.
     let is_end_point = select(1.0, end.w, is_to_light);
     let own_end = placed_direction(back, end.xyz) + is_end_point * vec3<f32>(back.x.w, back.y.w, back.z.w);
     let is_vector_point = select(0.0, 1.0, is_to_light);
@@ -116,7 +116,7 @@ fn enter_tree(w: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     traversals[w].hit_offset = whole_number(tree.w);
     traversals[w].instance = instance;
     traversals[w].node_end = whole_number(tree.y);
-    // Nodes count from the first one of the scene's tree.
+    // Nodes count from the first node of the scene's tree.
     traversals[w].node = select(select(traversal.node, next, is_exit), grid + 2u - HEADER_TEXELS, is_entry);
     traversals[w].leaf = select(traversal.leaf, 0u, is_entry);
     return grid;
@@ -155,7 +155,7 @@ fn enter_tree(w: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
 }
 #endif
 
-// Puts away what a ray that is done has found, and takes the lane's next. Returns the rays left to do.
+// Stores the result of a finished ray, and starts the lane's next ray. Returns the rays left to do.
 fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let traversal = traversals[w];
     let is_done = (traversal.node >= tree_end(w, node_count)) & (traversal.leaf == 0u) & is_in_scene(w);
@@ -188,7 +188,7 @@ fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: boo
     return todo & ~next;
 }
 
-// Tests a box. A leaf has to wait in the tree where another one waits already. Returns whether there is more to test.
+// Tests a box. If a leaf already waits, the ray stops before the next leaf. Returns whether there is more to test.
 fn step(w: u32, node_count: u32) -> bool {
     let traversal = traversals[w];
     let node_end = tree_end(w, node_count);
@@ -226,9 +226,10 @@ fn greater1(a: f32, b: f32) -> f32 {
     return select(b, a, a > b);
 }
 
-// Of triangles at one distance a ray hits the first, whichever box it meets first: how a tree is built shows in no image.
+// Of triangles at equal distance, a ray hits the first one, whichever box it enters first. So the structure of a tree does not affect the
+// image.
 fn is_before(hit: u32, other: u32) -> bool {
-    // NOTHING_HIT is before all.
+    // NOTHING_HIT comes before all others.
     return bitcast<i32>(hit) < bitcast<i32>(other);
 }
 
@@ -238,8 +239,8 @@ fn take_hit(w: u32, triangle: u32, inverse_t: f32, is_nearer: bool) {
     traversals[w].t_max = 1.0 / traversals[w].inverse_t;
 }
 
-// Takes each ray of the lane that is not yet done through the tree: `end` is the common origin, or the light. Lanes need
-// nothing of one another.
+// Traverses the tree with each ray of the lane that is not yet done. `end` is the common origin, or the light. Lanes are independent of one
+// another.
 fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
     let node_count = whole_number(box_texel(0u).y);
     var todo = 0u;
@@ -272,13 +273,13 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
             }
         }
 #if CUTOUT
-        // What a ray meets where there may be a hole: 1 / distance, or 0.
+        // 1 / distance of a hit that may be in a hole, or 0.
         var doubtful: array<f32, TRAVERSALS>;
         var doubtful_triangle: array<u32, TRAVERSALS>;
 #endif
         for (var w = 0u; w < TRAVERSALS; w++) {
             let triangle = traversals[w].leaf & ~LEAF_FLAGS;
-            // That of an instance stays.
+            // The leaf of an instance stays.
             let is_triangle = (traversals[w].leaf != 0u) & !is_at_instance(w);
             let corners = corners_at(triangle);
             var inverse_t: f32;
@@ -300,7 +301,7 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
             traversals[w].leaf = select(0u, traversals[w].leaf, is_at_instance(w));
         }
 #if CUTOUT
-        // A loop that most rays do not enter: drivers that compute both sides of a branch would have all of them pay.
+        // A loop that most rays skip: drivers that compute both sides of a branch would make all rays pay for it.
         for (var i = 0u; i < select(0u, 1u, doubtful[0] > 0.0) + select(0u, 1u, doubtful[1] > 0.0); i++) {
             let is_first = (i == 0u) & (doubtful[0] > 0.0);
             let triangle = select(doubtful_triangle[1], doubtful_triangle[0], is_first);

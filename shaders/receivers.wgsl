@@ -1,4 +1,4 @@
-// The candidates that show a surface, those with a specular lobe apart: the gather spends nothing on the background and no
+// Lists the candidates that show a surface, those with a specular lobe separately. So the gather spends nothing on the background, and no
 // lobe on a matte surface. Candidates are the points of a grid over the image, or those of a list.
 
 #import compact
@@ -8,13 +8,13 @@ var position_mesh: texture_2d<f32>;
 #if PHONG
 var ks_shininess: texture_2d<f32>;
 #endif
-// Pixels, or NO_PIXEL; not read where they are a grid.
+// Pixels, or NO_PIXEL. Not read if the candidates are a grid.
 var<storage, read> candidates: array<u32>;
 // Matte ones first, then glossy ones.
 var<storage, read_write> receivers: array<u32>;
 
 fn candidate(item: u32) -> u32 {
-    // Without branches: lavapipe compiles a kernel that branches at a push constant anew for each of its values.
+    // Without branches: lavapipe compiles a kernel that branches at a push constant again for each value of the constant.
     let stride = compaction.grid_stride;
     let is_grid = stride > 0u;
     let columns = (textureDimensions(position_mesh).x + stride - 1u) / max(stride, 1u);

@@ -1,7 +1,7 @@
-// What a pixel reflects of its bounce.
+// Light of the bounce that a pixel reflects.
 //
-// Most images are storage images: lavapipe reads these in a third of the time that a texel of a sampled one takes it. But some devices
-// have eight a kernel.
+// Most images are storage images, because lavapipe reads a texel of these in a third of the time that one of a sampled image takes. The
+// others are sampled images, because some devices allow only eight storage images per kernel.
 
 #import brdf
 #if PHASORS
@@ -14,7 +14,7 @@ var kd_material: texture_2d<f32>;
 var ks_shininess: texture_storage_2d<rgba32float, read>;
 #endif
 
-// k_d and k_s times what each lobe reflects for 1.
+// Sum of k_d and k_s times what each lobe reflects for 1.
 fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f32> {
     var radiance = textureLoad(kd_material, pixel, 0).rgb * diffuse;
 #if PHONG
@@ -23,8 +23,8 @@ fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f3
     return radiance;
 }
 
-// Sums of squared differences, diffuse and specular, as squares of what is reflected, as if their bands were alike. Where no material is
-// specular the second of them was never written: it may be NaN.
+// Converts sums of squared differences, diffuse and specular, to squares of reflected light, as if the bands were alike. If no material is
+// specular, the second sum was never written and may be NaN.
 fn reflect_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
     let diffuse = reflect(pixel, vec3<f32>(0.57735027), vec3<f32>(0.0));
     var reflected = dot(diffuse, diffuse) * squares.x;
@@ -36,7 +36,7 @@ fn reflect_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
 }
 
 #if PHASORS
-// What pixels see of a band that the lobes reflect for 1: diffuse, specular.
+// Factors, diffuse and specular, from what the lobes reflect of a band for 1 to what pixels see of it.
 fn seen_shares(pixel: vec2<u32>, band: u32) -> vec2<f32> {
     var shares = vec2<f32>(textureLoad(kd_material, pixel, 0).rgb[band], 0.0);
 #if PHONG
@@ -45,7 +45,7 @@ fn seen_shares(pixel: vec2<u32>, band: u32) -> vec2<f32> {
     return modulation.band_weights[band] * shares;
 }
 
-// As reflect_squares has it, from those of the bands that pixels see.
+// Like reflect_squares, with the squares of the bands that pixels see.
 fn reflect_phasor_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
     var shares = vec2<f32>(0.0);
     for (var i = 0u; i < modulation.band_count; i++) {
@@ -58,7 +58,7 @@ fn reflect_phasor_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
     return reflected / f32(modulation.band_count);
 }
 
-// The worst of the squared errors of Z, two frequencies, as one of light.
+// The largest of the squared errors of Z, two frequencies, as an error of light.
 fn worst_error_squared(pair: u32, difference: vec4<f32>) -> f32 {
     let scales = select(modulation.error_scales.xy, modulation.error_scales.zw, pair == 1u);
     return max(scales.x * dot(difference.xy, difference.xy), scales.y * dot(difference.zw, difference.zw));

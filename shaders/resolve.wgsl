@@ -1,4 +1,4 @@
-// Indirect radiance of every pixel from what was gathered or interpolated there, and how far it may be off.
+// Indirect radiance of every pixel from what was gathered or interpolated there, and its expected error.
 
 #import refinement
 #import reflect
@@ -7,18 +7,18 @@
 #endif
 
 struct ResolveParameters {
-    // Of gathers, as variance_of_mean has it.
+    // Noise of gathers, as in variance_of_mean.
     evenness: f32,
     variance_rate: f32,
-    // Noise of a gather over the radiance of its pixel, as a pilot has it.
+    // Noise of a gather over the radiance of its pixel, measured by a pilot.
     relative_noise: f32,
-    // What errors of predictions count over, as in the predict pass.
+    // The radiance that errors of predictions are relative to, as in the predict pass.
     least_radiance: f32,
     own_share: f32,
 }
 
 #if PHASORS
-// Devices need not have more than four storage images a kernel.
+// Devices may allow only four storage images per kernel.
 var gathered: texture_2d_array<f32>;
 
 fn gathered_at(pixel: vec2<u32>, layer: u32) -> vec4<f32> {
@@ -31,15 +31,15 @@ fn gathered_at(pixel: vec2<u32>, layer: u32) -> vec4<f32> {
     return textureLoad(gathered, pixel, layer);
 }
 #endif
-// The radiance; and what its error is expected to be but for a factor, all bands together: negative for an interpolated pixel.
+// The radiance; and its expected error up to a factor, all bands together: negative for an interpolated pixel.
 var indirect_radiance: texture_storage_2d<rgba32float, write>;
 #if PHASORS
-// Z but for the way to C.
+// Z without the path to C.
 var indirect_phasors: texture_storage_2d_array<rgba32float, write>;
 #endif
 var<immediate> parameters: ResolveParameters;
 
-// Least error of a pixel, over the noise that is expected of one as bright: samples may have missed what they did not find.
+// Least error of a pixel, over the expected noise of an equally bright pixel: samples may have missed light.
 const LEAST_NOISE: f32 = 0.1;
 
 @compute @workgroup_size(8, 8)
@@ -50,7 +50,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let diffuse = gathered_at(pixel, DIFFUSE);
     let state = decode_state(diffuse.w);
-    // Nothing is known of the background.
+    // The background has no data.
     if (state.kind == UNKNOWN) {
         return;
     }
@@ -64,7 +64,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let own = length(radiance);
     let least = parameters.relative_noise * max(own, parameters.least_radiance);
     let of_prediction = state.error * 1.7320508 * max(parameters.own_share * own * 0.57735027, parameters.least_radiance);
-    // Of the pixel's gather, or of those around it, if that is more: few samples know little of their own variance.
+    // Variances from the pixel's gather, or from those around it if these are larger: few samples estimate their own variance badly.
     let known = known_sampling(pixel);
     let variances = max(known.variances, textureLoad(samples, pixel, SAMPLED).yz);
     let variance = variance_of_mean(reflect_squares(pixel, variances), known.packets, parameters.evenness, parameters.variance_rate);

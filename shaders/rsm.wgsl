@@ -7,7 +7,7 @@
 var<storage, read> emission: array<vec2<f32>>;
 
 struct Rsm {
-    // Q; the triangle it lies on (negative: no surface), exact up to 2^24.
+    // Q; the index of its triangle (negative: no surface), exact up to 2^24.
     @location(0) position: vec4<f32>,
     // n_Q; the geometric normal, packed.
     @location(1) normal: vec4<f32>,
@@ -24,13 +24,14 @@ fn fragment_main(raster: Raster) -> Rsm {
     let hit = hit_surface(raster);
     let column_row = vec2<u32>(raster.position.xy);
     let from_light = hit.position - view.origin;
-    // What the light lies in but for rounding is not in its way, as for its shadows (trace.wgsl). A texel of it would be at distance 0.
+    // A surface that contains the light, up to rounding, does not block it; the same holds for shadows (triangle_hit.wgsl). A texel of that
+    // surface would be at distance 0.
     let height = abs(dot(hit.geometric_normal, from_light));
     if ((view.is_parallel == 0u) & (height <= LIGHT_IN_PLANE * dot(abs(hit.geometric_normal), vec3<f32>(1.0)))) {
         discard;
     }
     let falloff = emission[view.first_texel + column_row.y * view.size_px + column_row.x].y;
-    // Parallel light does not thin out with distance.
+    // Parallel light does not fall off with distance.
     let irradiance = falloff / select(dot(from_light, from_light), 1.0, view.is_parallel == 1u);
 
     var texel: Rsm;

@@ -1,29 +1,29 @@
-// How many samples each receiver takes: more where they scatter more. Of all ways to spend as many samples the one with the least
-// noise (after Neyman 1934), for a variance that falls with a power of their number.
+// Sets the number of samples of each receiver: more where samples scatter more. Of all ways to spend the same number of samples, this one
+// has the least noise (after Neyman 1934), for a variance that falls with a power of their number.
 
 #import sampling
 
 struct SampleCountParameters {
-    // 1: the ranges go on from those that are there; 0: from what the image has.
+    // 1: the ranges continue from the stored ones; 0: from the packets in the image.
     goes_on: u32,
     max_packets: u32,
-    // Packets of a receiver are this times a power of its variance, over the square of the radiance that errors count over.
+    // Packets of a receiver are this times a power of its variance, over the square of the radiance that errors are relative to.
     packets_scale: f32,
     variance_power: f32,
-    // Of a receiver of which nothing is known.
+    // For a receiver whose variance is not known.
     mean_variance: f32,
-    // Over the square of a receiver's radiance: samples may have missed what they did not find.
+    // Over the square of a receiver's radiance: samples may have missed light.
     least_variance: f32,
-    // Errors count over this, W/sr/m², or over own_share times the pixel's own radiance, if that is more.
+    // Errors are relative to this, W/sr/m², or to own_share times the pixel's own radiance, if that is more.
     least_radiance: f32,
     own_share: f32,
 }
 
 var gathered: texture_storage_2d_array<rgba32float, read>;
-// Matte ones first, then glossy ones, and how many there are of either.
+// Matte ones first, then glossy ones; and the number of each.
 var<storage, read> receivers: array<u32>;
 var<storage, read> lengths: array<u32>;
-// Of each receiver the packets to take: the first one, and 65536 times the one after the last.
+// Packets that each receiver takes: first + 65536 · end, where end is one after the last.
 var<storage, read_write> sample_ranges: array<u32>;
 var<immediate> parameters: SampleCountParameters;
 
@@ -43,7 +43,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let radiance = length(reflect(pixel, textureLoad(gathered, pixel, DIFFUSE).rgb, specular));
     let counted = max(parameters.own_share * radiance, 1.7320508 * parameters.least_radiance);
     let around = textureLoad(samples, pixel, SAMPLED);
-    // Not by the pixel's own samples: where they have missed light, they would stay few, and the pixel too dark.
+    // Not from the pixel's own samples: if they missed light, their number would stay low, and the pixel too dark.
     let known = reflect_variances(pixel, sampling_around(pixel));
     let variance = select(parameters.mean_variance, max(known, parameters.least_variance * radiance * radiance) / (counted * counted), known > 0.0);
     let packets = u32(ceil(min(parameters.packets_scale * pow(variance, parameters.variance_power), f32(parameters.max_packets))));

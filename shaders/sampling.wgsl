@@ -5,15 +5,16 @@
 
 var samples: texture_storage_2d_array<rgba32float, read_write>;
 
-// Layers of it. Packets of samples; and as the pixels around have it, the variance of one sample, diffuse and specular, and their packets.
+// Layers of `samples`. First: packets of samples; and, from the pixels around, the variance of one sample, diffuse and specular, and their
+// packets.
 const SAMPLED: u32 = 0u;
-// Σ of what the samples contribute, and of their squared differences.
+// Σ of the samples' contributions, and of their squared differences.
 const SUMS_DIFFUSE: u32 = 1u;
 const SUMS_SPECULAR: u32 = 2u;
 
 #if PHASORS
-// Behind all sums: the variances of Z as the pixels around have them, each as if it were one of light, diffuse and specular; and of each lobe
-// Σ of squared differences of each frequency's Z.
+// After all sums: the variances of Z from the pixels around, each as if it were one of light, diffuse and specular. Then for each lobe Σ of
+// the squared differences of each frequency's Z.
 fn phasor_variances_layer() -> u32 {
     return 1u + phasor_layer(phasor_layer_count(), 0u);
 }
@@ -32,12 +33,12 @@ struct Sampling {
     // Of one sample, diffuse and specular.
     variances: vec2<f32>,
 #if PHASORS
-    // Of Z, the worst of all frequencies, as if it were one of light.
+    // Of Z: the largest over all frequencies, as if it were one of light.
     phasor_variances: vec2<f32>,
 #endif
 }
 
-// The pixel's own, or what is known from those around.
+// The pixel's own sampling, or that known from the pixels around.
 fn known_sampling(pixel: vec2<u32>) -> Sampling {
     let around = textureLoad(samples, pixel, SAMPLED);
     var squares = vec2<f32>(textureLoad(samples, pixel, SUMS_DIFFUSE).w, 0.0);
@@ -59,7 +60,7 @@ fn known_sampling(pixel: vec2<u32>) -> Sampling {
     return sampling;
 }
 
-// The variance of one sample of what the pixel reflects, with phasors that of what is worst.
+// Variance of one sample of what the pixel reflects; with phasors, the largest variance of light and Z.
 fn reflect_variances(pixel: vec2<u32>, sampling: Sampling) -> f32 {
     var variance = reflect_squares(pixel, sampling.variances);
 #if PHASORS
@@ -68,7 +69,7 @@ fn reflect_variances(pixel: vec2<u32>, sampling: Sampling) -> f32 {
     return variance;
 }
 
-// What the pixels around say.
+// The sampling known from the pixels around.
 fn sampling_around(pixel: vec2<u32>) -> Sampling {
     let around = textureLoad(samples, pixel, SAMPLED);
     var sampling: Sampling;

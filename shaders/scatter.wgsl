@@ -1,4 +1,4 @@
-// Scatters the results of a gather to the pixels of its receivers, with what they say of the prediction's error.
+// Writes the results of a gather to the pixels of its receivers, with the measured errors of their predictions.
 
 #import refinement
 #import reflect
@@ -9,32 +9,32 @@
 struct ScatterParameters {
     first_receiver: u32,
     receiver_count: u32,
-    // Errors count over this, W/sr/m², or over own_share times the pixel's own radiance, if that is more.
+    // Errors are relative to this, W/sr/m², or to own_share times the pixel's own radiance, if that is more.
     least_radiance: f32,
     own_share: f32,
-    // 1: the receivers belong to the grid that is gathered whatever the light.
+    // 1: the receivers belong to the grid that is always gathered.
     is_grid: u32,
-    // Of gathers, as variance_of_mean has it.
+    // Noise of gathers, as in variance_of_mean.
     evenness: f32,
     variance_rate: f32,
 }
 
 var gathered: texture_storage_2d_array<rgba32float, read_write>;
 var<storage, read> receivers: array<u32>;
-// As the refinement has them. Of noisy gathers the sums over samples, and of their squared differences.
+// In the refinement's layout. Noisy gathers: the sums over samples, and over their squared differences.
 var<storage, read> results: array<vec4<f32>>;
 #if NOISY
-// As the sample_counts pass has it.
+// In the layout of the sample_counts pass.
 var<storage, read> sample_ranges: array<u32>;
 #endif
 var<immediate> parameters: ScatterParameters;
 
-// What chance does to a prediction's error, over the variance of the gather: two standard deviations.
+// Part of a prediction's squared error that chance explains, over the variance of the gather: two standard deviations.
 const NOISE_SQUARED: f32 = 4.0;
 
 #if PHASORS
 #if NOISY
-// What was sampled before counts on.
+// Adds to the sums of earlier samples.
 fn add_phasor_sums(pixel: vec2<u32>, first: u32) {
     for (var lobe = 0u; lobe < LOBES; lobe++) {
         let squares = phasor_squares_layer(lobe);
@@ -47,7 +47,7 @@ fn add_phasor_sums(pixel: vec2<u32>, first: u32) {
 }
 #endif
 
-// Z of two frequencies and one band, as it was gathered.
+// Gathered Z of two frequencies and one band.
 fn gathered_phasor(pixel: vec2<u32>, first: u32, index: u32, lobe: u32, sample_count: f32) -> vec4<f32> {
 #if NOISY
     return textureLoad(samples, pixel, phasor_sums_layer(index, lobe)) / sample_count;
@@ -56,7 +56,7 @@ fn gathered_phasor(pixel: vec2<u32>, first: u32, index: u32, lobe: u32, sample_c
 #endif
 }
 
-// How far what was gathered is off what was predicted.
+// Largest difference between gathered and predicted Z, as an error of light.
 fn worst_phasor_deviation(pixel: vec2<u32>, first: u32, sample_count: f32) -> f32 {
     var worst = 0.0;
     for (var pair = 0u; pair < modulation.pair_count; pair++) {
@@ -73,7 +73,7 @@ fn worst_phasor_deviation(pixel: vec2<u32>, first: u32, sample_count: f32) -> f3
     return sqrt(worst);
 }
 
-// By so much of the way from what was predicted to what was gathered.
+// Stores a mix of predicted and gathered Z. `gain` is the weight of the gathered Z.
 fn store_phasors(pixel: vec2<u32>, first: u32, sample_count: f32, gain: f32) {
     for (var lobe = 0u; lobe < LOBES; lobe++) {
         for (var i = 0u; i < phasor_layer_count(); i++) {
@@ -104,7 +104,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     predicted_specular = textureLoad(gathered, pixel, SPECULAR).rgb;
 #endif
 #if NOISY
-    // What was sampled before counts on.
+    // Adds to the sums of earlier samples.
     let sums = textureLoad(samples, pixel, SUMS_DIFFUSE) + results[first];
     textureStore(samples, pixel, SUMS_DIFFUSE, sums);
     let packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
@@ -136,7 +136,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let variance = select(own_variance, variance_around, is_doubtful);
     error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
     if (parameters.is_grid == 0u && is_predicted) {
-        // The smooth pass does it for the grid.
+        // The smooth pass does this for the grid.
         gain = wiener_gain(max(deviation * deviation - variance, 0.0), variance);
         diffuse = mix(predicted.rgb, diffuse, gain);
         specular = mix(predicted_specular, specular, gain);

@@ -1,10 +1,10 @@
-// Energy on the pixel in the exposure: Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime, with E_C numerically
-// the radiance L*_{P→C}, as the model has it; or behind an aperture L · (π/4)·(D/f)² · cos⁴θ.
+// Energy on the pixel in the exposure: Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime. E_C is numerically the radiance
+// L*_{P→C}, as in the model; or, behind an aperture, L · (π/4)·(D/f)² · cos⁴θ.
 
 struct SensorParameters {
-    // C, and the unit vector of the axis; with an aperture.
+    // C, and the unit vector of the axis; used with an aperture.
     camera_position: vec3<f32>,
-    // Of light along the axis.
+    // For light along the axis.
     joule_per_radiance: f32,
     forward: vec3<f32>,
 }
@@ -15,7 +15,7 @@ var indirect_radiance: texture_2d<f32>;
 var position_mesh: texture_2d<f32>;
 #endif
 #if SAMPLED
-// As the pixel_filter pass fills it.
+// Filled by the pixel_filter pass.
 var footprint: texture_2d<f32>;
 #endif
 var energy: texture_storage_2d<rgba32float, write>;

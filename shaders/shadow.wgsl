@@ -1,4 +1,4 @@
-// The light's shadow map: where its rays end, and on which triangle. The first attachment of the RSM alone.
+// The light's shadow map: the end points of its rays, and their triangles. It is the RSM's first attachment, without the others.
 
 #import surface
 

@@ -1,8 +1,8 @@
-// Lowers the noise of gathers: what a model of the pixels around explains is kept, and of the rest as much as is more than noise (after
-// Lee, "Digital image enhancement and noise filtering by use of local statistics", 1980). How much noise there is, the gathers say
-// themselves. The model is linear in the place in the image and in the normal (after Bitterli et al., "Nonlinearly weighted first-order
-// regression for denoising Monte Carlo renderings", 2016): light that comes from afar changes as the normal does, on facets as small as
-// pixels, too. It is fitted to what was sampled, not to what was smoothed before.
+// Lowers the noise of gathers. It keeps what a model of the pixels around explains, and of the rest the part that exceeds noise (after Lee,
+// "Digital image enhancement and noise filtering by use of local statistics", 1980). The gathers themselves measure the noise. The model is
+// linear in the place in the image and in the normal (after Bitterli et al., "Nonlinearly weighted first-order regression for denoising
+// Monte Carlo renderings", 2016): light from afar changes as the normal does, even on facets as small as pixels. The model is fitted to
+// samples, not to smoothed values.
 
 #import refinement
 #import reflect
@@ -13,7 +13,7 @@ struct SmoothParameters {
     stride: u32,
     columns: u32,
     item_count: u32,
-    // Of gathers, as variance_of_mean has it.
+    // Noise of gathers, as in variance_of_mean.
     evenness: f32,
     variance_rate: f32,
 }
@@ -22,24 +22,25 @@ var normal_geometric: texture_2d<f32>;
 var gathered: texture_storage_2d_array<rgba32float, read_write>;
 var<immediate> parameters: SmoothParameters;
 
-// Points of the grid to either side.
+// Points of the grid to each side.
 const REACH: i32 = 2;
 const EDGE: i32 = 2 * REACH + 1;
 const POINTS: i32 = EDGE * EDGE;
-// A pixel counts exp(−(turn/TURN)² − (distance/DISTANCE)²): of normals, and of points, over that of the nearest neighbour.
+// A pixel has the weight exp(−(turn/TURN)² − (distance/DISTANCE)²). turn is the difference of the normals; distance is between the points,
+// over that to the nearest neighbour.
 const TURN: f32 = 0.6;
 const DISTANCE: f32 = 3.0;
-// Added to the features' variances, so that those that do not vary explain nothing.
+// Added to the features' variances, so that features that do not vary explain nothing.
 const RIDGE: f32 = 1e-3;
-// What a fit has to tell: a mean and a slope for each feature. And pixels, about, that make one.
+// Unknowns of a fit: a mean and a slope for each feature. And about how many pixels a fit needs.
 const UNKNOWNS: f32 = 5.0;
 const LEAST_PIXELS: f32 = 7.0;
-// What chance does to a pixel, over the variance of its noise: four standard deviations.
+// Part of a pixel's squared deviation that chance explains, over the variance of its noise: four standard deviations.
 const CHANCE_SQUARED: f32 = 16.0;
-// Noise around a pixel over its own.
+// Largest noise around a pixel, over its own.
 const MAX_OVER_OWN: f32 = 4.0;
 
-// Of what was gathered: diffuse, specular.
+// Variances of what was gathered: diffuse, specular.
 fn variances(known: Sampling) -> vec2<f32> {
     return vec2<f32>(variance_of_mean(known.variances.x, known.packets, parameters.evenness, parameters.variance_rate),
         variance_of_mean(known.variances.y, known.packets, parameters.evenness, parameters.variance_rate));
@@ -54,7 +55,7 @@ fn sampled_light(pixel: vec2<u32>, layer: u32, packets: f32) -> Value {
 #endif
 }
 
-// What is smoothed: light per band; with phasors also Z of two frequencies.
+// A value to smooth: light per band, or with phasors also Z of two frequencies.
 #if PHASORS
 alias Value = vec4<f32>;
 #else
@@ -85,13 +86,13 @@ fn add(sums: ptr<function, Sums>, value: Value, features: vec4<f32>, weight: f32
     (*sums).squares += dot(weighted, value);
 }
 
-// Of the features of the pixels around, relative to the pixel's own.
+// Statistics of the features of the pixels around, relative to the pixel's own.
 struct Fit {
     weight: f32,
-    // Pixels of equal weight that would tell as much.
+    // Number of pixels of equal weight with the same information.
     count: f32,
     mean: vec4<f32>,
-    // Their covariances and RIDGE are ((a, b), (bᵀ, d)): a⁻¹, b and (d − bᵀ·a⁻¹·b)⁻¹.
+    // Their covariances plus RIDGE are ((a, b), (bᵀ, d)). Stored: a⁻¹, b and (d − bᵀ·a⁻¹·b)⁻¹.
     inverse_a: mat2x2<f32>,
     b: mat2x2<f32>,
     inverse_rest: mat2x2<f32>,
@@ -101,20 +102,20 @@ fn inverse2(m: mat2x2<f32>) -> mat2x2<f32> {
     return (1.0 / determinant(m)) * mat2x2<f32>(m[1].y, -m[0].y, -m[1].x, m[0].x);
 }
 
-// Slopes of what has such covariances with the features.
+// Slopes of a value that has these covariances with the features.
 fn slopes(fit: Fit, covariances: vec4<f32>) -> vec4<f32> {
     let rest = fit.inverse_rest * (covariances.zw - covariances.xy * fit.inverse_a * fit.b);
     return vec4<f32>(fit.inverse_a * (covariances.xy - fit.b * rest), rest);
 }
 
-// What the model says of a pixel, and how far from there to its own value it is smoothed to.
+// The model's value of a pixel, and the weight of the pixel's own value in the smoothed one.
 struct Smoothed {
     modelled: Value,
     gain: f32,
 }
 
-// As far as the pixels around scatter about the model for other reasons than noise, or the pixel itself does. `variance` is that of a value's
-// noise, all of it together.
+// The gain is large where the pixels around, or the pixel itself, scatter about the model by more than noise. `variance` is that of a
+// value's noise, all components together.
 fn smooth_value(own: Value, sums: Sums, fit: Fit, variance: f32) -> Smoothed {
     let mean = sums.value / fit.weight;
     let first = sums.first / fit.weight - mean.x * fit.mean;
@@ -141,7 +142,7 @@ fn smooth_value(own: Value, sums: Sums, fit: Fit, variance: f32) -> Smoothed {
     return Smoothed(modelled, wiener_gain(signal, variance));
 }
 
-// Where the points around lie, in points of the grid.
+// Offset of a surrounding grid point, in steps of the grid.
 fn place_around(index: i32) -> vec2<i32> {
     return vec2<i32>(index % EDGE, index / EDGE) - REACH;
 }
@@ -155,7 +156,7 @@ fn sampled_phasors(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> vec
     return textureLoad(samples, pixel, phasor_sums_layer(layer, lobe)) / (PACKET_SAMPLES * max(packets, 1.0));
 }
 
-// Of both frequencies, as if the bands were alike.
+// Sum over both frequencies, as if the bands were alike.
 fn phasor_variance(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> f32 {
     let of_frequencies = textureLoad(samples, pixel, phasor_squares_layer(lobe));
     let squares = select(of_frequencies.xy, of_frequencies.zw, pair_of(layer) == 1u);
@@ -163,13 +164,13 @@ fn phasor_variance(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> f32
     return variance_of_mean(of_sample, packets, parameters.evenness, parameters.variance_rate);
 }
 
-// What the pixels around count, and their features of the normal.
+// Weights of the pixels around, and their features of the normal.
 struct Neighbours {
     weights: array<f32, POINTS>,
     turned: array<vec2<f32>, POINTS>,
 }
 
-// Of all layers of a lobe; the gain is the largest.
+// For all layers of a lobe; the gain is the largest.
 struct SmoothedPhasors {
     modelled: array<vec4<f32>, MAX_PHASOR_LAYERS>,
     gain: f32,
@@ -198,7 +199,7 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
         let own = sampled_phasors(pixel, layer, lobe, own_packets);
         let smoothed = smooth_value(own, sums, fit, variance);
         phasors.modelled[layer] = smoothed.modelled;
-        // Where no modulated light comes, there is nothing to keep.
+        // Without modulated light there is nothing to keep.
         let is_dark = sums.squares == 0.0 && dot(own, own) == 0.0;
         phasors.gain = max(phasors.gain, select(smoothed.gain, 0.0, is_dark));
     }
@@ -235,7 +236,7 @@ fn compute_main(
     let own_lobe = textureLoad(ks_shininess, pixel);
     var specular_sums: Sums;
 #endif
-    // The square of the distance to the nearest neighbour, and how many of them were sampled.
+    // Squared distance to the nearest neighbour, and number of neighbours that were sampled.
     var spacing_squared = 1e30;
     var sampled_neighbours = 0u;
     for (var i = 0; i < 4; i++) {
@@ -256,7 +257,7 @@ fn compute_main(
     var sum_of_variances = vec2<f32>(0.0);
     var fit: Fit;
     var squared_weights = 0.0;
-    // Of products of features: the first two with themselves, with the others, and those with themselves.
+    // Sums of products of features: the first two with themselves, the first two with the last two, the last two with themselves.
     var squares_a = mat2x2<f32>();
     var squares_b = mat2x2<f32>();
     var squares_d = mat2x2<f32>();
@@ -308,7 +309,8 @@ fn compute_main(
     let d = scale * squares_d - mat2x2<f32>(high.x * high, high.y * high) + ridge;
     fit.inverse_rest = inverse2(d - transpose(fit.b) * fit.inverse_a * fit.b);
 
-    // A pixel that is dark without doubt stays so beside bright ones. Where few samples find the light, one that has found none is not.
+    // A pixel that is certainly dark stays so beside bright ones. If few samples find the light, a pixel whose samples found none is not
+    // certainly dark.
     let own_variance = variances(own_sampling);
     let mean_variance = scale * sum_of_variances;
     var squares = vec2<f32>(diffuse_sums.squares, 0.0);
@@ -320,7 +322,7 @@ fn compute_main(
     let own = sampled_light(pixel, SUMS_DIFFUSE, own_sampling.packets);
     var smoothed = smooth_value(own, diffuse_sums, fit, variance.x);
 #if PHASORS
-    // Light and Z by one gain: Z is the light where its phases are alike.
+    // One gain for light and Z: Z equals the light where its phases are alike.
     var phasors = smooth_phasors(pixel, 0u, neighbours, fit);
     smoothed.gain = max(smoothed.gain, phasors.gain);
 #endif

@@ -1,8 +1,7 @@
-// Rasterises triangles as seen from a camera or from a light, and finds where the ray through a pixel's centre meets
-// the triangle.
+// Rasterises triangles as seen from a camera or from a light, and finds where the ray through a pixel's centre hits the triangle.
 
 struct Draw {
-    // k_d per band; a textured surface multiplies its texture in.
+    // k_d per band; a texture multiplies it.
     kd: vec3<f32>,
     // 1 + index of the mesh, as a float: exact up to 2^24.
     mesh_id: f32,
@@ -26,7 +25,7 @@ var<storage, read> normals: array<vec4<f32>>;
 var<storage, read> texcoords: array<vec2<f32>>;
 var<immediate> draw: Draw;
 
-// Here, so that what it binds comes after what both stages have.
+// Imported here, so that its bindings come after those that both stages share.
 #import plane_hit
 
 #if BUMPED
@@ -53,7 +52,7 @@ fn corner(instance: u32, index: u32) -> Corner {
 #if SMOOTH BUMPED
     corner.normal = normals[index].xyz;
 #endif
-    // A loop that other surfaces do not enter: drivers that compute both sides of a branch would have them pay.
+    // A loop that other surfaces skip: drivers that compute both sides of a branch would make them pay for it.
     for (var i = 0u; i < min(instance, 1u); i++) {
         corner.position = placed_point(to_scene(instance), corner.position);
 #if SMOOTH BUMPED

@@ -1,11 +1,11 @@
 // The texels of all textures, at the precision of their source.
 
-// Where a texture's texels lie.
+// Where a texture's texels are stored.
 struct Texture {
     // Columns and rows, 0 for none.
     size: vec2<u32>,
     first_word: u32,
-    // Of a texel: 1, three values of 8 bits; 2, three of 16 bits; 3, three floats.
+    // Words per texel: 1, three values of 8 bits; 2, three of 16 bits; 3, three floats.
     words: u32,
     // 1: integers are encoded by sRGB.
     is_srgb: u32,
@@ -31,13 +31,13 @@ fn texture_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
     return select(values, linear_from_srgb(values), texture.is_srgb == 1u);
 }
 
-// The word that 2^16 times the first and the second number are, as texels of an image hold it.
+// A word's index from two numbers, as texels of an image hold it: 2^16 · first + second.
 fn word_index(halves: vec2<f32>) -> u32 {
     let integers = vec2<u32>(halves);
     return integers.x << 16u | integers.y;
 }
 
-// IEC 61966-2-1, within 1e-6: x^2.4 = t^8 t^1.6 with t = x^(1/4), and t^1.6 by a polynomial. Vulkan promises less of pow.
+// IEC 61966-2-1, within 1e-6: x^2.4 = t^8 t^1.6 with t = x^(1/4), and t^1.6 by a polynomial. Vulkan guarantees less precision for pow.
 fn linear_from_srgb(encoded: vec3<f32>) -> vec3<f32> {
     let t = sqrt(sqrt((encoded + 0.055) * (1.0 / 1.055)));
     var power = vec3<f32>(0.02136562);
@@ -62,7 +62,7 @@ fn sample_texture(texture: Texture, texcoord: vec2<f32>) -> vec3<f32> {
     return mix(above, below, corner.weight.y);
 }
 
-// The texel left above a place, and how far the place is from its centre.
+// The texel to the upper left of a place, and how far the place is from its centre.
 struct TexelCorner {
     texel: vec2<u32>,
     weight: vec2<f32>,
@@ -75,7 +75,8 @@ fn texel_corner(size: vec2<u32>, texcoord: vec2<f32>) -> TexelCorner {
 }
 #if CUTOUT
 
-// Whether there is nothing of a surface with an alpha texture of this size. A word has the alpha of a texel, of those to the right, below, and right below.
+// Whether a surface with an alpha texture of this size is cut out at a point. A word has the alpha of a texel, and of those to the right,
+// below, and below right.
 fn is_cut_out(size: vec2<u32>, first_word: u32, texcoord: vec2<f32>) -> bool {
     let corner = texel_corner(size, texcoord);
     let alpha = unpack4x8unorm(word(first_word + corner.texel.y * size.x + corner.texel.x));

@@ -1,4 +1,4 @@
-// Rays and one triangle: what those from one origin or to one light share of it, and where it is hit.
+// Rays and one triangle: the terms that rays from one origin or to one light share, and the hit.
 
 #import light
 #if CUTOUT
@@ -16,18 +16,18 @@ fn corners_at(triangle: u32) -> Corners {
     return Corners(triangle_texel(4u * triangle), triangle_texel(4u * triangle + 1u), triangle_texel(4u * triangle + 2u));
 }
 
-// What all rays from one origin share of a triangle.
+// Terms of a triangle that all rays from one origin share.
 struct OriginPlanes {
-    // A direction passes inside the triangle if its product with none of these is negative. Neighbours have exactly
-    // opposite ones for their common edge, so that nothing slips between them.
+    // A direction passes inside the triangle if its dot product with none of these is negative. Neighbours have exactly opposite vectors
+    // for their common edge, so no ray slips between them.
     edge0: vec3<f32>,
     edge1: vec3<f32>,
     edge2: vec3<f32>,
-    // Unit normal over the origin's height: its product with a direction is 1 / distance.
+    // Unit normal over the origin's height: its dot product with a direction is 1 / distance.
     normal: vec3<f32>,
 }
 
-// `unit` is a length of the scene in the space of the corners.
+// `unit` is the length of the scene's local unit in the space of the corners.
 fn planes_from_origin(corners: Corners, origin: vec3<f32>, unit: f32) -> OriginPlanes {
     let a = corners.a;
     let b = corners.b;
@@ -43,39 +43,40 @@ fn planes_from_origin(corners: Corners, origin: vec3<f32>, unit: f32) -> OriginP
     planes.edge1 = turn * cross(c2 + c0, c0 - c2);
     planes.edge2 = turn * cross(c0 + c1, c1 - c0);
 #if CENTRAL
-    // From a light: it may be mounted on a surface.
+    // From a light, which may be mounted on a surface.
     let is_in_plane = abs(height) <= unit * LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
 #else
-    // The origin in the plane, or a triangle without area: never hit.
+    // The origin is in the plane, or the triangle has no area: never hit.
     let is_in_plane = height == 0.0;
 #endif
     planes.normal = select(normal / height, vec3<f32>(0.0), is_in_plane);
     return planes;
 }
 
-// 1 / distance at which a ray hits the triangle; 0 or less: it does not.
+// 1 / distance at which a ray hits the triangle; 0 or less: no hit.
 fn inverse_t_of(planes: OriginPlanes, direction: vec3<f32>) -> f32 {
     let inside = min(min(dot(planes.edge0, direction), dot(planes.edge1, direction)), dot(planes.edge2, direction));
     return select(0.0, dot(planes.normal, direction), inside >= 0.0);
 }
 
-// A light as rays lead to it: its position and 1, or the direction to it and 0. A direction's length is how far rays go.
+// The direction from a ray's start to the light. `light_end` is the light's position and 1, or the direction to it and 0. That direction's
+// length is how far rays go.
 //
-// All is relative to a ray's start, whose surroundings are known exactly, while the light may be far away.
+// All terms are relative to the start, near which positions are exact; the light may be far away.
 fn direction_to_light(start: vec3<f32>, light_end: vec4<f32>) -> vec3<f32> {
     return light_end.xyz - light_end.w * start;
 }
 
-// What all rays to one light share of a triangle.
+// Terms of a triangle that all rays to one light share.
 struct LightPlanes {
-    // The normals of the planes through an edge and the light, and their products with a point of theirs. A ray passes inside
-    // the triangle if its start's product is less than none of these. Neighbours have exactly opposite ones.
+    // Normals of the planes through an edge and the light, and their dot products with a point of the plane. A ray passes inside the
+    // triangle if none of its start's dot products is less than the offset. Neighbours have exactly opposite planes.
     plane0: vec3<f32>,
     plane1: vec3<f32>,
     plane2: vec3<f32>,
     offsets: vec3<f32>,
     corner: vec3<f32>,
-    // On the light's side; 0 where the light lies in the plane but for rounding.
+    // On the light's side; 0 if the light is in the plane up to rounding.
     normal: vec3<f32>,
 }
 
@@ -100,7 +101,7 @@ fn planes_to_light(corners: Corners, light_end: vec4<f32>, unit: f32) -> LightPl
     planes.corner = a.xyz;
     let is_in_plane = abs(height) <= unit * LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
 #if PARALLEL
-    // A height over the plane becomes a distance along the rays.
+    // Turns a height over the plane into a distance along the rays.
     planes.normal = select(normal / height, vec3<f32>(0.0), is_in_plane);
 #else
     planes.normal = select(turn * normal, vec3<f32>(0.0), is_in_plane);
@@ -108,8 +109,8 @@ fn planes_to_light(corners: Corners, light_end: vec4<f32>, unit: f32) -> LightPl
     return planes;
 }
 
-// BLOCKED or 0; of parallel rays from a light 1 / distance or 0. Which side of the triangle's plane a ray's ends are on tell their
-// heights over it, whose error does not grow with the light's distance or the triangle's slimness.
+// BLOCKED or 0; for parallel rays from a light, 1 / distance or 0. The heights of a ray's ends over the triangle's plane tell their sides.
+// The error of a height does not grow with the light's distance or the triangle's slimness.
 fn blocking(planes: LightPlanes, start: vec3<f32>) -> f32 {
     let inside = min(min(dot(planes.plane0, start) - planes.offsets.x, dot(planes.plane1, start) - planes.offsets.y),
         dot(planes.plane2, start) - planes.offsets.z);
@@ -122,7 +123,7 @@ fn blocking(planes: LightPlanes, start: vec3<f32>) -> f32 {
 }
 
 #if CUTOUT
-// Whether a triangle that has cut-outs has one where these are the barycentric coordinates, up to a factor.
+// Whether a triangle with cut-outs has a hole at barycentric coordinates `b`, given up to a factor.
 fn is_hole(cutout: u32, b: vec3<f32>) -> bool {
     let first = 4u * u32(triangle_texel(3u).w) + 3u * (cutout - 1u);
     let texcoords01 = triangle_texel(first);
@@ -132,7 +133,7 @@ fn is_hole(cutout: u32, b: vec3<f32>) -> bool {
     return is_cut_out(vec2<u32>(texcoord2_size.zw), first_word, texcoord);
 }
 
-// 0: the triangle is whole.
+// 1 + index among the triangles with cut-outs; 0: the triangle is whole.
 fn cutout_of(triangle: u32) -> u32 {
     return u32(triangle_texel(4u * triangle + 3u).y);
 }

@@ -17,7 +17,7 @@ var glossy_vpls: texture_storage_2d_array<rgba32float, write>;
 struct TexelPlace {
     column_row: vec2<u32>,
     face: u32,
-    // Into the emission table.
+    // Index into the emission table.
     index: u32,
 }
 

@@ -1,16 +1,16 @@
-// Virtual point lights and the lists that they lie in.
+// Virtual point lights and their lists.
 
 #import brdf
 
-// Lists of VPLs lie in image arrays, one layer per member: lavapipe fetches a texel for eight lanes in half the time of a
-// buffer load, and images have no limit of 128 MiB. A row holds this many VPLs.
+// Lists of VPLs are image arrays, one layer per member. lavapipe fetches a texel for eight lanes in half the time of a buffer load, and
+// images have no limit of 128 MiB. A row holds this many VPLs.
 const VPLS_PER_ROW: u32 = 1024u;
-// Layers: position and density, normal, diffuse; specular, those of the lobe.
+// Layers: position and density, normal, diffuse; then specular and those of the lobe.
 #if ONE FOUR
 const VPL_LAYERS: u32 = 3u;
 #else
 #if PHASORS
-// And the phase of the way from the light: sums work it out themselves, for all VPLs of a list have one light.
+// And the phase of the path from the light. Sums compute it themselves, because all VPLs of a list have one light.
 const TURNS_LAYER: u32 = 3u;
 const VPL_LAYERS: u32 = 4u;
 #else
@@ -23,32 +23,33 @@ const GLOSSY_VPL_LAYERS: u32 = VPL_LAYERS + 1u + LOBE_LAYERS;
 struct Vpl {
     // Q
     position: vec3<f32>,
-    // Of those for rays: samples per area, if there is one sample, per local unit². For sums: the area that it stands for, local units².
+    // For rays: samples per area, normalised to one sample, per local unit². For sums: the area that it stands for, local units².
     density: f32,
     // n_Q
     normal: vec3<f32>,
-    // What it sends in every direction of its hemisphere, the diffuse factor of f_Q times: rsm-average: L_{L→Q}·cosθ_{Q→L}·ΔΩ/ΣΔΩ;
-    // instant-radiosity: I·ΔΩ, for intensity per cosine; for rays: the irradiance at Q, for radiance.
+    // Light that it sends in every direction of its hemisphere, including the diffuse factor of f_Q. rsm-average:
+    // L_{L→Q}·cosθ_{Q→L}·ΔΩ/ΣΔΩ; instant-radiosity: I·ΔΩ, which gives intensity per cosine; for rays: the irradiance at Q, which gives
+    // radiance.
     diffuse: vec3<f32>,
 #if ONE FOUR
 #else
 #if PHASORS
-    // 1 where its light is modulated.
+    // 1 if its light is modulated.
     is_modulated: f32,
-    // Of the way from L, of each frequency.
+    // Of the path from L, for each frequency.
     turns: vec4<f32>,
 #endif
 #endif
 }
 
-// What a surface with a specular lobe adds.
+// What a surface with a specular lobe has in addition.
 struct VplLobe {
-    // As `diffuse`, with the specular factor; the lobe's shape is left to the gather.
+    // Like `diffuse`, with the specular factor. The gather evaluates the lobe's shape.
     specular: vec3<f32>,
     lobe: Lobe,
 }
 
-// The layers are those of VPL_LAYERS or GLOSSY_VPL_LAYERS.
+// Its layers are VPL_LAYERS or GLOSSY_VPL_LAYERS.
 var vpls: texture_storage_2d_array<rgba32float, read>;
 
 fn load_vpl(index: u32) -> Vpl {

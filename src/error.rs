@@ -1,11 +1,11 @@
-//! The one error type of the library. Each message says what is wrong, where, and how to mend it.
+//! The error type of the library. Each message says what is wrong, where, and how to fix it.
 
 use std::path::PathBuf;
 
 /// Result of every fallible call of this library.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What went wrong. The text of each variant is complete: it can be shown to a user as it is.
+/// What went wrong. The text of each variant is complete: you can show it to a user as it is.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -20,7 +20,7 @@ pub enum Error {
         hint: String,
     },
 
-    /// The scene asks for more than the device has. Raised before any work starts.
+    /// The scene needs more than the device has. Raised before any work starts.
     #[error("{what} is {requested}, over the limit of {limit} of {device}; {hint}")]
     DeviceLimit {
         what: String,
@@ -42,7 +42,7 @@ pub enum Error {
         hint: &'static str,
     },
 
-    /// The driver gave the device up. What was made from it is of no more use, and every later call says this at once.
+    /// The device is lost. Everything made from it is unusable, and every later call returns this error at once.
     #[error(
         "the device is lost ({call}), and {pass} was the last pass to begin: the driver has reset it, most likely after a submission that took longer than it allows; open the device again, and if it happens again set a shorter submission_target or render a smaller image or RSM"
     )]
@@ -63,10 +63,10 @@ pub enum Error {
         problem: String,
     },
 
-    /// An image to be compared is not usable.
+    /// An image to compare is not usable.
     #[error("{at}: {problem}; {hint}")]
     Input {
-        /// The file, or what the values are.
+        /// The file, or a description of the values.
         at: String,
         problem: String,
         hint: String,
@@ -80,11 +80,11 @@ pub enum Error {
         hint: String,
     },
 
-    /// The engine contradicts itself.
+    /// An internal check of camlux failed.
     #[error("internal error: {problem}; this is a bug in camlux, please report it with the scene")]
     Internal { problem: String },
 
-    /// The caller's progress callback asked to stop.
+    /// The caller's progress callback requested a stop.
     #[error("cancelled before it was done; what it worked on can be used again")]
     Cancelled,
 }
@@ -121,7 +121,7 @@ impl Error {
     }
 }
 
-/// A message is one line, whatever a file has for a name: a control character could even steer the terminal.
+/// Makes a message one line, whatever name a file has: a control character could even control the terminal.
 fn one_line(text: String) -> String {
     if !text.contains(char::is_control) {
         return text;
@@ -136,7 +136,7 @@ fn one_line(text: String) -> String {
     text.chars().map(escaped).collect()
 }
 
-/// A message can be read: what a file has for a name, or a list of a thousand names, shows its beginning and its end only.
+/// Keeps a message readable: a long file name, or a list of a thousand names, shows only its beginning and its end.
 fn shortened(text: String) -> String {
     const BEGINNING: usize = 800;
     const END: usize = 200;

@@ -1,5 +1,5 @@
-//! From an OpenEXR file to its layers, block by block: where a header claims much, the `exr` crate's own readers of images make room
-//! for all of it at once, and end the program where there is not so much memory.
+//! Reads an OpenEXR file into its layers, block by block. The `exr` crate's own image readers allocate all memory that a header claims at
+//! once, and end the program if there is not enough.
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashSet};
@@ -19,38 +19,38 @@ use half::f16;
 
 use crate::input_file;
 
-/// What is wrong, and what to do about it.
+/// What is wrong, and how to fix it.
 pub(crate) type Refusal = (String, &'static str);
 
 /// The channels of a file that share a prefix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageLayer {
-    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.instance`, `id.material`
-    /// and `edge` are layers of one channel, as [`Layer::name`](crate::output::Layer::name) has them.
+    /// The part of the channels' names before the last dot, or `""` without a dot. Exceptions: `id.instance`, `id.material` and `edge` are
+    /// layers of one channel, as [`Layer::name`](crate::output::Layer::name) names them.
     pub name: String,
-    /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others by the alphabet.
+    /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others in alphabetical order.
     pub channel_names: Vec<String>,
-    /// Row by row from the top, channels interleaved in the order of `channel_names`: width · height · channels values.
-    /// 16-bit floats are exact; whole numbers (UINT) over 2^24 are rounded to the nearest f32.
+    /// Row by row from the top, channels interleaved in the order of `channel_names`: width · height · channels values. 16-bit floats are
+    /// exact; whole numbers (UINT) above 2^24 are rounded to the nearest f32.
     pub values: Vec<f32>,
 }
 
-/// What a file holds.
+/// The content of a file.
 pub(crate) struct DecodedImage {
     pub size_px: [u32; 2],
-    /// By the alphabet.
+    /// In alphabetical order.
     pub layers: Vec<ImageLayer>,
-    /// Of the header, as text.
+    /// The attributes of the header, as text.
     pub attributes: BTreeMap<String, String>,
 }
 
-/// The layer of a channel whose name has dots that part nothing, and its place there.
+/// The layer of a channel, and its place there, for names whose dots separate nothing.
 pub(crate) type OwnLayer<'n> = &'n dyn Fn(&str) -> Option<(&'static str, usize)>;
 
-/// Reads a file; what `exr` panics at becomes a refusal, too.
+/// Reads a file. A panic in `exr` also becomes a refusal.
 pub(crate) fn decode_file(path: &Path, own_layer: OwnLayer) -> Result<DecodedImage, Refusal> {
     let (file, file_bytes) = open(path)?;
-    // A net: 420 000 damaged files did not reach it, but a library must not end its program where one would.
+    // A safety net: 420 000 damaged files did not trigger it, but a library must not end its program if one would.
     let read = catch_unwind(AssertUnwindSafe(|| {
         decode(BufReader::new(file), file_bytes, own_layer)
     }));
@@ -112,14 +112,14 @@ fn decode(
         Some((name, readable(&value)?))
     });
     Ok(DecodedImage {
-        // The header has been checked: they fit.
+        // The header has been checked, so the numbers fit.
         size_px: [header.layer_size.0 as u32, header.layer_size.1 as u32],
         layers: read_layers(reader, &header, own_layer)?,
         attributes: attributes.collect(),
     })
 }
 
-/// Numbers, vectors and matrices of the header as text, for who reads it: `[0.5, 1.0, 3.0]`.
+/// Numbers, vectors and matrices of the header as readable text: `[0.5, 1.0, 3.0]`.
 fn readable(value: &AttributeValue) -> Option<String> {
     Some(match value {
         AttributeValue::Text(text) => text.to_string(),
@@ -139,7 +139,7 @@ fn readable(value: &AttributeValue) -> Option<String> {
     })
 }
 
-/// Refuses what would be read wrongly, and headers that claim more than the file can hold.
+/// Refuses headers that would be read wrongly, and headers that claim more than the file can hold.
 fn check_header(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
     let display = header.shared_attributes.display_window;
     let own = &header.own_attributes;
@@ -150,14 +150,14 @@ fn check_header(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
     if let Some(twice) = pairs.find(|pair| pair[0].name == pair[1].name) {
         return Err(damaged(format!("channel {} is there twice", twice[0].name)));
     }
-    // The most that one byte can stand for: deflate ends at 1032, and PXR24 leaves out every fourth byte before it; DWA
-    // may write one zero pair for the 64 coefficients of a block before it.
+    // The maximum expansion of one byte. Deflate reaches 1032, and PXR24 leaves out every fourth byte before it. DWA may write one zero
+    // pair for the 64 coefficients of a block before it.
     let bytes_per_byte: u64 = match header.compression {
         Compression::Uncompressed => 1,
         Compression::DWAA(_) | Compression::DWAB(_) => 64 * 2 * 1032,
         _ => 1032 * 4 / 3,
     };
-    // A block of a small image may be larger than the image, and its compressed form has a head.
+    // A block of a small image may be larger than the image, and its compressed form has a header.
     let most_bytes = file_bytes
         .saturating_mul(bytes_per_byte)
         .saturating_add(1 << 20);
@@ -165,7 +165,7 @@ fn check_header(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
         let pixels = (width as u64).saturating_mul(height as u64);
         pixels.saturating_mul(header.channels.bytes_per_pixel as u64) > most_bytes
     };
-    // Each block has an entry of 8 bytes in the table and a head of at least 8.
+    // Each block has an entry of 8 bytes in the table and a header of at least 8.
     let has_too_many_blocks = header.chunk_count as u64 > file_bytes / 16;
     if is_too_large(header.layer_size)
         || is_too_large(header.max_block_pixel_size())
@@ -179,7 +179,7 @@ fn check_header(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// Reads the layers of a file of one part whose header is sound.
+/// Reads the layers of a file of one part with a valid header.
 fn read_layers<R: Read + Seek>(
     reader: Reader<R>,
     header: &Header,
@@ -208,7 +208,7 @@ fn read_layers<R: Read + Seek>(
         }
         pixels_read += size.area();
         for layer in &mut layers {
-            // Room that no block has reached is never touched, so that a file costs no more memory than it has content.
+            // Memory that no block has reached is never touched, so a file takes no more memory than it has content.
             let reached = (at.y() + size.height()) * width * layer.channel_names.len();
             layer.values.resize(layer.values.len().max(reached), 0.0);
         }
@@ -235,10 +235,10 @@ fn read_layers<R: Read + Seek>(
     Ok(layers)
 }
 
-/// Where the values of a channel go: index of the layer, place in its pixels.
+/// Where the values of a channel go: index of the layer, offset in its pixels.
 type Place = (usize, usize);
 
-/// The layers of a file with room for their values, and the place of each of its channels.
+/// The layers of a file, with memory for their values, and the place of each of its channels.
 fn empty_layers(
     header: &Header,
     own_layer: OwnLayer,
@@ -273,7 +273,7 @@ fn empty_layers(
     Ok((layers, places))
 }
 
-/// The layer that a channel belongs to, and its place there: own ones by their names, others by what stands before and after the last
+/// The layer of a channel, and its place there: from `own_layer` if it knows the name, otherwise from the parts before and after the last
 /// dot.
 fn place_of_channel<'n>(channel: &'n str, own_layer: OwnLayer) -> (&'n str, usize) {
     const ORDER: [&str; 7] = ["R", "G", "B", "A", "X", "Y", "Z"];
@@ -284,7 +284,7 @@ fn place_of_channel<'n>(channel: &'n str, own_layer: OwnLayer) -> (&'n str, usiz
     })
 }
 
-/// The `exr` crate hands over samples in the byte order of this machine.
+/// Copies samples, which the `exr` crate returns in the byte order of this machine.
 fn copy<'v, const N: usize>(
     bytes: &[u8],
     values: impl Iterator<Item = &'v mut f32>,
@@ -296,10 +296,10 @@ fn copy<'v, const N: usize>(
     }
 }
 
-/// Refuses a block compressed by DWA that claims more than its pixels can have: `exr` makes room for all that is claimed.
+/// Refuses a block compressed by DWA that claims more than its pixels can have: `exr` allocates everything that is claimed.
 fn check_dwa_block(chunk: &Chunk, header: &Header) -> Result<(), Refusal> {
-    /// Of the numbers of 64 bits at the head of the data, those that say how much is unpacked: bytes of other data, of run lengths
-    /// and of what these stand for, number of AC and of DC coefficients.
+    /// Which of the 64-bit numbers at the head of the data give unpacked sizes: bytes of other data, of run lengths and of the data that
+    /// these encode, number of AC and of DC coefficients.
     const UNPACKED: [usize; 5] = [1, 6, 7, 8, 9];
 
     let block = &chunk.compressed_block;
@@ -319,10 +319,10 @@ fn check_dwa_block(chunk: &Chunk, header: &Header) -> Result<(), Refusal> {
         pixels * header.channels.bytes_per_pixel
     };
     if data.len() == bytes(1) {
-        // It is not compressed.
+        // The block is not compressed.
         return Ok(());
     }
-    // Coefficients come in blocks of 8 x 8; run lengths may be longer than what they stand for, but not twice.
+    // Coefficients come in blocks of 8 x 8. Run lengths may be longer than the data that they encode, but not twice as long.
     let most = 2 * bytes(8) as u64;
     let (numbers, _) = data.as_chunks::<8>();
     let unpacked = UNPACKED.iter().filter_map(|&index| numbers.get(index));

@@ -1,7 +1,6 @@
-//! A scene's meshes as the device holds them: in the scene's space, or once for all instances in a space of their own.
+//! A scene's meshes on the device: in the scene's space, or once for all instances in a space of their own.
 //!
-//! What lies in the scene's space is found faster by rays. What is shared takes the memory of one mesh, and may be moved
-//! without being copied.
+//! Rays find meshes in the scene's space faster. A shared mesh takes the memory of one mesh, and its instances can move without a copy.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,7 +13,7 @@ use crate::{
 
 /// Smaller meshes are copied into the scene's space for each instance.
 const LEAST_SHARED_TRIANGLES: usize = 256;
-/// How much more than along another axis a shared mesh may be stretched along one: f32 has no digits for more.
+/// How much more a shared mesh may be stretched along one axis than along another: f32 has no digits for more.
 const MOST_STRETCH: f64 = 200.0;
 
 /// The meshes of a valid scene.
@@ -27,10 +26,10 @@ pub(crate) struct Geometry {
 /// A mesh in world space.
 #[derive(Debug, Clone)]
 pub(crate) struct PlacedMesh {
-    /// Its instance in the scene.
+    /// The index of its instance in the scene.
     pub index: usize,
     pub mesh: Shared<Mesh>,
-    /// What it was made from.
+    /// The instance that it was made from.
     instance: Instance,
 }
 
@@ -38,15 +37,15 @@ pub(crate) struct PlacedMesh {
 #[derive(Debug)]
 pub(crate) struct SharedMesh {
     pub mesh: Shared<Mesh>,
-    /// Its own space as the device has it: its coordinates lie within −1 and 1.
+    /// Its own space on the device: its coordinates are within −1 and 1.
     pub space: LocalSpace,
     pub instances: Vec<SharedInstance>,
 }
 
-/// Where a shared mesh is.
+/// The placement of a shared mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SharedInstance {
-    /// In the scene.
+    /// The index in the scene.
     pub index: usize,
     pub to_world: DAffine3,
 }
@@ -61,7 +60,7 @@ pub(crate) struct GeometrySize {
 }
 
 impl Geometry {
-    /// That of a scene: what lies in the scene's space is that of the geometry before, where it is the same.
+    /// The geometry of a scene. Meshes in the scene's space come from the previous geometry if they are the same.
     pub fn of(scene: &Scene, before: Option<&Geometry>) -> Geometry {
         let placed = before.iter().flat_map(|before| &before.placed);
         let before: HashMap<usize, &PlacedMesh> =
@@ -103,7 +102,7 @@ impl Geometry {
         counts.sum::<usize>() as u32
     }
 
-    /// Whether the device holds the same, but for where shared meshes are.
+    /// Whether the device holds the same data, except for the placement of shared meshes.
     pub fn holds_the_same(&self, other: &Geometry) -> bool {
         let placed = |a: &PlacedMesh, b: &PlacedMesh| a.index == b.index && a.mesh.ptr_eq(&b.mesh);
         let shared = |a: &SharedMesh, b: &SharedMesh| {
@@ -121,7 +120,7 @@ impl Geometry {
 }
 
 impl GeometrySize {
-    /// Without making it.
+    /// The size of a scene's geometry, without building the geometry.
     pub fn of(scene: &Scene) -> GeometrySize {
         let mut size = GeometrySize::default();
         let mut seen = HashSet::new();
@@ -148,7 +147,7 @@ pub(crate) fn are_shared(scene: &Scene) -> Vec<bool> {
     for instance in &scene.meshes {
         *counts.entry(instance.mesh.id()).or_insert(0) += 1;
     }
-    // A texel of a shadow map names a triangle, and not its instance. And no kernel has both instances and cut-outs.
+    // A texel of a shadow map stores a triangle, not its instance. And no kernel supports both instances and cut-outs.
     let is_possible = scene.direct.shadow != Some(Shadow::Map) && !scene.has_cutouts();
     let is_shared = |instance: &Instance| {
         let is_at_home = counts[&instance.mesh.id()] == 1 && instance.is_in_world_space();
@@ -160,13 +159,13 @@ pub(crate) fn are_shared(scene: &Scene) -> Vec<bool> {
     scene.meshes.iter().map(is_shared).collect()
 }
 
-/// Whether a matrix stretches no axis much more than another.
+/// Whether a matrix stretches all axes about equally.
 fn is_even(linear: DMat3) -> bool {
     let size = |matrix: DMat3| {
         let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
         columns.map(DVec3::length_squared).iter().sum::<f64>()
     };
-    // Of a matrix that stretches one axis by s, about 2s²; of one that flattens, NaN or more.
+    // About 2s² for a matrix that stretches one axis by s; NaN or more for a singular one.
     size(linear) * size(linear.inverse()) < 2.0 * MOST_STRETCH.powi(2)
 }
 
@@ -186,7 +185,7 @@ impl SharedMesh {
         }
     }
 
-    /// From its own space to that of the scene.
+    /// The transform from the mesh's own space to the scene's.
     pub fn to_local(&self, instance: &SharedInstance, scene: &LocalSpace) -> DAffine3 {
         let own = self.space;
         let origin_m = instance.to_world.transform_point3(own.origin_m);

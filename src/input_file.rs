@@ -1,12 +1,12 @@
-//! Opens what is read: files only, because a pipe or a device may never end.
+//! Opens input files. Pipes and devices are refused, because they may never end.
 
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// Opens a file for reading and tells its length in bytes.
+/// Opens a file for reading and returns it with its length in bytes.
 pub fn open(path: &Path) -> Result<(File, u64)> {
-    // Asked before it is opened: to open a pipe waits for somebody to write into it.
+    // Checked before opening, because opening a pipe waits for a writer.
     let refuse_others = |metadata: &fs::Metadata| {
         if metadata.is_file() {
             return Ok(());
@@ -21,10 +21,10 @@ pub fn open(path: &Path) -> Result<(File, u64)> {
     Ok((file, metadata.len()))
 }
 
-/// A length without content costs nothing, and some systems promise memory that they do not have.
+/// Limit on the length. A length without content costs nothing, and some systems promise memory that they do not have.
 const MOST_BYTES: u64 = 1 << 40;
 
-/// The whole of a file. What is written to it meanwhile is left out.
+/// Reads the whole of a file. Data that is appended meanwhile is left out.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let (file, file_bytes) = open(path)?;
     if file_bytes > MOST_BYTES {

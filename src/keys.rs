@@ -13,7 +13,7 @@ use crate::{Error, Result, input_file};
 /// The format version of scene files and job files.
 const VERSION: u32 = 1;
 
-/// The text of a file; `what`: "scene file".
+/// Reads the text of a file. `what` names it in messages: "scene file".
 pub fn read_text(file: &Path, what: &str) -> Result<String> {
     let unreadable = |problem: &dyn Display| {
         Error::scene(
@@ -26,14 +26,15 @@ pub fn read_text(file: &Path, what: &str) -> Result<String> {
     String::from_utf8(bytes).map_err(|error| unreadable(&error))
 }
 
-/// A file's name, and where its lines begin but the first: to count them anew for each key would take the square of its size.
+/// A file's name, and where each line but the first begins. Counting the lines again for each key would take time quadratic in the file's
+/// size.
 struct Source {
     file: String,
     line_starts: Vec<usize>,
 }
 
 impl Source {
-    /// `scene.toml:12`
+    /// Formats a place: `scene.toml:12`.
     fn at(&self, offset: usize) -> String {
         let line = 1 + self.line_starts.partition_point(|&start| start <= offset);
         format!("{}:{line}", self.file)
@@ -43,7 +44,7 @@ impl Source {
 /// A table whose keys are taken one by one.
 pub struct Keys<'t> {
     source: Rc<Source>,
-    /// How messages call the table: `[camera]`.
+    /// The name of the table in messages: `[camera]`.
     name: String,
     /// Where the table begins: `scene.toml:3`.
     pub at: String,
@@ -51,7 +52,7 @@ pub struct Keys<'t> {
 }
 
 impl<'t> Keys<'t> {
-    /// The text of a file as one table, of the version that is read here and with no keys but these; `what`: "scene file".
+    /// Parses the text of a file as one table, of the supported version and with no keys but `known`. `what`: "scene file".
     pub fn parse(text: &'t str, file: &Path, what: &str, known: &[&str]) -> Result<Self> {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let source = Rc::new(Source {
@@ -85,9 +86,9 @@ impl<'t> Keys<'t> {
         Ok(keys)
     }
 
-    /// Refuses a key that is not in `known`, and names the nearest one that is and that the table does not have yet.
+    /// Refuses a key that is not in `known`. The message suggests the nearest known key that the table does not have yet.
     pub fn only(&self, known: &[&str]) -> Result<()> {
-        // The first unknown key of the text, not of the alphabet.
+        // The first unknown key in the text, not in the alphabet.
         let unknown = self
             .table
             .keys()
@@ -108,7 +109,7 @@ impl<'t> Keys<'t> {
         Some(Value::new(self.source.clone(), key, &self.name, value))
     }
 
-    /// The value of a key that may be absent, as `read` has it.
+    /// The value of an optional key, converted by `read`.
     pub fn optional<T>(
         &mut self,
         key: &str,
@@ -117,10 +118,10 @@ impl<'t> Keys<'t> {
         self.take(key).as_ref().map(read).transpose()
     }
 
-    /// The table that is written `[key]`, where it is there.
+    /// The table `[key]`, if it is there.
     pub fn table(&mut self, key: &str) -> Result<Option<Keys<'t>>> {
         let value = self.take(key);
-        // A table in a table is written with the name of both.
+        // A nested table is written with the names of both.
         let outer = self
             .name
             .strip_prefix('[')
@@ -132,12 +133,12 @@ impl<'t> Keys<'t> {
         value.map(|v| v.table(name)).transpose()
     }
 
-    /// The tables that are written `[[key]]`.
+    /// The tables `[[key]]`.
     pub fn tables(&mut self, key: &str) -> Result<Vec<Keys<'t>>> {
         self.take(key).map_or(Ok(Vec::new()), Value::tables)
     }
 
-    /// The value of one of these keys, and which it is; refuses two of them.
+    /// The value of one of these keys, and that key. Refuses two of them.
     pub fn take_one<'k>(&mut self, keys: &[&'k str]) -> Result<Option<(&'k str, Value<'t>)>> {
         let mut given = keys.iter().filter_map(|&key| Some((key, self.take(key)?)));
         let (first, second) = (given.next(), given.next());
@@ -150,7 +151,7 @@ impl<'t> Keys<'t> {
         }
     }
 
-    /// The value of a key that has to be there; `example` shows how to write it.
+    /// The value of a required key; `example` shows how to write it.
     pub fn need(&mut self, key: &str, example: &str) -> Result<Value<'t>> {
         self.take(key).ok_or_else(|| {
             let problem = format!("{} has no \"{key}\"", self.name);
@@ -158,13 +159,13 @@ impl<'t> Keys<'t> {
         })
     }
 
-    /// Refuses this key, which belongs to something else.
+    /// Refuses this key, which does not apply here.
     pub fn refuse(&mut self, key: &str, problem: &str, hint: &str) -> Result<()> {
         let value = self.take(key);
         value.map_or(Ok(()), |value| Err(value.error(problem, hint)))
     }
 
-    /// Every key that is left with its value, in the order of the text.
+    /// All remaining keys with their values, in the order of the text.
     pub fn take_all(&mut self) -> Vec<(String, Value<'t>)> {
         let mut keys: Vec<_> = self
             .table
@@ -184,7 +185,7 @@ impl<'t> Keys<'t> {
 
 /// "did you mean "fov_y_deg"? possible are ..."
 pub fn did_you_mean(word: &str, known: &[&str]) -> String {
-    // Below it are words of another meaning, above it two letters of which one is wrong.
+    // Below this likeness are words of another meaning; above it are words of two letters with one wrong.
     const LEAST_LIKENESS: f64 = 0.6;
     // Jaro-Winkler favours a common beginning: "fov" is nearer to "fov_y_deg" than to "up".
     let likeness = |known: &str| strsim::jaro_winkler(beginning(word), beginning(known));
@@ -199,7 +200,7 @@ pub fn did_you_mean(word: &str, known: &[&str]) -> String {
     }
 }
 
-/// As much of a word as is compared: the time goes with the product of both lengths.
+/// The part of a word that is compared. The time grows with the product of both lengths.
 fn beginning(word: &str) -> &str {
     const MOST_CHARACTERS: usize = 64;
     let end = word.char_indices().nth(MOST_CHARACTERS);
@@ -275,7 +276,7 @@ impl<'t> Value<'t> {
             .ok_or_else(|| self.wrong("true or false"))
     }
 
-    /// The one of these that the text names.
+    /// The choice that the text names.
     pub fn choice<T: Copy>(&self, choices: &[T], name: impl Fn(T) -> &'static str) -> Result<T> {
         let word = self.text()?;
         let chosen = choices.iter().find(|&&choice| name(choice) == word);
@@ -302,7 +303,7 @@ impl<'t> Value<'t> {
         }
     }
 
-    /// The tables that are written `[[key]]`.
+    /// The tables `[[key]]`.
     pub fn tables(self) -> Result<Vec<Keys<'t>>> {
         let name = format!("[[{}]]", self.key);
         let elements = self.value.as_array();
@@ -336,7 +337,7 @@ impl<'t> Value<'t> {
         }
     }
 
-    /// The message for a value that is of the right type and still cannot be.
+    /// The error for a value that has the right type but is not valid.
     pub fn error(&self, problem: impl Display, hint: impl Into<String>) -> Error {
         let problem = format!("\"{}\" in {} {problem}", self.key, self.parent);
         Error::scene(&self.at, problem, hint)
@@ -369,7 +370,7 @@ fn describe(value: &DeValue) -> String {
     }
 }
 
-/// A whole number is a number: `1` may stand for `1.0`.
+/// Reads a finite number. A whole number is valid too: `1` may stand for `1.0`.
 fn finite_number(value: &DeValue) -> Option<f64> {
     let number = match value {
         DeValue::Integer(integer) => {

@@ -1,7 +1,7 @@
 //! camlux computes how a light illuminates what a camera sees, in physical units: direct light, and one bounce of
 //! indirect light through virtual point lights taken from a reflective shadow map.
 //!
-//! Load a scene or build one from slices, open a device, render, read the layers:
+//! Load a scene or build one from slices, open a device, render, and read the layers:
 //!
 //! ```no_run
 //! use camlux::{Device, DeviceOptions, RenderOptions, Renderer, Scene, output::Layer};
@@ -13,7 +13,7 @@
 //! # Ok::<(), camlux::Error>(())
 //! ```
 //!
-//! `docs/model.md` says what is computed, `docs/architecture.md` how. The library never prints and never exits.
+//! `docs/model.md` describes what is computed, `docs/architecture.md` how. The library never prints and never exits.
 
 #[cfg(feature = "capi")]
 pub mod capi;
@@ -45,11 +45,11 @@ mod renderer;
 pub mod scene;
 mod vulkan;
 
-/// The Vulkan bindings of the interface to a host's own device.
+/// The Vulkan bindings that the interface to a host's own device uses.
 pub use ash;
 pub use error::{Error, Result};
 pub use frame::{DeviceFrame, DeviceImage, Progress};
-/// The vectors of this crate's interface.
+/// The vectors that this crate's interface uses.
 pub use glam;
 pub use local_space::LocalSpace;
 pub use plan::{

@@ -1,7 +1,7 @@
 //! The space in which the device computes: the scene moved to the origin and scaled to about 1.
 //!
-//! f32 has seven digits. A scene at 10⁵ m would lose its millimetres, one of 1 mm would square its distances into
-//! denormal numbers. Origin and scale are chosen in f64; the scale is a power of two, so that scaling rounds nothing.
+//! f32 has seven digits. A scene at 10⁵ m would lose its millimetres, and the squared distances of a scene of 1 mm would be denormal.
+//! Origin and scale are chosen in f64; the scale is a power of two, so that scaling rounds nothing.
 
 use glam::DVec3;
 
@@ -17,7 +17,7 @@ pub struct LocalSpace {
 }
 
 impl Default for LocalSpace {
-    /// The world itself.
+    /// World space itself.
     fn default() -> Self {
         LocalSpace {
             origin_m: DVec3::ZERO,
@@ -27,8 +27,7 @@ impl Default for LocalSpace {
 }
 
 impl LocalSpace {
-    /// The space of a scene: every coordinate of its surfaces lies within −1 and 1. A scene without surfaces gets the
-    /// world itself.
+    /// The space of a scene: every coordinate of its surfaces is within −1 and 1. A scene without surfaces gets world space.
     pub fn of(bounds: Option<BoundingBox>) -> Self {
         let Some(bounds) = bounds else {
             return LocalSpace::default();
@@ -54,7 +53,7 @@ impl LocalSpace {
         self.origin_m + self.metres_per_unit * DVec3::from(local.map(f64::from))
     }
 
-    /// A length in metres as a local one.
+    /// Converts a length in metres to local units.
     pub fn length(&self, length_m: f64) -> f64 {
         length_m / self.metres_per_unit
     }

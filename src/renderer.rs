@@ -1,4 +1,4 @@
-//! What a caller renders with.
+//! The renderer.
 
 use std::{
     cell::RefCell,
@@ -26,10 +26,9 @@ use crate::{
 
 /// Renders frames on a device.
 ///
-/// Pipelines are made once and kept. Of a frame, what the next one may need again stays on the device: surfaces, and what the
-/// lights see and light up. It is used where it comes from the same values, for meshes and textures the same
-/// [`Shared`](crate::scene::Shared) ones; it shows in the time that a frame takes, and in nothing else. A frame that fails
-/// leaves nothing.
+/// Pipelines are made once and kept. Data that the next frame may need stays on the device: surfaces, and what the lights see and light up.
+/// The next frame uses it if it comes from the same values; meshes and textures must be the same [`Shared`](crate::scene::Shared) ones.
+/// This changes only the time that a frame takes. A frame that fails leaves nothing.
 pub struct Renderer {
     pub(crate) device: Device,
     pipelines: Pipelines,
@@ -37,26 +36,26 @@ pub struct Renderer {
     cache: FrameCache,
     /// Buffers for the layers of the next frame.
     pool: BufferPool,
-    /// Of the frames that stay on the device; none before the first.
+    /// The timeline of the frames that stay on the device; `None` before the first.
     timeline: Option<Arc<Timeline>>,
     last: Option<RenderedFrame>,
 }
 
-/// How to render, apart from what.
+/// How to render a scene.
 pub struct RenderOptions<'a> {
     /// Called between submissions; `Break` ends the render with [`Error::Cancelled`](crate::Error::Cancelled).
     pub progress: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
-    /// GPU time that one submission of the gather should take.
+    /// Target GPU time of one submission of the gather.
     pub submission_target: Duration,
     /// The gather kernel; `None`: the fastest for the device.
     pub gather_kernel: Option<GatherKernel>,
     /// The kernel of all rays; `None`: the fastest for the device.
     pub ray_kernel: Option<RayKernel>,
-    /// Another number: other samples of final gathering, whose image has other noise and another error.
+    /// The seed of final gathering. Another seed gives other samples, so the image has other noise and another error.
     pub seed: u32,
-    /// Of a series: another number, other noise of the sensor.
+    /// The index of the frame in a series. Another index gives other sensor noise.
     pub frame_index: u32,
-    /// The layers that the host wants; others stay on the device, and are not there in the frame. `None`: all that the scene has.
+    /// The layers that the host requests. Others stay on the device and are not in the frame. `None`: all layers of the scene.
     pub layers: Option<&'a [Layer]>,
 }
 
@@ -75,10 +74,10 @@ impl Default for RenderOptions<'_> {
 }
 
 impl Renderer {
-    /// A renderer on a device.
+    /// Makes a renderer on a device.
     ///
     /// # Errors
-    /// None today; pipelines are made when a scene first needs them.
+    /// None at present; pipelines are made when a scene first needs them.
     pub fn new(device: &Device) -> Result<Renderer> {
         Ok(Renderer {
             device: device.clone(),
@@ -91,15 +90,15 @@ impl Renderer {
         })
     }
 
-    /// Gives back what the last frame has left on the device, and memory of frames; the next one makes it anew.
+    /// Frees what the last frame left on the device, and the memory of frames. The next frame makes it again.
     pub fn forget(&mut self) {
         self.cache = FrameCache::default();
         self.commands = CommandPool::new(&self.device);
         self.pool = BufferPool::default();
     }
 
-    /// Takes the buffers of a frame that is no longer needed: the next one of its size is read into them, which saves time where
-    /// many are rendered. Of several frames the last one counts.
+    /// Takes the buffers of a frame that is no longer needed. The next frame of the same size is read into them, which saves time if you
+    /// render many frames. Only the last returned frame counts.
     pub fn return_buffers(&mut self, frame: Frame) {
         self.pool = BufferPool::from_frame(frame);
     }
@@ -107,11 +106,11 @@ impl Renderer {
     /// Renders a frame.
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene, or one without a layer that is wanted, and [`Error::DeviceLimit`](crate::Error::DeviceLimit) for
-    /// one that the device cannot hold, both before any work starts; [`Error::NoDevice`](crate::Error::NoDevice) for a
-    /// kernel that does not run on this one; [`Error::Cancelled`](crate::Error::Cancelled);
-    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails, after which
-    /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
+    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene, or one without a requested layer, and
+    /// [`Error::DeviceLimit`](crate::Error::DeviceLimit) for one that the device cannot hold, both before any work starts;
+    /// [`Error::NoDevice`](crate::Error::NoDevice) for a kernel that does not run on this device;
+    /// [`Error::Cancelled`](crate::Error::Cancelled); [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan)
+    /// if the device fails, after which it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         let start = Instant::now();
         for layer in options.layers.unwrap_or_default() {
@@ -126,16 +125,16 @@ impl Renderer {
         Ok(frame)
     }
 
-    /// GPU time that a frame of the scene will take, milliseconds: from the last frame, if it was of as many triangles
-    /// and lights and by the same estimator; else `None`. Good to a factor of 2 for up to four times the pixels and half the error.
+    /// Predicts the GPU time of a frame of the scene from the last frame, milliseconds. `None` unless the last frame had the same number of
+    /// triangles and lights and the same estimator. Accurate to a factor of 2 for up to four times the pixels and half the error.
     pub fn foretell_ms(&self, scene: &Scene) -> Option<f64> {
         self.last.as_ref()?.foretell_ms(scene)
     }
 
-    /// Renders a frame whose images stay on the device: for a host that goes on with them there.
+    /// Renders a frame whose images stay on the device, for a host that uses them there.
     ///
     /// # Errors
-    /// As [`Renderer::render`].
+    /// The same as for [`Renderer::render`].
     pub fn render_on_device(
         &mut self,
         scene: &Scene,
@@ -151,7 +150,7 @@ impl Renderer {
         Ok(DeviceFrame::new(&self.device, drawn, timeline, ready_at))
     }
 
-    /// Draws a frame from nothing, and calls `observe` for each light once its VPLs are listed.
+    /// Draws a frame without reusing the last one, and calls `observe` for each light once its VPLs are listed.
     #[cfg(feature = "internals")]
     pub(crate) fn draw_observed(
         &mut self,
@@ -170,7 +169,7 @@ impl Renderer {
         observe: Option<&mut Observer>,
     ) -> Result<DrawnFrame> {
         let drawn = self.try_to_draw(scene, options, stays_on_device, observe);
-        // What still waits to be copied is of no use.
+        // Copies that are still waiting are of no use.
         drawn.inspect_err(|_| self.commands = CommandPool::new(&self.device))
     }
 
@@ -218,7 +217,7 @@ impl Renderer {
             plan.indirect.is_some(),
             plan.pixel_sampling.is_some(),
         );
-        // To be observed, everything is to be made.
+        // An observer must see everything being made, so the cache is empty.
         let mut nothing = FrameCache::default();
         let cache = match observe {
             Some(_) => &mut nothing,
@@ -262,7 +261,7 @@ impl Renderer {
     }
 }
 
-/// Times of the same pass added up, in the order of first appearance.
+/// The total time of each pass, in the order of first appearance.
 fn passes_of(times: &PassTimes) -> Vec<PassTime> {
     let mut passes: Vec<PassTime> = Vec::new();
     for &(name, milliseconds) in times {

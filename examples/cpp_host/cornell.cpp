@@ -1,4 +1,4 @@
-// The Cornell box from arrays.
+// Builds the Cornell box from arrays.
 #include "cornell.hpp"
 
 #include <array>
@@ -37,7 +37,7 @@ constexpr Quad quads[] = {
     {white, {{{0.04, 0, -0.09}, {0.04, 1.2, -0.09}, {-0.53, 1.2, 0.09}, {-0.53, 0, 0.09}}}},
 };
 
-// What scenes/cornell.mtl says.
+// The values of scenes/cornell.mtl.
 camlux::material diffuse(camlux::rgb kd, const char *name)
 {
     camlux::material made;
@@ -61,7 +61,7 @@ std::uint32_t add_box(camlux::scene &scene)
         colours.insert(colours.end(), 2, quad.colour);
         positions_m.insert(positions_m.end(), quad.corners_m.begin(), quad.corners_m.end());
     }
-    // All of it is copied by add_mesh, where it lies and in the types that it has.
+    // add_mesh copies all arrays from where they are, in their own types.
     camlux::mesh mesh;
     mesh.positions_m = positions_m;
     mesh.triangles = triangles;

@@ -3,15 +3,15 @@
 
 #include <camlux.hpp>
 
-// What the box is made of, by index.
+// The parts of the box, by index.
 struct Cornell {
     camlux::scene scene;
     std::uint32_t light;
     std::uint32_t instance;
 };
 
-// The same values as in the scene file and in its OBJ and MTL files, to the last bit. `size_px` is the width and height.
+// The same values as in the scene file and its OBJ and MTL files, to the last bit. `size_px` is the width and height.
 Cornell cornell_box(std::uint32_t size_px);
 
-// Where its light is, m.
+// The position of its light, m.
 extern const camlux::vec3 cornell_light_m;

@@ -1,8 +1,9 @@
-// Renders the Cornell box from arrays while its light goes round: EXR files, a picture of all, and what the frames took.
+// Renders the Cornell box from arrays while its light moves in a circle. Writes EXR files and a picture of all frames, and prints their
+// times.
 //
 //     moving_light FOLDER [SIZE]
 //
-// The first frame is that of `camlux render scenes/cornell.toml --size SIZE SIZE`, bit for bit.
+// The first frame is bit-identical to that of `camlux render scenes/cornell.toml --size SIZE SIZE`.
 
 #include "cornell.hpp"
 #include "picture.hpp"
@@ -20,7 +21,7 @@ namespace {
 constexpr int positions = 16;
 constexpr unsigned long default_size_px = 200;
 
-// A turn that begins where the scene file has the light, and comes down to the front.
+// A full turn that begins at the light's position in the scene file and descends towards the front.
 camlux::vec3 light_position_m(int index)
 {
     const double angle = 2 * 3.14159265358979323846 * index / positions;
@@ -31,7 +32,7 @@ camlux::vec3 light_position_m(int index)
 
 std::string numbered(int index) { return {"0123456789"[index / 10], "0123456789"[index % 10]}; }
 
-// Eight pictures in a row, one row below the other.
+// Eight pictures per row, the rows below one another.
 void render_turn(const camlux::device &device, const std::filesystem::path &folder, std::uint32_t size_px)
 {
     constexpr std::size_t small_px = 200, in_a_row = 8;
@@ -47,7 +48,7 @@ void render_turn(const camlux::device &device, const std::filesystem::path &fold
         const camlux::frame frame = renderer.render(box.scene);
 
         camlux::exr_options options;
-        if (index > 0) {  // The first file has all layers and all bits.
+        if (index > 0) {  // The first file has all layers at full precision.
             options.layers = {camlux::layer::radiance};
             options.half = true;
         }
@@ -67,7 +68,7 @@ void render_turn(const camlux::device &device, const std::filesystem::path &fold
 int run(const std::filesystem::path &folder, std::uint32_t size_px)
 {
     std::filesystem::create_directories(folder);
-    // The library prints nothing: what it has to say comes here.
+    // The library prints nothing: its warnings arrive here.
     camlux::set_log(camlux::log_level::warning, [](camlux::log_level, std::string_view message) {
         std::fprintf(stderr, "camlux: %.*s\n", static_cast<int>(message.size()), message.data());
     });

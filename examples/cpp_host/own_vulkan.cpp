@@ -1,8 +1,8 @@
-// Renders the Cornell box on this program's own VkDevice, and reads the frame's images there by commands of its own.
+// Renders the Cornell box on this program's own VkDevice and reads the frame's images there with its own commands.
 //
 //     own_vulkan [SIZE] [--validation]
 //
-// Ends with 1 where a value differs from what camlux hands out in the host's memory, or the validation layer has complained.
+// Exits with 1 if a value differs from the one that camlux returns in host memory, or if the validation layer complains.
 
 #include "cornell.hpp"
 #include "vulkan_host.hpp"
@@ -27,13 +27,13 @@ camlux::device lend(const VulkanHost &host)
     return camlux::device::from_vulkan(lent);
 }
 
-// How many values of the layer are not the same, bit for bit, in the image on the device and in the host's memory.
+// The number of values of the layer that are not bit-identical in the image on the device and in host memory.
 std::size_t differences(VulkanHost &host, const camlux::frame &frame, camlux::layer layer)
 {
     const camlux_vulkan_image image = frame.vulkan_image(layer);
     const std::vector<float> on_device = host.read(reinterpret_cast<VkImage>(image.image), image.width_px, image.height_px,
                                                    reinterpret_cast<VkSemaphore>(image.semaphore), image.semaphore_value);
-    // Only now: this has camlux read the images as well.
+    // This comes last, because camlux reads the images for it.
     const camlux::view<float> here = frame.view<float>(layer);
     std::size_t different = 0;
     for (std::size_t y = 0; y < here.height(); ++y)
@@ -51,7 +51,7 @@ int run(std::uint32_t size_px, bool validation)
     std::printf("own device: %s\n", host.device_name.c_str());
     std::size_t different = 0;
     {
-        // All of camlux's has to be gone before the device: this scope ends first.
+        // All camlux objects must be destroyed before the device: this scope ends first.
         const camlux::device device = lend(host);
         Cornell box = cornell_box(size_px);
         camlux::renderer renderer = camlux::renderer::create(device);

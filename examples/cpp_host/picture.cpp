@@ -80,7 +80,7 @@ void add_chunk(Bytes &file, const char *type, const Bytes &data)
     add_u32(file, crc32(file.data() + begin, file.data() + file.size()));
 }
 
-// A zlib stream that does not compress: simple, and small pictures stay small enough.
+// A zlib stream without compression: simple, and good enough for small pictures.
 Bytes stored(const Bytes &data)
 {
     Bytes stream = {0x78, 0x01};

@@ -1,4 +1,4 @@
-// Radiance as a picture for a look: 8-bit sRGB in a PNG file.
+// Writes radiance as a viewable picture: 8-bit sRGB in a PNG file.
 #pragma once
 
 #include <camlux.hpp>
@@ -18,13 +18,13 @@ struct Picture {
 
 Picture black(std::size_t width, std::size_t height);
 
-// The mean of the pixels that fall on each pixel of a square picture.
+// Reduces an image to a square picture: each pixel is the mean of the pixels that fall on it.
 Picture smaller(const camlux::view<float> &radiance, std::size_t size_px);
 
-// The radiance below which nine tenths of the pixels are, in all bands.
+// The 90th percentile of the radiance, over all bands.
 float bright_radiance(const Picture &picture);
 
 void place(Picture &onto, std::size_t x, std::size_t y, const Picture &picture);
 
-// `bright` is a radiance that is shown bright; what is above comes close to white. Throws std::runtime_error where the file cannot be written.
+// `bright` is a radiance that is shown bright; higher values approach white. Throws std::runtime_error if the file cannot be written.
 void write_png(const std::string &path, const Picture &picture, float bright);

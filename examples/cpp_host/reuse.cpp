@@ -36,7 +36,7 @@ std::string joined(const std::vector<std::string> &names)
     return text.empty() ? "-" : text;
 }
 
-// The frames of one row: the times are the least of several, for other programs run, too.
+// The frames of one row. Each time is the minimum of several frames, because other programs run, too.
 struct Row {
     double call_ms = std::numeric_limits<double>::infinity();
     double passes_ms = std::numeric_limits<double>::infinity();
@@ -61,7 +61,7 @@ struct Row {
     }
 };
 
-// A pose that moves a little with each call, so that every one is a change.
+// A pose that moves a little with each call, so that every call is a change.
 camlux::pose nudged(camlux::vec3 position_m)
 {
     static int calls = 0;
@@ -69,7 +69,7 @@ camlux::pose nudged(camlux::vec3 position_m)
     return {position_m, {}};
 }
 
-// The camera of the scene file looks along -z with y up: its optical frame is turned about x by 180 degrees.
+// The camera of the scene file looks along -z with y up: its optical frame is rotated about x by 180 degrees.
 camlux::pose nudged_camera()
 {
     camlux::pose pose = nudged({0.0, 1.0, 3.2});
@@ -98,7 +98,7 @@ void print_reuse(const camlux::device &device, std::uint32_t size_px)
     Row everything;
     camlux::renderer renderer = camlux::renderer::create(device);
     renderer.render(box.scene);
-    // In turns, so that what else the machine does is the same for all rows.
+    // The rows alternate, so that other load on the machine affects all of them alike.
     for (int round = 0; round < rounds; ++round) {
         for (Change &change : changes) {
             change.change();

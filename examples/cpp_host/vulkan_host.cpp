@@ -116,7 +116,7 @@ void VulkanHost::make_device()
     queue_info_.queueCount = 1;
     queue_info_.pQueuePriorities = &priority_;
 
-    // What camlux_vulkan_device asks for, and nothing else. A host adds what it needs itself.
+    // Exactly what camlux_vulkan_device requires. A host adds its own needs itself.
     features12_.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
     features12_.timelineSemaphore = VK_TRUE;
     features13_.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
@@ -183,7 +183,7 @@ std::vector<float> VulkanHost::read(VkImage image, std::uint32_t width, std::uin
     VkBufferImageCopy region = {};
     region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     region.imageExtent = {width, height, 1};
-    // GENERAL is as good as any layout to copy from, and what camlux wants to find afterwards.
+    // The copy works in the layout GENERAL, and camlux expects this layout afterwards.
     vkCmdCopyImageToBuffer(commands, image, VK_IMAGE_LAYOUT_GENERAL, buffer, 1, &region);
     VkMemoryBarrier2 to_host = {};
     to_host.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
@@ -198,7 +198,7 @@ std::vector<float> VulkanHost::read(VkImage image, std::uint32_t width, std::uin
     vkCmdPipelineBarrier2(commands, &dependency);
     check(vkEndCommandBuffer(commands), "vkEndCommandBuffer");
 
-    // The wait is on the device: this thread could submit it before the frame is done.
+    // The device waits: this thread could submit the copy before the frame is done.
     VkSemaphoreSubmitInfo wait = {};
     wait.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO;
     wait.semaphore = semaphore;

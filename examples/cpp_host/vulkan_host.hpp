@@ -1,4 +1,4 @@
-// The Vulkan of a host: an instance, a device and a queue of its own, and commands that read an image.
+// The host's own Vulkan: an instance, a device and a queue, and commands that read an image.
 #pragma once
 
 #include <vulkan/vulkan.h>
@@ -9,15 +9,15 @@
 
 class VulkanHost {
 public:
-    // Opens the first device that has what camlux needs. With `validation`, under the Khronos layer, whose messages are counted.
-    // Throws std::runtime_error for what is missing.
+    // Opens the first device that has what camlux needs. With `validation`, turns on the Khronos layer and counts its messages. Throws
+    // std::runtime_error that says what is missing.
     explicit VulkanHost(bool validation);
     ~VulkanHost();
     VulkanHost(const VulkanHost &) = delete;
     VulkanHost &operator=(const VulkanHost &) = delete;
 
-    // Copies an image of 4 floats a pixel, in the layout GENERAL, to the host's memory by commands of this queue, which wait on the
-    // device until the timeline semaphore has come to the value.
+    // Copies an image of 4 floats per pixel, in the layout GENERAL, to host memory with commands of this queue. On the device, the commands
+    // wait until the timeline semaphore reaches the value.
     std::vector<float> read(VkImage image, std::uint32_t width, std::uint32_t height, VkSemaphore semaphore,
                             std::uint64_t value);
 
@@ -27,10 +27,10 @@ public:
     VkQueue queue = VK_NULL_HANDLE;
     std::uint32_t queue_family = 0;
     std::string device_name;
-    // What the layer has said.
+    // Number of messages from the layer.
     std::uint32_t messages = 0;
 
-    // What the device was made with, which camlux looks at.
+    // The create info of the device, which camlux checks.
     const VkDeviceCreateInfo &device_create_info() const { return device_info_; }
 
 private:

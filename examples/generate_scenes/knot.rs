@@ -1,15 +1,15 @@
-//! A fluted tube along a trefoil knot, as OBJ text, of any number of triangles.
+//! A fluted tube along a trefoil knot, as OBJ text, with any number of triangles.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
 type Vector = [f64; 3];
 
-/// Rings along the knot and vertices around the tube of the knot that is checked in: quads of about 13 mm × 13 mm.
+/// Rings along the knot and vertices around the tube, for the knot in the repository: quads of about 13 mm × 13 mm.
 const RINGS: usize = 500;
 const SIDES: usize = 52;
 
-/// The centre line winds twice around the axis of a torus of these radii while it turns three times about its tube.
+/// The centre line winds twice around the axis of a torus of these radii and three times about its tube.
 const TORUS_MAJOR_M: f64 = 0.46;
 const TORUS_MINOR_M: f64 = 0.22;
 
@@ -19,17 +19,17 @@ const FLUTES: f64 = 6.0;
 /// Whole turns of the flutes (times `FLUTES`) over the knot's length; an integer, so that the ends meet.
 const FLUTE_TURNS: f64 = 30.0;
 
-/// Coordinates are whole hundredths of a millimetre: short to write, and the last bit of the platform's sine, which
-/// differs between machines, does not reach the file.
+/// Coordinates are whole hundredths of a millimetre. This keeps the file short and independent of the machine: the last bit of the
+/// platform's sine differs between machines.
 const UNITS_PER_M: f64 = 1.0e5;
 
-/// The knot around the origin, its axis along z: quads that face outwards, without normals (it is shaded flat), which
-/// keeps the file at half the size.
+/// The knot around the origin, with its axis along z. Its quads face outwards and have no normals (flat shading), which halves the size of
+/// the file.
 pub fn obj() -> String {
     obj_of("26 000", RINGS, SIDES)
 }
 
-/// The same knot with about that many triangles, of the same proportions; at least 24.
+/// The same knot in the same proportions with about that many triangles; at least 24.
 pub fn obj_of_about(triangle_count: usize) -> String {
     let sides_squared = (triangle_count * SIDES) as f64 / (2 * RINGS) as f64;
     let sides = (sides_squared.sqrt().round() as usize).max(3);
@@ -68,7 +68,7 @@ fn obj_of(quad_count: &str, rings: usize, sides: usize) -> String {
 /// Point of the tube's surface; both parameters in [0, 2π).
 fn surface_m(along: f64, around: f64) -> Vector {
     let (centre, tangent, torus_normal) = centre_line(along);
-    // The torus' normal returns to itself after one round, which a frame carried along the curve would not.
+    // Uses the normal of the torus, which returns to itself after one round; a frame carried along the curve would not.
     let out = normalized(torus_normal);
     let side = normalized(cross(tangent, out));
     let radius_m = TUBE_RADIUS_M + FLUTE_DEPTH_M * (FLUTES * around + FLUTE_TURNS * along).cos();

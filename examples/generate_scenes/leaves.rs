@@ -1,13 +1,13 @@
-//! A bush of flat leaves, as OBJ text: each is a square that an alpha texture cuts out.
+//! A bush of flat leaves, as OBJ text. Each leaf is a square that an alpha texture cuts out.
 
 use std::fmt::Write;
 
 const LEAVES: u32 = 260;
-/// Edge of a leaf's square.
+/// Edge length of a leaf's square.
 const LEAF_M: f64 = 0.15;
-/// Of the bush.
+/// Size of the bush.
 const RADIUS_M: f64 = 0.42;
-/// Coordinates are whole tenths of a millimetre, so that every machine writes the same.
+/// Coordinates are whole tenths of a millimetre, so that every machine writes the same file.
 const UNITS_PER_M: f64 = 1.0e4;
 
 /// The bush around the origin.
@@ -17,13 +17,13 @@ pub fn obj() -> String {
         .to_string();
     let mut random = Random(1);
     for leaf in 0..LEAVES {
-        // Outside, where the light is.
+        // On the outside, where the light is.
         let out = random.direction();
         let centre = out.map(|c| c * RADIUS_M * (0.6 + 0.4 * random.unit()));
         let along = normalized(cross(random.direction(), out));
         let across = cross(out, along);
         for [x, y] in [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]] {
-            // Its tip bends inwards, its sides upwards.
+            // The tip bends inwards, the sides bend upwards.
             let lift = 0.35 * y + 0.2;
             let [x, y, z] = [0, 1, 2].map(|i| {
                 let corner = centre[i] + LEAF_M * (x * across[i] + y * along[i] - lift * out[i]);
@@ -50,7 +50,7 @@ impl Random {
         (self.0 >> 40) as f64 / f64::from(1 << 24)
     }
 
-    /// Evenly over the sphere.
+    /// Uniformly distributed over the sphere.
     fn direction(&mut self) -> [f64; 3] {
         loop {
             let v = [(); 3].map(|()| 2.0 * self.unit() - 1.0);

@@ -1,11 +1,11 @@
-//! Writes generated files; the result is always the same.
+//! Generates files; the result is always the same.
 //!
 //! - `cargo run --release --example generate_scenes`, in the repository's root: the OBJ of knot and leaves, and the textures of `scenes/`; a
 //!   test compares them with what is checked in.
 //! - `cargo run --release --example generate_scenes -- meshes FOLDER`: the mesh scenes, which are not checked in
 //!   ([docs/mesh-scenes.md](../../docs/mesh-scenes.md)).
-//! - `cargo run --release --example generate_scenes -- knot TRIANGLES FOLDER`: the knot with about so many triangles.
-//! - `cargo run --release --example generate_scenes -- knots COUNT TRIANGLES FOLDER`: so many instances of it.
+//! - `cargo run --release --example generate_scenes -- knot TRIANGLES FOLDER`: the knot with about TRIANGLES triangles.
+//! - `cargo run --release --example generate_scenes -- knots COUNT TRIANGLES FOLDER`: COUNT instances of it.
 
 mod knot;
 mod leaves;

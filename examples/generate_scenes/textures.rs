@@ -1,14 +1,15 @@
-//! Two diffuse textures that repeat without a seam, a leaf, and the image of a projector. Whole numbers only, so that every machine makes the same pixels.
+//! Two diffuse textures that repeat without a seam, a leaf, and the image of a projector. Integers only, so that every machine makes the
+//! same pixels.
 
 use image::{GrayImage, Luma, Rgb, RgbImage, Rgba, RgbaImage};
 
 /// Edge of both textures.
 const SIZE_PX: u32 = 256;
 
-/// Brightest sRGB value: a reflectance of 0.86, since no surface reflects all light.
+/// Brightest sRGB value: a reflectance of 0.86, because no surface reflects all light.
 const BRIGHTEST: i32 = 238;
 
-/// Floor tiles, four by four, light and dark in turn, with a grout line between them.
+/// Floor tiles, four by four, alternating light and dark, with a grout line between them.
 pub fn tiles() -> RgbImage {
     const TILE_PX: u32 = SIZE_PX / 4;
     const GROUT_PX: u32 = 3;
@@ -44,7 +45,7 @@ pub fn bricks() -> RgbImage {
     })
 }
 
-/// How high the bricks stand over their mortar, with rounded edges.
+/// Height of the bricks over the mortar, with rounded edges.
 pub fn brick_heights() -> GrayImage {
     const LENGTH_PX: u32 = SIZE_PX / 4;
     const HEIGHT_PX: u32 = SIZE_PX / 8;
@@ -62,10 +63,10 @@ pub fn brick_heights() -> GrayImage {
     })
 }
 
-/// A leaf of five lobes with its veins, and alpha where it is: a rim of a few pixels fades out.
+/// A leaf of five lobes with its veins; alpha is set where the leaf is. It fades out over a rim of a few pixels.
 pub fn leaf() -> RgbaImage {
     const EDGE_PX: i32 = 128;
-    // The stem's end, the middle of the lobes, and their tips.
+    // The end of the stem, the middle of the lobes, and their tips.
     const STEM: [i32; 2] = [64, 124];
     const HEART: [i32; 2] = [64, 84];
     const TIPS: [[i32; 2]; 5] = [[64, 6], [16, 38], [112, 38], [26, 100], [102, 100]];
@@ -88,7 +89,8 @@ pub fn leaf() -> RgbaImage {
     })
 }
 
-/// How far a place is within a wedge that is so many pixels wide at `from`, to either side, and nothing at `to`; below 0 outside.
+/// Distance of a point inside a wedge. The wedge extends a number of pixels to either side at `from` and ends in a point at `to`. Below 0
+/// outside.
 fn within(at: [i32; 2], from: [i32; 2], to: [i32; 2], width: i32) -> i32 {
     let [along, offset] = [
         [to[0] - from[0], to[1] - from[1]],
@@ -102,7 +104,7 @@ fn within(at: [i32; 2], from: [i32; 2], to: [i32; 2], width: i32) -> i32 {
     rest - (along[0] * offset[1] - along[1] * offset[0]).abs() / length
 }
 
-/// Stripes of a structured-light projector: a Gray code, whose bits lie one above the other from the coarsest to the finest.
+/// Stripes of a structured-light projector: a Gray code. Its bits are stacked from the coarsest to the finest.
 pub fn stripes() -> GrayImage {
     const BITS: u32 = 5;
     const COLUMNS: u32 = 1 << BITS;
@@ -118,7 +120,7 @@ fn shade(srgb: [i32; 3], change: i32) -> Rgb<u8> {
     Rgb(srgb.map(|value| (value + change).clamp(0, BRIGHTEST) as u8))
 }
 
-/// A number from −range/2 to range/2 that depends on the place only. Hash: Mueller's integer mixer.
+/// A number from −range/2 to range/2 that depends only on the position. Hash: Mueller's integer mixer.
 fn grain(x: u32, y: u32, range: i32) -> i32 {
     let mut hash = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b) ^ range as u32;
     for _ in 0..2 {

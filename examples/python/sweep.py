@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How much of the light on the floor of a box is indirect, as the box gets brighter: a sweep, rendered, plotted and checked.
+"""Renders a box with rising reflectance, plots the share of indirect light on its floor, and checks the result.
 
     pip install matplotlib, and camlux as docs/python.md says
     python3 sweep.py sweep.png
@@ -21,7 +21,7 @@ def quad(name: str, corners: list[list[float]], material: int) -> camlux.Mesh:
     return camlux.Mesh(name, corners, [[0, 1, 2], [0, 2, 3]], material)
 
 
-# A box of 2 m, open to the camera, and a lamp below its ceiling.
+# A box of 2 m, open towards the camera, with a lamp below its ceiling.
 low, high = -1.0, 1.0
 scene = camlux.Scene(
     camera=camlux.Camera((SIZE_PX, SIZE_PX), position_m=(0, 0, 3.6), look_at_m=(0, 0, 0), fov_y_deg=42),
@@ -48,7 +48,7 @@ for kd in reflectances:
     frames.append(frame)
     print(f"kd {kd:.1f}: {shares[-1]:.1%} indirect, error {frame.stats.estimated_error:.1%}, {frame.stats.wall_ms:.0f} ms")
 
-# The engine's own estimate, checked against the true bounce.
+# Checks the engine's own estimate against the true bounce.
 truth = camlux.reference(scene, stderr=0.01)
 found = camlux.compare(frames[-1], truth, "indirect")
 print(f"kd 0.9 against the reference: {found}")

@@ -1,4 +1,4 @@
-/* Part of camlux.hpp: the messages of the library. */
+/* Part of camlux.hpp: the log. */
 
 #ifndef CAMLUX_LOG_HPP
 #define CAMLUX_LOG_HPP
@@ -19,7 +19,7 @@ namespace detail {
 
 using log_function = std::function<void(log_level, std::string_view)>;
 
-/** The process's log callback, which has to live as long as it may be called. */
+/** The log function of the process. It must live as long as it may be called. */
 struct log_slot {
     std::mutex changing;
     std::unique_ptr<log_function> function;
@@ -39,7 +39,7 @@ inline bool &is_logging()
     return is_logging;
 }
 
-/** What the library calls with a message. */
+/** The log callback that the library calls with a message. */
 inline void receive(std::int32_t level, const char *message, void *user)
 {
     is_logging() = true;
@@ -49,10 +49,10 @@ inline void receive(std::int32_t level, const char *message, void *user)
 
 }  // namespace detail
 
-/** Sends the process's messages up to a level to a function, which several threads may call at once. \param function empty: none. */
+/** Sends the process's messages, up to a level, to a function. Several threads may call it at once. \param function empty: none. */
 inline result<void> try_set_log(log_level level, std::function<void(log_level, std::string_view)> function)
 {
-    // The library refuses as well, but the lock would be waited for first, by a callback that its holder waits for.
+    // The library also refuses this. But a callback that waited for the lock here would deadlock with its holder, which waits for the callback.
     if (detail::is_logging())
         return {CAMLUX_ERROR_BUSY, "camlux::set_log: a log callback cannot set another"};
     std::unique_ptr<detail::log_function> next;

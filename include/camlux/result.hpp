@@ -1,4 +1,4 @@
-/* Part of camlux.hpp: errors, results and the references behind handles. */
+/* Part of camlux.hpp: errors, results and the handle class. */
 
 #ifndef CAMLUX_RESULT_HPP
 #define CAMLUX_RESULT_HPP
@@ -31,7 +31,7 @@ namespace camlux {
 template <class T>
 using span = std::span<T>;
 #else
-/** Some values that lie one behind the other: as much of std::span as is needed here. */
+/** Contiguous values: the part of std::span that is needed here. */
 template <class T>
 class span {
 public:
@@ -62,7 +62,7 @@ private:
 };
 #endif
 
-/** A call that did not end with CAMLUX_OK. */
+/** The exception for a call that did not end with CAMLUX_OK. */
 class error : public std::runtime_error {
 public:
     error(camlux_status status, const std::string &message) : std::runtime_error(message), status_(status) {}
@@ -86,14 +86,14 @@ namespace detail {
 #endif
 }
 
-/** What a callback of this thread has thrown, until a call can throw it. */
+/** The exception of a callback of this thread, kept until a call can throw it. */
 inline std::exception_ptr &thrown()
 {
     thread_local std::exception_ptr thrown;
     return thrown;
 }
 
-/** Calls a function of the host's from the library, through which nothing may be thrown. The first exception is kept. */
+/** Calls a function of the host from inside the library, which no exception may cross. Keeps the first exception. */
 template <class Function>
 bool guarded(Function &&function) noexcept
 {
@@ -126,7 +126,7 @@ public:
     camlux_status status() const noexcept { return status_; }
     const std::string &message() const noexcept { return message_; }
 
-    /** The value; without one, throws the error. */
+    /** Returns the value, or throws the error. */
     T &value() &
     {
         if (!ok())
@@ -134,7 +134,7 @@ public:
         return *value_;
     }
     T &&value() && { return std::move(value()); }
-    /** The value, of a result that is ok. */
+    /** The value. The result must be ok. */
     T &operator*() noexcept { return *value_; }
     const T &operator*() const noexcept { return *value_; }
     T *operator->() noexcept { return &*value_; }
@@ -146,7 +146,7 @@ private:
     std::string message_;
 };
 
-/** Of a function that returns nothing else. */
+/** The result of a function without a value. */
 template <>
 class [[nodiscard]] result<void> {
 public:
@@ -192,12 +192,12 @@ result<std::decay_t<T>> ended(camlux_status status, T &&value)
     return std::forward<T>(value);
 }
 
-/** One reference to an object of the library. */
+/** Owns one reference to an object of the library. */
 template <class Raw, camlux_status (*retain)(Raw *), camlux_status (*release)(Raw *)>
 class handle {
 public:
     handle() noexcept = default;
-    /** Takes over a reference that came from camlux.h. */
+    /** Takes ownership of a reference from camlux.h. */
     explicit handle(Raw *raw) noexcept : raw_(raw) {}
     handle(const handle &other) : raw_(other.raw_)
     {
@@ -214,7 +214,7 @@ public:
     }
     ~handle() { release(raw_); }
 
-    /** For functions of camlux.h. The reference stays here. */
+    /** Returns the handle for functions of camlux.h. This object keeps the reference. */
     Raw *get() const noexcept { return raw_; }
     explicit operator bool() const noexcept { return raw_ != nullptr; }
     friend bool operator==(const handle &a, const handle &b) noexcept { return a.raw_ == b.raw_; }

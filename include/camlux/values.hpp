@@ -1,4 +1,4 @@
-/* Part of camlux.hpp: the structs of camlux.h as values of C++. Units and ranges are those of the struct that each names. */
+/* Part of camlux.hpp: the structs of camlux.h as C++ values. Units and ranges are those of the C struct that each comment names. */
 
 #ifndef CAMLUX_VALUES_HPP
 #define CAMLUX_VALUES_HPP
@@ -30,16 +30,16 @@ struct rgb {
     double r = 0, g = 0, b = 0;
 };
 
-/** A rotation, of length 1. */
+/** A rotation: a quaternion of length 1. */
 struct quaternion {
     double x = 0, y = 0, z = 0, w = 1;
 };
 
-/** camlux_pose: what takes a part's own space to world space. */
+/** camlux_pose: maps a part's own space to world space. */
 struct pose {
     vec3 position_m;
     quaternion orientation;
-    /** Of an instance; others have 1. */
+    /** Scale of an instance; 1 for other parts. */
     double scale = 1;
 };
 
@@ -75,7 +75,7 @@ enum class layer : std::int32_t {
     tof_taps = CAMLUX_LAYER_TOF_TAPS,
 };
 
-/** A layer of time of flight, of the frequency of that index; no layer, -1, where there is none. \param phase of tof_taps: which phase image. */
+/** A time-of-flight layer at the frequency with that index; -1 if there is no such layer. \param phase of tof_taps: the index of the phase image. */
 constexpr layer of_frequency(std::int32_t frequency, layer of_first, std::int32_t phase = 0) noexcept
 {
     const std::int32_t most_phases = of_first == layer::tof_taps ? 8 : 1;
@@ -93,7 +93,7 @@ enum class device_kind : std::int32_t {
     other = CAMLUX_DEVICE_KIND_OTHER,
 };
 
-/** Why final gathering went no further. */
+/** Why final gathering stopped. */
 enum class stop_reason : std::int32_t {
     none = CAMLUX_STOP_NONE,
     target_met = CAMLUX_STOP_TARGET_MET,
@@ -145,14 +145,14 @@ enum class pixel_filter : std::int32_t {
     gaussian = CAMLUX_FILTER_GAUSSIAN,
 };
 
-/** The lens of a camera by its focal lengths and principal point, pixels, and by OpenCV's coefficients. */
+/** The lens of a camera: focal lengths and principal point, in pixels, and OpenCV's coefficients. */
 struct intrinsics {
     double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
     lens_model model = lens_model::pinhole;
     std::array<double, 8> distortion = {};
 };
 
-/** camlux_camera. With `lens`, fov_y_deg is not looked at. */
+/** camlux_camera. If `lens` is set, fov_y_deg is ignored. */
 struct camera {
     std::uint32_t width_px = 640, height_px = 480;
     vec3 position_m;
@@ -187,7 +187,7 @@ struct tof_noise {
 
 /** camlux_tof. */
 struct tof {
-    /** With its contrast. */
+    /** A modulation frequency and its contrast. */
     struct frequency {
         double hz = 0;
         double contrast = 1;
@@ -198,12 +198,12 @@ struct tof {
     double phase_offset_deg = 0;
     std::uint32_t phase_count = 4;
     charge output = charge::electrons;
-    /** None: charges are expected values. */
+    /** std::nullopt: charges are expected values. */
     std::optional<tof_noise> noise;
     std::vector<std::uint32_t> ambient_lights;
 };
 
-/** camlux_indirect, which begins with CAMLUX_INDIRECT_INIT. */
+/** camlux_indirect, initialised with CAMLUX_INDIRECT_INIT. */
 struct indirect : camlux_indirect {
     indirect() noexcept : camlux_indirect CAMLUX_INDIRECT_INIT {}
 };
@@ -219,7 +219,7 @@ struct material {
     std::uint32_t alpha_texture = CAMLUX_NONE;
 };
 
-/** camlux_texture. The pixels are looked at during scene::add_texture only. */
+/** camlux_texture. The pixels are read only during scene::add_texture or scene::set_texture. */
 struct texture {
     std::uint32_t width_px = 0, height_px = 0;
     camlux::component component = camlux::component::u8;
@@ -232,7 +232,7 @@ struct texture {
 
 namespace detail {
 
-/** What an element of N numbers consists of; no type for what is no such element. */
+/** The number type in an element of N numbers; no type if it is not such an element. */
 template <class Element, std::size_t N, class = void>
 struct number_in {};
 
@@ -248,7 +248,7 @@ struct number_in<Number, 1, std::enable_if_t<std::is_arithmetic_v<Number>>> {
 
 }  // namespace detail
 
-/** camlux_light; point, spot, directional, rectangle and disc make those that are complete. */
+/** camlux_light. The functions point, spot, directional, rectangle and disc create complete lights. */
 struct light {
     light_kind kind = light_kind::point;
     vec3 position_m;
@@ -277,7 +277,7 @@ struct light {
         made.outer_half_angle_deg = outer_half_angle_deg;
         return made;
     }
-    /** up is the direction of its height. */
+    /** \param up the direction of its height. */
     static light rectangle(vec3 position_m, vec3 direction, vec3 up, double width_m, double height_m, rgb power_w)
     {
         light made = point(position_m, power_w);
@@ -293,7 +293,7 @@ struct light {
         light made = point(position_m, power_w);
         made.kind = light_kind::area;
         made.direction = direction;
-        // Any that is at an angle to it.
+        // Any direction that is not parallel to it.
         made.up = std::abs(direction.x) < std::abs(direction.y) ? vec3{1, 0, 0} : vec3{0, 1, 0};
         made.radius_m = radius_m;
         return made;
@@ -309,20 +309,20 @@ struct light {
 };
 
 /**
- * Elements of N numbers each, as they lie in the host's memory: camlux_array with its count. They are looked at during
- * scene::add_mesh only.
+ * Elements of N numbers each in the host's memory: camlux_array with its count. They are read only during
+ * scene::add_mesh or scene::set_mesh.
  *
  * The numbers are float or double for vertices, uint16_t or uint32_t for indices.
  */
 template <std::size_t N>
 class elements {
 public:
-    /** None. */
+    /** No elements. */
     constexpr elements() noexcept = default;
 
     /**
-     * `count` elements, the first of which begins at `first`. \param stride_bytes from one to the next, such as sizeof(Vertex), or
-     * 3 * sizeof(float) in a list of numbers that has three for each element.
+     * `count` elements from `first`. \param stride_bytes from one element to the next, such as sizeof(Vertex), or
+     * 3 * sizeof(float) in a list of numbers with three for each element.
      */
     template <class Number>
     constexpr elements(const Number *first, std::size_t count, std::size_t stride_bytes) noexcept
@@ -330,7 +330,7 @@ public:
     {
     }
 
-    /** A vector, array or span of std::array<Number, N>; where N is 1, of numbers. */
+    /** A vector, array or span of std::array<Number, N>; if N is 1, of numbers. */
     template <class Container, class Element = std::remove_cv_t<typename std::decay_t<Container>::value_type>,
               class Number = typename detail::number_in<Element, N>::type>
     constexpr elements(const Container &container) noexcept
@@ -358,20 +358,20 @@ private:
     std::int32_t format_ = CAMLUX_FORMAT_F32;
 };
 
-/** camlux_mesh. Arrays that are not empty have as many elements as there are vertices, or triangles. */
+/** camlux_mesh. Arrays that are not empty have one element for each vertex, or for each triangle. */
 struct mesh {
     elements<3> positions_m;
     elements<3> normals;
     elements<2> texcoords;
     /** Three indices of vertices for each triangle. */
     elements<3> triangles;
-    /** One for all triangles, where triangle_materials is empty. */
+    /** One material for all triangles, used if triangle_materials is empty. */
     std::uint32_t material = 0;
     elements<1> triangle_materials;
     std::string name;
 };
 
-/** camlux_cancel_token: ends renders from another thread. Copies are the same token. */
+/** camlux_cancel_token: cancels renders from another thread. Copies refer to the same token. */
 class cancel_token
     : public detail::handle<camlux_cancel_token, camlux_cancel_token_retain, camlux_cancel_token_release> {
 public:
@@ -385,14 +385,14 @@ public:
         return detail::ended(status, cancel_token(created));
     }
 
-    /** Ends all renders with this token, those under way and those to come. */
+    /** Cancels all renders with this token, running and future ones. */
     void cancel() { try_cancel().value(); }
     result<void> try_cancel() { return detail::ended(camlux_cancel_token_cancel(get())); }
 };
 
-/** camlux_target: a layer, and the memory that it goes to. That memory must be there until the render has ended. */
+/** camlux_target: a layer, and the memory for it. The memory must be valid until the render has ended. */
 struct target : camlux_target {
-    /** Rows follow one another where stride_bytes is 0. */
+    /** \param stride_bytes 0: rows are contiguous. */
     target(camlux::layer which, void *to, std::size_t bytes, std::size_t stride_bytes = 0) noexcept
         : camlux_target(CAMLUX_TARGET_INIT)
     {
@@ -406,26 +406,26 @@ struct target : camlux_target {
 /** camlux_render_options. */
 struct render_options {
     std::uint32_t submission_target_ms = 500;
-    /** Receives the fraction that is done and the pass that runs next; false cancels the render. */
+    /** Receives the completed fraction and the name of the next pass; returning false cancels the render. */
     std::function<bool(double fraction, std::string_view pass)> progress;
     /** The images stay on the device: see frame::vulkan_image. */
     bool on_device = false;
-    /** Each frame of a sequence has its own noise. */
+    /** Index of the frame in a sequence. Each frame has its own noise. */
     std::uint32_t frame_index = 0;
-    /** Empty: none. */
+    /** An empty token: none. */
     camlux::cancel_token cancel_token;
-    /** Where layers go; none: they stay with the frame. */
+    /** Where layers go; empty: they stay with the frame. */
     std::vector<target> targets;
 };
 
 /** camlux_exr_options. */
 struct exr_options {
     bool half = false;
-    /** None: all that the frame has. One of time of flight stands for that of every frequency. */
+    /** Empty: all layers of the frame. A time-of-flight layer stands for this layer at every frequency. */
     std::vector<layer> layers;
 };
 
-/** camlux_device_options: the best device, or that of an index, or else that of a name, a UUID or a PCI address. */
+/** camlux_device_options: the best device, or the one with an index, else with a name, a UUID or a PCI address. */
 struct device_options {
     std::optional<std::uint32_t> index;
     std::string name, uuid, pci;
@@ -442,7 +442,7 @@ struct device_info {
     std::string name, driver, lacks, api_version, uuid, pci;
 };
 
-/** camlux_frame_stats: estimates are NaN where there are none. */
+/** camlux_frame_stats. Estimates that do not exist are NaN. */
 struct frame_stats {
     double wall_ms = 0, passes_ms = 0, snapshot_ms = 0;
     std::uint64_t vpl_count = 0, ray_count = 0, pixel_vpl_pairs = 0;
@@ -460,7 +460,7 @@ struct pass_time {
 
 namespace detail {
 
-/** An enumeration's number, for camlux.h. */
+/** The number of an enumeration's value, for camlux.h. */
 template <class Enum>
 constexpr std::int32_t number(Enum value) noexcept
 {
@@ -567,11 +567,11 @@ inline camlux_tof_noise raw_of(const tof_noise &from) noexcept
     return to;
 }
 
-/** Its ambient lights are those of `from`; `noise` is looked at as long as it. */
+/** The result points to the ambient lights of `from` and to `noise`: both must live as long as the result. */
 inline camlux_tof raw_of(const tof &from, const camlux_tof_noise *noise) noexcept
 {
     camlux_tof to = CAMLUX_TOF_INIT;
-    // More than there is room for are refused by their count.
+    // The library refuses a count larger than the arrays.
     to.frequency_count = static_cast<std::uint32_t>(from.frequencies.size());
     for (std::size_t i = 0; i < from.frequencies.size() && i < 4; ++i) {
         to.frequencies_hz[i] = from.frequencies[i].hz;
@@ -629,7 +629,7 @@ inline camlux_mesh raw_of(const mesh &from) noexcept
     return to;
 }
 
-/** What camlux.h cannot know, for it has one count for several arrays. */
+/** Checks the counts of a mesh's arrays. camlux.h cannot check them, because it has one count for several arrays. */
 inline bool counts_fit(const mesh &mesh) noexcept
 {
     const auto fits = [](const auto &list, const auto &whole) {
@@ -639,7 +639,7 @@ inline bool counts_fit(const mesh &mesh) noexcept
            fits(mesh.triangle_materials, mesh.triangles);
 }
 
-/** What is said where they do not. */
+/** The error message if they do not fit. */
 constexpr const char *counts_that_fit =
     "camlux::mesh: normals, texcoords and triangle_materials are empty, or as many as positions_m and triangles";
 

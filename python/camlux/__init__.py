@@ -6,9 +6,9 @@
     frame = camlux.Renderer().render(scene, target_error=0.02)
     frame["radiance"]             # (height, width, 3), float32
     frame.units["radiance"]       # W/sr/m^2
-    frame.stats.estimated_error   # of the indirect light, against the true bounce
+    frame.stats.estimated_error   # of the indirect light, relative to the true bounce
 
-Scenes are plain objects (camlux.scene), loaded from a file or built from arrays. docs/python.md is the manual.
+Scenes are plain objects (camlux.scene). You load them from a file or build them from arrays. docs/python.md is the manual.
 """
 
 from collections.abc import Mapping as _Mapping

@@ -1,4 +1,4 @@
-# The types of the compiled module; mypy.stubtest compares them with it.
+# Types of the compiled module. mypy.stubtest compares them with the module.
 import os
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Literal, final

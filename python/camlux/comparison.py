@@ -1,4 +1,4 @@
-"""How far an image is from a reference."""
+"""Compares an image with a reference."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _NOISY = ("indirect", "radiance")
 def compare(image: Frame | Image | npt.ArrayLike, reference: Frame | Image | npt.ArrayLike, layer: str = "radiance") -> Comparison:
     """Compares a layer of two images, or two arrays of one shape, (height, width) or (height, width, channels).
 
-    Of images with layers, pixels without a surface and pixels on edges do not count, as far as the reference knows them, and the noise of the
-    reference is taken out where it has the layer `stderr`. Of arrays every value counts.
+    For images with layers, pixels without a surface do not count, nor do pixels on edges if the reference has the layer `edge`. If the
+    reference has the layer `stderr`, its noise is subtracted. For arrays, every value counts.
 
-    Raises ValueError for shapes that differ, KeyError for a layer that is not there.
+    Raises ValueError if the shapes differ, KeyError if a layer is missing.
     """
     standard_error = edges = None
     if isinstance(reference, (Frame, Image)):

@@ -15,9 +15,9 @@ from ._camlux import Image, read_exr
 
 
 class DatasetFrame:
-    """One frame of a data set. Its file is read when the first layer is asked for."""
+    """One frame of a data set. Its file is read on the first access to a layer."""
 
-    #: What the manifest says of it: docs/batch.md.
+    #: The frame's line in the manifest: docs/batch.md.
     line: dict[str, Any]
     path: Path
 
@@ -28,7 +28,7 @@ class DatasetFrame:
 
     @property
     def image(self) -> Image:
-        """Every layer of the file, and its header."""
+        """All layers of the file, and its header."""
         if self._image is None:
             self._image = read_exr(self.path)
         return self._image
@@ -38,28 +38,28 @@ class DatasetFrame:
         return self.image[layer]
 
     def camera_to_world(self) -> npt.NDArray[np.float64]:
-        """4 x 4, for column vectors; camera axes x right, y down, z forward."""
+        """Camera to world, 4 x 4, for column vectors; camera axes x right, y down, z forward."""
         return _matrix(self.line["camera"])
 
     def mesh_poses(self) -> dict[int, npt.NDArray[np.float64]]:
-        """4 x 4 by the mesh's index, of the meshes that the job moves."""
+        """Mesh to world, 4 x 4, by mesh index, for the meshes that the job moves."""
         return {mesh["index"]: _matrix(mesh) for mesh in self.line["meshes"]}
 
     def intrinsics(self) -> npt.NDArray[np.float64]:
-        """3 x 3, pixels; the centre of the first pixel is at (0.5, 0.5)."""
+        """Intrinsics, 3 x 3, pixels; the centre of the first pixel is at (0.5, 0.5)."""
         k = self.line["camera"]["intrinsics_px"]
         return np.array([[k["fx"], 0, k["cx"]], [0, k["fy"], k["cy"]], [0, 0, 1]])
 
 
 class Dataset:
-    """The frames of a data set, in the order of their index; those that failed are left out, and `failed` has their lines.
+    """The frames of a data set, sorted by index. Failed frames are left out; `failed` has their manifest lines.
 
-    It has what a data set of torch has, `len()` and an index, so that torch.utils.data.DataLoader takes it; `transform` makes of a
-    frame what the loader is to collate, such as lambda frame: frame["radiance"].copy(). It can be sent to other processes.
+    It supports `len()` and indexing, so that torch.utils.data.DataLoader accepts it. `transform` turns a frame into what the loader
+    collates, such as lambda frame: frame["radiance"].copy(). A Dataset can be sent to other processes.
     """
 
     folder: Path
-    #: dataset.json: docs/batch.md.
+    #: The contents of dataset.json: docs/batch.md.
     about: dict[str, Any]
     failed: list[dict[str, Any]]
 
@@ -73,7 +73,7 @@ class Dataset:
                 try:
                     line = json.loads(text)
                 except json.JSONDecodeError:
-                    continue  # A run that was killed may have cut it.
+                    continue  # A killed run may have cut the line.
                 by_index[line["index"]] = line
         lines = [line for _, line in sorted(by_index.items())]
         self.lines = [line for line in lines if "file" in line]
@@ -83,7 +83,7 @@ class Dataset:
         return len(self.lines)
 
     def __getitem__(self, number: int) -> Any:
-        """The frame, or what `transform` makes of it."""
+        """The frame, or the result of `transform`."""
         line = self.lines[number]
         frame = DatasetFrame(self.folder / line["file"], line)
         return self.transform(frame) if self.transform else frame

@@ -1,7 +1,7 @@
-"""What is lit: a scene of plain Python objects, which can be changed between two renders.
+"""A scene of plain Python objects, which you can change between two renders.
 
 Lengths are metres, angles degrees, powers watts. A vector is three numbers: a tuple, a list or an array. A value per band is one number for
-all, or three, of red, green and blue. Values are checked when the scene is rendered; docs/scene.md says what each means, and its limits.
+all bands, or three numbers for red, green and blue. Values are checked when the scene is rendered; docs/scene.md gives their meaning and limits.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Intrinsics:
 
 @dataclass
 class RationalDistortion:
-    """The rational lens model of OpenCV, with its coefficients."""
+    """The rational lens model of OpenCV and its coefficients."""
 
     k1: float = 0.0
     k2: float = 0.0
@@ -47,7 +47,7 @@ class RationalDistortion:
 
 @dataclass
 class FisheyeDistortion:
-    """The fisheye lens model of OpenCV, with its coefficients."""
+    """The fisheye lens model of OpenCV and its coefficients."""
 
     k1: float = 0.0
     k2: float = 0.0
@@ -57,7 +57,7 @@ class FisheyeDistortion:
 
 @dataclass
 class Camera:
-    """A camera: resolution (width, height), where it is, what it looks at, and its lens by one of `fov_y_deg` and `intrinsics_px`."""
+    """A camera: resolution (width, height), position, target, and a lens given by either `fov_y_deg` or `intrinsics_px`."""
 
     resolution_px: tuple[int, int]
     position_m: Vector
@@ -65,11 +65,11 @@ class Camera:
     up: Vector = (0.0, 1.0, 0.0)
     fov_y_deg: float | None = None
     intrinsics_px: Intrinsics | None = None
-    #: Needs `intrinsics_px`.
+    #: Requires `intrinsics_px`.
     distortion: RationalDistortion | FisheyeDistortion | None = None
-    #: Light is averaged over as many points of a pixel; 1: a pixel shows what lies at its centre.
+    #: Number of points per pixel over which light is averaged; 1: a pixel shows what is at its centre.
     samples: int = 1
-    #: What they are weighted with; None: the usual one.
+    #: Filter that weights the points; None: the default.
     filter: Literal["box", "gaussian"] | None = None
 
 
@@ -84,7 +84,7 @@ class PointLight:
 
 @dataclass
 class SpotLight:
-    """Emits its power into a cone: evenly up to the inner half angle, and nothing beyond the outer one."""
+    """Emits its power into a cone: evenly inside the inner half angle, and nothing outside the outer one."""
 
     kind: ClassVar[str] = "spot"
     position_m: Vector
@@ -96,7 +96,7 @@ class SpotLight:
 
 @dataclass
 class DirectionalLight:
-    """Parallel light: the irradiance on a surface that faces it, W/m²."""
+    """Parallel light, given by the irradiance on a surface that faces it, W/m²."""
 
     kind: ClassVar[str] = "directional"
     direction: Vector
@@ -105,7 +105,7 @@ class DirectionalLight:
 
 @dataclass
 class PatternLight:
-    """Emits its power as a lamp was measured to do, or as a projector. `up` is up in the projector's image."""
+    """Emits its power with the measured pattern of a lamp, or as a projector. `up` is the up direction of the projector's image."""
 
     kind: ClassVar[str] = "pattern"
     position_m: Vector
@@ -117,7 +117,7 @@ class PatternLight:
 
 @dataclass
 class AreaLight:
-    """Emits its power from every point of a rectangle (`size_m`: width, height) or a disc (`radius_m`) alike, to its front."""
+    """Emits its power evenly from the front of a rectangle (`size_m`: width, height) or a disc (`radius_m`)."""
 
     kind: ClassVar[str] = "area"
     position_m: Vector
@@ -125,7 +125,7 @@ class AreaLight:
     power_w: Bands
     size_m: tuple[float, float] | None = None
     radius_m: float | None = None
-    #: Along the height of a rectangle.
+    #: Direction of a rectangle's height.
     up: Vector | None = None
 
 
@@ -143,29 +143,29 @@ class Material:
     #: Multiplies kd.
     kd_texture: Texture | None = None
     normal_texture: Texture | None = None
-    #: There is no surface where its first channel is below 1/2.
+    #: Cut-out: there is no surface where its first channel is below 1/2.
     alpha_texture: Texture | None = None
 
 
 @dataclass
 class Sensor:
-    """Turns radiance into the energy on a pixel."""
+    """Converts radiance to the energy on a pixel."""
 
     #: Width, height.
     pixel_pitch_um: tuple[float, float]
     exposure_time_s: float
     #: Share of the exposure in which the signal is on, 0 to 1.
     duty_cycle: float = 1.0
-    #: For time of flight, with `quantum_efficiency`.
+    #: Required for time of flight, together with `quantum_efficiency`.
     wavelength_nm: float | None = None
     quantum_efficiency: float | None = None
-    #: Focal length over the diameter of the aperture; None: the irradiance is the radiance by number.
+    #: Focal length divided by aperture diameter; None: the irradiance has the same number as the radiance.
     f_number: float | None = None
 
 
 @dataclass
 class SensorNoise:
-    """The noise of a time-of-flight sensor. Electrons are those of one tap in one phase image."""
+    """The noise of a time-of-flight sensor. Electrons are counted per tap and phase image."""
 
     dark_e_per_s: float
     read_noise_e: float
@@ -178,12 +178,12 @@ class SensorNoise:
 
 @dataclass
 class TimeOfFlight:
-    """What a time-of-flight camera makes of path lengths. Needs a sensor with `wavelength_nm`."""
+    """Turns path lengths into the images of a time-of-flight camera. Requires a sensor with `wavelength_nm`."""
 
     frequencies_hz: Sequence[float]
     #: One for each frequency, 0 to 1.
     contrasts: Sequence[float]
-    #: What the sensor takes of red, green and blue.
+    #: The sensor's weights of red, green and blue.
     band_weights: Bands
     phase_count: int = 4
     phase_offset_deg: float = 0.0
@@ -195,14 +195,14 @@ class TimeOfFlight:
 
 @dataclass
 class FinalGather:
-    """Single bounce by rays, as exact as the target error: relRMSE of the indirect light, 0.002 to 0.5."""
+    """Single bounce by rays, refined to the target error: relRMSE of the indirect light, 0.002 to 0.5."""
 
     estimator: ClassVar[str] = "final-gather"
     target_error: float = 0.02
     error_norm: Literal["image", "local"] = "image"
-    #: Texels along an edge of a face of the reflective shadow map; None: as many as the error takes.
+    #: Texels along an edge of a face of the reflective shadow map (RSM); None: chosen from the target error.
     rsm_size: int | None = None
-    #: Limits, of which the best image so far is the result.
+    #: Time and ray limits. At a limit, the result is the best image so far.
     max_ms: float | None = None
     max_rays: int | None = None
     #: Whether frames have the layer `stderr`.
@@ -211,7 +211,7 @@ class FinalGather:
 
 @dataclass
 class RsmAverage:
-    """CamSim's average over the texels of the reflective shadow map; visibility is not part of it."""
+    """CamSim's average over the texels of the reflective shadow map, without visibility."""
 
     estimator: ClassVar[str] = "rsm-average"
     rsm_size: int = 64
@@ -220,7 +220,7 @@ class RsmAverage:
 
 @dataclass
 class InstantRadiosity:
-    """CamSim's sum over virtual point lights; visibility is not part of it."""
+    """CamSim's sum over virtual point lights (VPLs), without visibility."""
 
     estimator: ClassVar[str] = "instant-radiosity"
     rsm_size: int = 64
@@ -233,8 +233,8 @@ Indirect: TypeAlias = Union[FinalGather, RsmAverage, InstantRadiosity]
 class Scene:
     """Everything that a frame is computed from.
 
-    `indirect=None` is direct light alone, `shadow=None` the better way for the scene. The layer `id.instance` counts `meshes` from 1,
-    `id.material` counts `materials`.
+    `indirect=None` renders direct light only. `shadow=None` chooses the better shadow method for the scene. The layer `id.instance` numbers
+    `meshes` from 1; `id.material` numbers `materials` from 1.
     """
 
     camera: Camera
@@ -245,22 +245,22 @@ class Scene:
     sensor: Sensor | None = None
     tof: TimeOfFlight | None = None
     shadow: Literal["map", "rays"] | None = None
-    #: Of a scene file whose lights are relative to its camera: their indices, and the camera for which `lights` has their places. They
-    #: move along when `camera` is another.
+    #: For scene files with lights relative to the camera: the indices of these lights, and the camera that their positions in `lights`
+    #: belong to. If `camera` differs from it, the lights move along.
     carried_by_camera: tuple[Sequence[int], Camera] | None = None
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Scene:
-        """Loads a scene file with the meshes, materials and textures that it names.
+        """Loads a scene file and the meshes, materials and textures that it names.
 
-        Raises SceneError with file and line. A light that the file has relative to a mesh stays where the file puts it.
+        Raises SceneError with file and line. A light that the file defines relative to a mesh keeps its position from the file.
         """
         return _camlux.load_scene(path)
 
     def validate(self) -> None:
-        """Raises SceneError for what cannot be rendered, with what is wrong, where, and how to mend it."""
+        """Raises SceneError if the scene cannot be rendered. The message says what is wrong, where, and how to fix it."""
         _camlux.validate_scene(self)
 
     def warnings(self) -> list[str]:
-        """What can be rendered but is probably not meant, one sentence each."""
+        """Returns probable mistakes that do not prevent rendering, one sentence each."""
         return _camlux.scene_warnings(self)

@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 
 use crate::errors::SceneError;
 
-/// A value that arrays hold, made from a number of another type.
+/// An array element that can be made from a number of another type.
 pub trait Number: Sized {
     fn from_f64(value: f64) -> Option<Self>;
     fn from_i64(value: i64) -> Option<Self>;
@@ -35,7 +35,7 @@ impl Number for u32 {
     }
 }
 
-/// Anything that numpy takes for an array.
+/// Anything that numpy accepts as an array.
 pub fn as_array<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
     if let Ok(array) = value.cast::<PyUntypedArray>() {
         return Ok(array.clone());
@@ -44,7 +44,7 @@ pub fn as_array<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntyped
     Ok(numpy.call_method1("asarray", (value,))?.cast_into()?)
 }
 
-/// The rows of an (n, N) array of any type of number; `name` and `expected` are for messages.
+/// The rows of an (n, N) array of any number type; `name` and `expected` are for messages.
 pub fn rows<T: Number + Copy, const N: usize>(
     value: &Bound<'_, PyAny>,
     name: &str,
@@ -86,7 +86,7 @@ pub fn numbers<T: Number + Copy>(
     }
     read!(from_f64: f32, f64);
     read!(from_i64: i64, i32, u32, u16, i16, u8, i8);
-    // Others, such as arrays of the other byte order, numpy converts where nothing is lost.
+    // Other arrays, such as those with the other byte order, are converted by numpy if nothing is lost.
     for kind in ["int64", "float64"] {
         let options = PyDict::new(py);
         options.set_item("casting", "safe")?;
@@ -98,7 +98,7 @@ pub fn numbers<T: Number + Copy>(
     Err(wrong(format!("is an array of {is}")))
 }
 
-/// An array that reads memory of `owner`, which it keeps alive; it cannot be written to.
+/// A read-only array that reads memory of `owner` and keeps it alive.
 pub fn view<'py, T: Element>(
     values: &[T],
     shape: &[usize],
@@ -106,7 +106,7 @@ pub fn view<'py, T: Element>(
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     let values = ArrayView::from_shape(shape, values)
         .map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))?;
-    // SAFETY: `values` lie in `owner`, which is frozen: they are neither moved nor changed as long as it lives.
+    // SAFETY: `values` are part of `owner`, which is frozen: they are neither moved nor changed while it lives.
     let array = unsafe { PyArrayDyn::borrow_from_array(&values, owner) };
     Ok(array
         .readwrite()

@@ -1,11 +1,11 @@
-//! The attributes of scene.py's objects, each with an error that names the part of the scene.
+//! Reads the attributes of scene.py's objects; each error names the part of the scene.
 
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 
 use crate::errors::SceneError;
 
-/// An object, and how messages call it: `light 0`.
+/// An object, and its name in messages: `light 0`.
 pub struct Part<'py> {
     pub object: Bound<'py, PyAny>,
     pub at: String,
@@ -38,7 +38,7 @@ impl<'py> Part<'py> {
         T: for<'a> FromPyObject<'a, 'py>,
     {
         value.extract().map_err(|_| {
-            // Its class, where it is an object that cannot show itself.
+            // The object's class, if its `repr` fails.
             let shown = value.repr().map_or_else(
                 |_| value.get_type().to_string(),
                 |repr| repr.to_string_lossy().chars().take(200).collect(),
@@ -127,7 +127,7 @@ impl<'py> Part<'py> {
         Ok((!value.is_none()).then(part))
     }
 
-    /// The objects of a list, called `one` and their index.
+    /// The objects of a list, named `one` and their index.
     pub fn parts(&self, name: &str, one: &str) -> PyResult<Vec<Part<'py>>> {
         let value = self.get(name)?;
         let listed = value.try_iter().and_then(|items| {

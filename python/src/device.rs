@@ -5,19 +5,19 @@ use pyo3::prelude::*;
 
 use crate::errors::raised;
 
-/// What a Vulkan device is. `choice` of `Device` takes its index, part of its name, its uuid or its PCI address.
+/// Properties of a Vulkan device. `choice` of `Device` accepts its index, a part of its name, its uuid or its PCI address.
 #[pyclass(module = "camlux", frozen, get_all)]
 pub struct DeviceInfo {
     index: usize,
     name: String,
     uuid: String,
-    /// None where the driver does not tell.
+    /// None if the driver does not report it.
     pci: Option<String>,
     driver: String,
     api_version: String,
     memory_bytes: u64,
     has_ray_query: bool,
-    /// Why camlux cannot use it; None where it can.
+    /// Why camlux cannot use it; None if it can.
     unusable: Option<String>,
 }
 
@@ -45,21 +45,21 @@ impl DeviceInfo {
     }
 }
 
-/// Every Vulkan device of this machine, also those that camlux cannot use.
+/// Lists every Vulkan device of this machine, including those that camlux cannot use.
 ///
-/// Raises DeviceError where there is no Vulkan loader, driver or device.
+/// Raises DeviceError if there is no Vulkan loader, driver or device.
 #[pyfunction]
 pub fn devices(py: Python) -> PyResult<Vec<DeviceInfo>> {
     let list = py.detach(camlux::Device::list).map_err(raised)?;
     Ok(list.iter().map(DeviceInfo::from).collect())
 }
 
-/// An open Vulkan device, which several renderers may share, each with a thread of its own.
+/// An open Vulkan device. Several renderers may share it, each in its own thread.
 ///
-/// choice: an index, a uuid, a PCI address or a part of a name; None: a discrete GPU before an integrated one before a CPU driver.
-/// validation: turns the Khronos validation layer on; `validation_messages` tells what it says.
+/// choice: an index, a uuid, a PCI address or a part of a name; None: prefers a discrete GPU, then an integrated one, then a CPU driver.
+/// validation: turns on the Khronos validation layer; `validation_messages` returns its messages.
 ///
-/// Raises DeviceError where none fits, or the one that fits lacks what camlux needs.
+/// Raises DeviceError if no device matches, or if the matching one lacks what camlux needs.
 #[pyclass(module = "camlux", frozen)]
 pub struct Device(pub camlux::Device);
 
@@ -81,7 +81,7 @@ impl Device {
         self.0.info().into()
     }
 
-    /// What the validation layer has said since the device was opened.
+    /// Messages of the validation layer since the device was opened.
     #[getter]
     fn validation_messages(&self) -> Vec<String> {
         self.0.validation_messages()

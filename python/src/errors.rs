@@ -1,4 +1,4 @@
-//! What goes wrong, as exceptions and warnings.
+//! Errors as Python exceptions and warnings.
 
 use std::ops::ControlFlow;
 
@@ -65,7 +65,7 @@ pub fn raised(error: camlux::Error) -> PyErr {
     }
 }
 
-/// Shows each text as a [`CamluxWarning`] of the caller's line.
+/// Shows each text as a [`CamluxWarning`] at the caller's line.
 pub fn warn(py: Python, texts: &[String]) -> PyResult<()> {
     for text in texts {
         let text = std::ffi::CString::new(text.as_str())?;
@@ -74,10 +74,11 @@ pub fn warn(py: Python, texts: &[String]) -> PyResult<()> {
     Ok(())
 }
 
-/// Asks Python, between two steps of a work without the GIL, whether it goes on: no signal came, and the callback does not return False.
+/// Asks Python, between two steps of work without the GIL, whether to continue: no signal has arrived, and the callback has not returned
+/// False.
 pub struct Watch {
     callback: Option<Py<PyAny>>,
-    /// What was raised in between.
+    /// The exception that was raised meanwhile.
     raised: Option<PyErr>,
 }
 
@@ -100,7 +101,7 @@ impl Watch {
                 return Ok(true);
             };
             let answer = callback.bind(py).call1(arguments())?;
-            // None, which a function without a return statement has, goes on.
+            // None continues; a function without a return statement returns it.
             Ok(!answer.is_exact_instance_of::<pyo3::types::PyBool>() || answer.is_truthy()?)
         });
         match asked {
@@ -113,7 +114,7 @@ impl Watch {
         }
     }
 
-    /// The result of the work, or what was raised in between.
+    /// The result of the work, or the exception that was raised meanwhile.
     pub fn outcome<T>(self, result: camlux::Result<T>) -> PyResult<T> {
         match (result, self.raised) {
             (Err(camlux::Error::Cancelled), Some(error)) => Err(error),

@@ -1,4 +1,4 @@
-//! Frames: layers as arrays, and what they cost.
+//! Frames: their layers as arrays, and their statistics.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -13,22 +13,22 @@ use pyo3::types::PyDict;
 use crate::arrays::view;
 use crate::errors::raised;
 
-/// Where a frame that nobody needs any more leaves its buffers to the next one.
+/// Where a frame that is no longer used leaves its buffers for the next one.
 pub type Returned = Arc<Mutex<Option<output::Frame>>>;
 
 /// A rendered frame, or a reference: a mapping from the names of its layers to arrays.
 ///
-/// frame["radiance"] is (height, width, 3), float32, W/sr/m²; a layer of one value a pixel, such as frame["depth"], is (height, width);
-/// ids are uint32. Arrays read the memory of the frame, which they keep alive; they cannot be written to: copy them for that.
+/// frame["radiance"] is (height, width, 3), float32, W/sr/m². A layer of one value per pixel, such as frame["depth"], is (height, width).
+/// Ids are uint32. Arrays read the memory of the frame and keep it alive. They are read-only: copy them to change them.
 #[pyclass(module = "camlux", frozen, mapping)]
 pub struct Frame {
-    /// There until it is dropped.
+    /// Present until it is dropped.
     frame: Option<output::Frame>,
     returned: Option<Returned>,
-    /// By the ids of `id.instance` from 1.
+    /// Names for the ids of `id.instance`, from 1.
     #[pyo3(get)]
     mesh_names: Vec<String>,
-    /// By the ids of `id.material` from 1.
+    /// Names for the ids of `id.material`, from 1.
     #[pyo3(get)]
     material_names: Vec<String>,
 }
@@ -68,7 +68,7 @@ pub fn layer_named(name: &str) -> PyResult<Layer> {
     })
 }
 
-/// The layers of some names.
+/// The layers of these names.
 pub fn layers_named(names: Vec<String>) -> PyResult<Vec<Layer>> {
     names.iter().map(|name| layer_named(name)).collect()
 }
@@ -144,20 +144,20 @@ impl Frame {
         Ok(FrameStats(self.get()?.stats.clone()))
     }
 
-    /// Identifies the scene, its meshes and textures included.
+    /// Identifies the scene, including its meshes and textures.
     #[getter]
     fn scene_hash(&self) -> PyResult<&str> {
         Ok(&self.get()?.description.scene_hash)
     }
 
-    /// What is probably not meant and only the finished frame shows, one sentence each.
+    /// Probable mistakes that only the finished frame shows, one sentence each.
     fn warnings(&self) -> PyResult<Vec<String>> {
         Ok(self.get()?.warnings())
     }
 
-    /// Writes an OpenEXR file, which appears whole or not at all.
+    /// Writes an OpenEXR file, which appears complete or not at all.
     ///
-    /// half: stores radiance, direct, indirect and N as 16-bit floats. layers: writes these alone. compression: none, rle, zips, zip or piz.
+    /// half: stores radiance, direct, indirect and N as 16-bit floats. layers: writes only these. compression: none, rle, zips, zip or piz.
     ///
     /// Raises FileError.
     #[pyo3(signature = (path, *, layers=None, half=false, compression="none"))]
@@ -185,8 +185,8 @@ impl Frame {
         written.map_err(raised)
     }
 
-    /// Writes a preview of the light: direct, indirect and total side by side where there is indirect light. Returns the radiance of white,
-    /// W/sr/m².
+    /// Writes a preview of the light: direct, indirect and total side by side if there is indirect light. Returns the radiance that is
+    /// shown as white, W/sr/m².
     ///
     /// Raises FileError.
     fn save_png(&self, py: Python, path: PathBuf) -> PyResult<f32> {
@@ -203,7 +203,7 @@ impl Frame {
     }
 }
 
-/// What a frame cost, and how exact the engine estimates it to be.
+/// The cost of a frame, and its estimated error.
 #[pyclass(module = "camlux", frozen)]
 pub struct FrameStats(output::FrameStats);
 
@@ -229,55 +229,55 @@ impl FrameStats {
         Ok(passes)
     }
 
-    /// From the call of the renderer to its return, ms.
+    /// Time from the call of the renderer to its return, ms.
     #[getter]
     fn wall_ms(&self) -> f64 {
         self.0.wall_milliseconds
     }
 
-    /// Virtual point lights that carry flux, over all lights.
+    /// Number of virtual point lights with flux, over all lights.
     #[getter]
     fn vpl_count(&self) -> u64 {
         self.0.vpl_count
     }
 
-    /// Rays that the indirect light cast.
+    /// Number of rays that were cast for the indirect light.
     #[getter]
     fn ray_count(&self) -> u64 {
         self.0.ray_count
     }
 
-    /// Pairs of pixel and VPL that the gather summed.
+    /// Number of pairs of pixel and VPL that the gather pass summed.
     #[getter]
     fn pixel_vpl_pairs(&self) -> u64 {
         self.0.pixel_vpl_pairs
     }
 
-    /// relRMSE of the indirect light against the true bounce, as the engine estimates it; None for sums over VPLs, and where it is dark.
+    /// Estimated relRMSE of the indirect light against the true bounce; None for sums over VPLs, and if there is no indirect light.
     #[getter]
     fn estimated_error(&self) -> Option<f64> {
         self.0.estimated_error
     }
 
-    /// What that error is below with a confidence of 95 %.
+    /// Upper bound of that error with a confidence of 95 %.
     #[getter]
     fn estimated_error_upper(&self) -> Option<f64> {
         self.0.estimated_error_upper
     }
 
-    /// relRMSE against the sum over VPLs at every pixel; None where no interpolation error was asked for.
+    /// Estimated relRMSE against the sum over VPLs at every pixel; None unless an interpolation error was requested.
     #[getter]
     fn estimated_interpolation_error(&self) -> Option<f64> {
         self.0.estimated_interpolation_error
     }
 
-    /// relRMSE of the direct light of area lights; None without one.
+    /// Estimated relRMSE of the direct light of area lights; None if there are none.
     #[getter]
     fn estimated_area_light_error(&self) -> Option<f64> {
         self.0.estimated_area_light_error
     }
 
-    /// Why final gathering went no further: target-met, budget-spent or samples-exhausted.
+    /// Why final gathering stopped: target-met, budget-spent or samples-exhausted.
     #[getter]
     fn stop(&self) -> Option<&'static str> {
         self.0.stop.map(output::StopReason::name)

@@ -1,4 +1,4 @@
-//! OpenEXR images, and how far one is from another.
+//! OpenEXR images, and their comparison.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ use crate::errors::raised;
 
 /// An OpenEXR image: a mapping from the names of its layers to float32 arrays, (height, width) or (height, width, channels).
 ///
-/// Arrays read the memory of the image, which they keep alive; they cannot be written to: copy them for that.
+/// Arrays read the memory of the image and keep it alive. They are read-only: copy them to change them.
 #[pyclass(module = "camlux", frozen, mapping)]
 pub struct Image(LayeredImage);
 
@@ -61,7 +61,7 @@ impl Image {
         self.0.resolution_px().into()
     }
 
-    /// The texts and numbers of the header, as text by name; docs/output.md lists those of camlux.
+    /// The texts and numbers of the header, as text by name; docs/output.md lists those that camlux writes.
     #[getter]
     fn attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let attributes = PyDict::new(py);
@@ -80,38 +80,38 @@ impl Image {
     }
 }
 
-/// Reads an OpenEXR file: camlux's own or another program's.
+/// Reads an OpenEXR file of camlux or of another program.
 ///
-/// Raises FileError where it cannot be read.
+/// Raises FileError if it cannot be read.
 #[pyfunction]
 pub fn read_exr(py: Python, path: PathBuf) -> PyResult<Image> {
     let image = py.detach(|| LayeredImage::read(&path));
     Ok(Image(image.map_err(raised)?))
 }
 
-/// An image against a reference; errors are relative to the reference, 1 is 100 %, and None where that is dark.
+/// An image compared with a reference. Errors are relative to the reference, 1 is 100 %; they are None if the reference is dark.
 #[pyclass(module = "camlux", frozen, get_all)]
 pub struct Comparison {
-    /// sqrt(Σ(x − t)²/Σt²), the noise of the reference included.
+    /// sqrt(Σ(x − t)²/Σt²), including the noise of the reference.
     rel_rmse: Option<f64>,
-    /// The same without the noise; None where no standard error is given, and where the noise hides the error.
+    /// The relRMSE without the noise; None if no standard error is given, or if the noise hides the error.
     rel_rmse_without_noise: Option<f64>,
-    /// What the error most probably is below, where the noise hides it.
+    /// The probable upper bound of the error, if the noise hides it.
     rel_rmse_below: Option<f64>,
-    /// What an image without error would show by the noise alone.
+    /// The relRMSE that an image without error would show, from the noise alone.
     noise_floor: Option<f64>,
     /// Σ(x − t)/Σ|t|
     bias: Option<f64>,
     /// Σ|x − t|/Σ|t|
     mean_absolute: Option<f64>,
-    /// What 99 % of all |x − t|/(|t| + 0.01·mean|t|) do not exceed.
+    /// The 99th percentile of |x − t|/(|t| + 0.01·mean|t|).
     percentile_99: Option<f64>,
     image_mean: f64,
     reference_mean: f64,
     value_count: usize,
-    /// Pixels that are left out because they lie on an edge.
+    /// Number of pixels that are left out because they are on an edge.
     edge_pixels: usize,
-    /// Values that are left out because the image's are not finite.
+    /// Number of values that are left out because the image's value is not finite.
     non_finite_image: usize,
 }
 
@@ -130,7 +130,7 @@ impl Comparison {
     }
 }
 
-/// For `camlux.compare`: arrays of one shape, (height, width) or (height, width, channels), and one flag a pixel, flat.
+/// For `camlux.compare`: arrays of one shape, (height, width) or (height, width, channels), and flat arrays with one flag per pixel.
 #[pyfunction]
 #[pyo3(signature = (image, reference, channels, valid, edges=None, standard_error=None))]
 pub fn compare_arrays(

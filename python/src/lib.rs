@@ -1,6 +1,6 @@
-//! camlux for Python: the engine behind the package `camlux`, whose `scene.py` has the classes that a scene is made of.
+//! camlux for Python: the engine behind the package `camlux`, whose `scene.py` has the classes of a scene.
 //!
-//! Layers of a frame are numpy arrays that read the frame's own memory; arrays that a scene is made of are read where they lie and copied once.
+//! Layers of a frame are numpy arrays that read the frame's own memory. Arrays for a scene are read in place and copied once.
 
 mod arrays;
 mod attributes;

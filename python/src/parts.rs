@@ -1,4 +1,4 @@
-//! What scenes share: meshes, textures, patterns of lights. None of them changes once it is made.
+//! What scenes share: meshes, textures, and the patterns of lights. They never change once made.
 
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -15,18 +15,18 @@ use crate::errors::{SceneError, raised};
 const NUMBERS: &str = "numbers";
 const INDICES: &str = "whole numbers from 0 to 4294967295";
 
-/// A triangle mesh in world space. It never changes: `posed` makes another one, which shares what it is made of.
+/// A triangle mesh in world space. It never changes: `posed` returns a new mesh that shares its data.
 ///
 /// Shape, unit:
 ///     positions_m: (vertices, 3), m.
-///     triangles: (triangles, 3), indices of vertices. Which way round they go does not matter: surfaces have two sides.
-///     material: the index of a material of the scene for all triangles, or (triangles,), one for each.
-///     normals: (vertices, 3), of any length but zero; None: flat shading.
-///     texcoords: (vertices, 2), u and v, v up; None: no texture can be seen.
+///     triangles: (triangles, 3), indices of vertices. Their winding does not matter: surfaces have two sides.
+///     material: the index of a scene's material for all triangles, or (triangles,), one index for each.
+///     normals: (vertices, 3), of any length except zero; None: flat shading.
+///     texcoords: (vertices, 2), u and v, v up; None: the mesh shows no textures.
 #[pyclass(module = "camlux", frozen)]
 pub struct Mesh {
     pub instance: Instance,
-    /// Made where its arrays are looked at.
+    /// Created on the first access to its arrays.
     placed: OnceLock<Shared<scene::Mesh>>,
 }
 
@@ -108,7 +108,7 @@ impl Mesh {
         vectors(slf, &slf.get().placed().normals)
     }
 
-    /// u and v, (vertices, 2); (0, 2): there are none.
+    /// u and v, (vertices, 2); (0, 2): the mesh has none.
     #[getter]
     fn texcoords<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         elements(slf, slf.get().placed().texcoords.as_flattened(), 2)
@@ -127,12 +127,12 @@ impl Mesh {
         Ok(view(materials, &[materials.len()], slf.clone().into_any())?.into_any())
     }
 
-    /// The mesh turned about the world's origin by the unit quaternion x, y, z, w, and then moved.
+    /// The mesh rotated about the world's origin by the unit quaternion x, y, z, w, and then moved.
     #[pyo3(signature = (position_m=[0.0; 3], orientation_xyzw=[0.0, 0.0, 0.0, 1.0]))]
     fn posed(&self, position_m: [f64; 3], orientation_xyzw: [f64; 4]) -> PyResult<Mesh> {
         let orientation = DQuat::from_array(orientation_xyzw);
         let length = orientation.length();
-        // What is off by more is no rounding.
+        // A larger deviation is not a rounding error.
         if length.is_nan() || (length - 1.0).abs() > 1e-3 {
             return Err(SceneError::new_err(format!(
                 "orientation_xyzw is {orientation_xyzw:?}, of length {length}; give a unit quaternion, x y z w"
@@ -159,11 +159,11 @@ fn elements<'py, T: numpy::Element>(
 }
 
 fn vectors<'py>(mesh: &Bound<'py, Mesh>, values: &[DVec3]) -> PyResult<Bound<'py, PyAny>> {
-    // Three numbers without a gap.
+    // Three numbers without padding.
     elements::<f64>(mesh, bytemuck::cast_slice(values), 3)
 }
 
-/// An image that surfaces show: (height, width) or (height, width, 1, 3 or 4), the first row above; a fourth channel is left out.
+/// An image for surfaces: (height, width) or (height, width, 1, 3 or 4), top row first; a fourth channel is ignored.
 ///
 /// uint8 and uint16 are sRGB unless `encoding` is "linear", floats are linear, 0 to 1.
 #[pyclass(module = "camlux", frozen)]
@@ -232,7 +232,7 @@ impl Texture {
     }
 }
 
-/// How integers stand for values; `at`: what has it.
+/// How integers encode values; `at`: the name of the object, for messages.
 fn encoding_named(name: Option<&str>, at: &str) -> PyResult<Encoding> {
     match name {
         None | Some("srgb") => Ok(Encoding::Srgb),
@@ -255,9 +255,9 @@ fn bands<T: numpy::Element + Copy>(pixels: &PyReadonlyArray3<T>, channels: usize
 /// The measured radiant intensity of a lamp over all directions, in the C-γ system of the CIE.
 ///
 /// Shape, unit:
-///     gammas_deg: (n,), increasing, 0 to 180: angles from the direction in which the lamp shines.
-///     planes_deg: (m,), increasing from 0 to 360, whose intensities are the same.
-///     intensities: (m, n), 0 or more; only their ratios count.
+///     gammas_deg: (n,), increasing, 0 to 180: angles from the direction of the lamp's axis.
+///     planes_deg: (m,), increasing from 0 to 360; the intensities of 0 and 360 are the same.
+///     intensities: (m, n), 0 or more; only their ratios matter.
 #[pyclass(module = "camlux", frozen)]
 pub struct Pattern(pub Shared<scene::Pattern>);
 
@@ -307,9 +307,9 @@ impl Pattern {
     }
 }
 
-/// What a projector shows: (height, width), 0 to 1, relative irradiance of a screen across its axis.
+/// The image of a projector: (height, width), 0 to 1, relative irradiance of a screen perpendicular to its axis.
 ///
-/// The lens is a camera's: focal lengths and principal point, pixels.
+/// The lens is a camera lens: focal lengths and principal point, pixels.
 #[pyclass(module = "camlux", frozen)]
 pub struct ProjectedImage(pub Shared<scene::ProjectedImage>);
 

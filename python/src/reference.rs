@@ -1,4 +1,4 @@
-//! The true single bounce, by paths on the CPU.
+//! The true single bounce, sampled by paths on the CPU.
 
 use camlux::reference::{Goal, Reference};
 use pyo3::exceptions::PyValueError;
@@ -8,12 +8,13 @@ use crate::errors::Watch;
 use crate::frame::Frame;
 use crate::scene::scene_from;
 
-/// The true single bounce of a scene by path tracing on the CPU, as exact as asked for, without the GIL. Control-C ends it.
+/// Path-traces the true single bounce of a scene on the CPU to the requested error, without the GIL. Control-C ends it.
 ///
-/// stderr: standard error of the indirect light over its root mean square, 0.01 is one percent. samples_per_pixel: so many samples instead.
-/// progress: called with a number from 0 to 1 now and then; where it returns False, Cancelled is raised.
+/// stderr: standard error of the indirect light divided by its root mean square; 0.01 is 1 %. samples_per_pixel: a number of samples
+/// instead.
+/// progress: called from time to time with a number from 0 to 1; if it returns False, Cancelled is raised.
 ///
-/// The frame has the layers `stderr`, the standard error of each pixel, and `edge`, 1 where rounding decides what a pixel shows.
+/// The frame has the layers `stderr`, the standard error of each pixel, and `edge`, 1 where rounding decides which surface a pixel shows.
 #[pyfunction]
 #[pyo3(signature = (scene, *, stderr=None, samples_per_pixel=None, progress=None))]
 pub fn reference(

@@ -11,16 +11,17 @@ use crate::errors::{Watch, raised, warn};
 use crate::frame::{Frame, Returned, layers_named};
 use crate::scene::scene_from;
 
-/// How far a render is: 0 to 1, and the pass that runs next.
+/// The progress of a render: 0 to 1, and the pass that runs next.
 #[pyclass(module = "camlux", frozen, get_all)]
 pub struct Progress {
     fraction: f32,
     pass_name: &'static str,
 }
 
-/// Renders scenes. What the next frame may need again stays on the device: one renderer for all frames is fastest.
+/// Renders scenes. It keeps data on the device that the next frame may need: one renderer for all frames is fastest.
 ///
-/// A renderer takes one render at a time, others wait; threads that render side by side have one each, for one device.
+/// A renderer does one render at a time; other calls wait. Threads that render in parallel each need their own renderer; they can share one
+/// device.
 #[pyclass(module = "camlux", frozen)]
 pub struct Renderer {
     renderer: Mutex<camlux::Renderer>,
@@ -52,11 +53,12 @@ impl Renderer {
 
     /// Renders a frame, without the GIL. Control-C ends it.
     ///
-    /// target_error: indirect light by final gathering to this relRMSE, whatever the scene has. seed: another number, other samples. frame_index: of a
-    /// series, other noise of the sensor. layers: these alone come from the device, which is faster; None: all. progress: called with a Progress now and then; where it returns False, Cancelled is raised.
+    /// target_error: indirect light by final gathering to this relRMSE, whatever the scene requests. seed: another number gives other
+    /// samples. frame_index: the number in a series; each has other sensor noise. layers: copies only these from the device, which is
+    /// faster; None: all. progress: called from time to time with a Progress; if it returns False, Cancelled is raised.
     ///
-    /// Raises SceneError for a scene that cannot be rendered, DeviceError for one that the device cannot hold. Shows a CamluxWarning
-    /// for a frame that is probably not meant, such as a black one.
+    /// Raises SceneError for a scene that cannot be rendered, DeviceError for one that the device cannot hold. Shows a CamluxWarning for a
+    /// frame that is probably a mistake, such as a black one.
     #[allow(clippy::too_many_arguments, reason = "Python's have names")]
     #[pyo3(signature = (scene, *, target_error=None, seed=0, frame_index=0, layers=None, progress=None))]
     fn render(

@@ -1,4 +1,4 @@
-//! The classes of scene.py to a scene of the engine, and back.
+//! Converts the classes of scene.py to a scene of the engine, and back.
 
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ const FILTERS: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
 const RATIONAL: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 const FISHEYE: [&str; 4] = ["k1", "k2", "k3", "k4"];
 
-/// The scene that a `camlux.Scene` describes; its values are not checked yet.
+/// The scene that a `camlux.Scene` describes; its values are not validated yet.
 pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     let part = Part::new(object.clone(), "scene");
     let need = |name: &str, hint: &str| {
@@ -124,7 +124,7 @@ fn distortion_from(part: &Part) -> PyResult<Distortion> {
         }
         Ok(values)
     }
-    // A fisheye has none across.
+    // A fisheye lens has no tangential coefficients.
     if part.object.hasattr("p1")? {
         Ok(Distortion::Rational(coefficients(part, RATIONAL)?))
     } else {
@@ -179,7 +179,7 @@ fn light_from(part: &Part) -> PyResult<Light> {
             let (shape, up) = match (size_m, part.optional_number("radius_m")?, up) {
                 (Some(size_m), None, Some(up)) => (AreaShape::Rectangle { size_m }, up.into()),
                 (None, Some(radius_m), up) => {
-                    // A disc may be turned about its axis.
+                    // A disc looks the same when turned about its axis, so that any `up` serves.
                     let any = || direction.normalize_or(DVec3::Z).any_orthonormal_vector();
                     (
                         AreaShape::Disc { radius_m },
@@ -324,7 +324,7 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
     })
 }
 
-/// `camlux.Scene.load` is this.
+/// Implements `camlux.Scene.load`.
 #[pyfunction]
 pub fn load_scene(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     let loaded = py.detach(|| {
@@ -337,13 +337,13 @@ pub fn load_scene(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
     Classes(py.import("camlux.scene")?).scene(&scene)
 }
 
-/// `camlux.Scene.validate` is this.
+/// Implements `camlux.Scene.validate`.
 #[pyfunction]
 pub fn validate_scene(scene: &Bound<'_, PyAny>) -> PyResult<()> {
     scene_from(scene)?.validate().map_err(raised)
 }
 
-/// `camlux.Scene.warnings` is this.
+/// Implements `camlux.Scene.warnings`.
 #[pyfunction]
 pub fn scene_warnings(scene: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     let scene = scene_from(scene)?;
@@ -354,7 +354,7 @@ pub fn scene_warnings(scene: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
 /// The classes of scene.py.
 struct Classes<'py>(Bound<'py, PyModule>);
 
-/// An object of a class, with its fields by name.
+/// Creates an object of a class from its fields by name.
 macro_rules! object {
     ($classes:expr, $class:literal, $($name:ident: $value:expr),* $(,)?) => {{
         let fields = PyDict::new($classes.0.py());
@@ -363,7 +363,7 @@ macro_rules! object {
     }};
 }
 
-/// A tuple, which Python compares as one expects.
+/// A tuple, because Python compares tuples by value.
 fn triple(vector: impl Into<[f64; 3]>) -> (f64, f64, f64) {
     vector.into().into()
 }

@@ -1,9 +1,9 @@
 //! What all structs of the interface have in common.
 
-/// A struct of the interface. Its default is what its `_INIT` macro in the header has.
+/// A struct of the interface. Its default has the values of its `_INIT` macro in the header.
 ///
 /// # Safety
-/// It is `repr(C)`, begins with `struct_size: u32`, has no padding, and any bytes are a value of it.
+/// It is `repr(C)`, begins with `struct_size: u32` and has no padding. Any bytes are a valid value of it.
 #[doc(hidden)]
 pub unsafe trait CStruct: Copy + Default {
     const NAME: &'static str;
@@ -11,11 +11,11 @@ pub unsafe trait CStruct: Copy + Default {
     const VERSION_1_BYTES: usize;
 }
 
-/// A struct of the interface: its name, its bytes in version 1, and the first values of the members that do not begin as 0.
+/// Implements [`CStruct`] for a struct: its name, its bytes in version 1, and the initial values of members that are not 0.
 macro_rules! c_struct {
     ($name:ident, $version_1_bytes:literal $(, $field:ident: $first:expr)* $(,)?) => {
-        // SAFETY: repr(C), the size first, numbers and pointers (a function's may be null) without padding: the tests of
-        // the header hold all of them to it.
+        // SAFETY: repr(C), the size first, then numbers and pointers (function pointers may be null) without padding. The tests of
+        // the header check this for every struct.
         unsafe impl CStruct for $name {
             const NAME: &'static str = stringify!($name);
             const VERSION_1_BYTES: usize = $version_1_bytes;
@@ -26,7 +26,7 @@ macro_rules! c_struct {
                 $name {
                     struct_size: size_of::<Self>() as u32,
                     $($field: $first,)*
-                    // SAFETY: any bytes are a value of it.
+                    // SAFETY: any bytes are a valid value.
                     ..unsafe { std::mem::zeroed() }
                 }
             }

@@ -1,5 +1,5 @@
-//! Reading what a C program hands over. All that can be known of a pointer is checked; that it points to what it says is
-//! the caller's word, which is why the functions here are unsafe.
+//! Reads the arguments of a C program. Every pointer is checked as far as possible. The caller guarantees that it points to what it
+//! should, which is why the functions here are unsafe.
 
 use std::{
     ffi::{CStr, c_char, c_void},
@@ -8,30 +8,30 @@ use std::{
 
 use super::*;
 
-/// Elements of memory as they lie there.
+/// Elements of an array in the host's memory.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_array {
     /// The first element. It must be aligned to the size of a component: 8 bytes for CAMLUX_FORMAT_F64, and so on.
     pub data: *const c_void,
-    /// Bytes from one element to the next, a multiple of the size of a component; 0: they lie one behind the other.
+    /// Bytes from one element to the next, a multiple of the size of a component; 0: the elements are contiguous.
     pub stride_bytes: usize,
-    /// CAMLUX_FORMAT_F32 and so on: what the components are.
+    /// Format of the components: CAMLUX_FORMAT_F32 and so on.
     pub format: i32,
     /// 0.
     pub reserved: u32,
 }
 
-/// No element: what an optional index is set to.
+/// The value of an optional index that is not set.
 pub const CAMLUX_NONE: u32 = 0xffff_ffff;
 
 /// Components are 32-bit floating-point numbers.
 pub const CAMLUX_FORMAT_F32: i32 = 1;
 /// Components are 64-bit floating-point numbers.
 pub const CAMLUX_FORMAT_F64: i32 = 2;
-/// Components are 16-bit whole numbers without sign.
+/// Components are 16-bit unsigned integers.
 pub const CAMLUX_FORMAT_U16: i32 = 3;
-/// Components are 32-bit whole numbers without sign.
+/// Components are 32-bit unsigned integers.
 pub const CAMLUX_FORMAT_U32: i32 = 4;
 
 impl camlux_array {
@@ -45,7 +45,7 @@ impl camlux_array {
     }
 }
 
-/// A struct from a newer header may be longer than here, but not by any number.
+/// Largest accepted size: a struct from a newer header may be longer than here.
 const LONGEST_STRUCT_BYTES: usize = 4096;
 
 pub(super) fn check_pointer<T>(pointer: *const T, name: &str) -> Outcome {
@@ -62,10 +62,10 @@ pub(super) fn check_pointer<T>(pointer: *const T, name: &str) -> Outcome {
 }
 
 /// # Safety
-/// Where it is not null and aligned, `pointer` points to its first four bytes.
+/// If `pointer` is not null and is aligned, it points to the first four bytes of the struct.
 unsafe fn struct_bytes<T: CStruct>(pointer: *const T) -> Outcome<usize> {
     check_pointer(pointer, T::NAME)?;
-    // SAFETY: the caller's word; a struct begins with its size.
+    // SAFETY: the caller guarantees it; a struct begins with its size.
     let bytes = unsafe { pointer.cast::<u32>().read() } as usize;
     if (T::VERSION_1_BYTES..=LONGEST_STRUCT_BYTES).contains(&bytes) {
         return Ok(bytes);
@@ -76,17 +76,17 @@ unsafe fn struct_bytes<T: CStruct>(pointer: *const T) -> Outcome<usize> {
     )))
 }
 
-/// Reads a struct of any version: what an older program does not have is as by default, and what a newer one has beyond may
-/// only be 0.
+/// Reads a struct of any version. Members that an older program lacks have their defaults. Members that only a newer program has
+/// must be 0.
 ///
 /// # Safety
 /// `pointer` is null, or misaligned, or points to as many bytes as its `struct_size` says.
 pub(super) unsafe fn read<T: CStruct>(pointer: *const T) -> Outcome<T> {
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     let bytes = unsafe { struct_bytes(pointer) }?;
     let known = bytes.min(size_of::<T>());
     let mut value = T::default();
-    // SAFETY: the caller's word for what is read; `value` has room for it, and any bytes are a value.
+    // SAFETY: the caller guarantees what is read; `value` has room for it, and any bytes are a valid value.
     let beyond = unsafe {
         ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut value).cast(), known);
         std::slice::from_raw_parts(pointer.cast::<u8>().add(known), bytes - known)
@@ -109,11 +109,11 @@ pub(super) unsafe fn read_optional<T: CStruct>(pointer: *const T) -> Outcome<Opt
     if pointer.is_null() {
         return Ok(None);
     }
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     unsafe { read(pointer) }.map(Some)
 }
 
-/// Reads many structs, one each `stride_bytes`.
+/// Reads `count` structs, `stride_bytes` apart.
 ///
 /// # Safety
 /// `first` is null, or misaligned, or points to `count` structs of that stride, each as for [`read`].
@@ -137,14 +137,14 @@ pub(super) unsafe fn read_many<T: CStruct, U>(
     }
     let places = rows.places::<u64>()?.into_iter().enumerate();
     let read = places.map(|(place, at)| {
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let value = unsafe { read(at.cast::<T>()) }.and_then(&convert);
         value.map_err(|error| error.within(&format!("{name} {place}")))
     });
     read.collect()
 }
 
-/// Writes as much of a struct as the host's has room for. Its `struct_size` stays. The place is checked before the work for it.
+/// Writes as much of a struct as the host's has room for, except `struct_size`. The pointer is checked before `make` runs.
 ///
 /// # Safety
 /// As for [`read`], and the bytes are writable.
@@ -152,12 +152,12 @@ pub(super) unsafe fn write<T: CStruct>(
     pointer: *mut T,
     make: impl FnOnce() -> Outcome<T>,
 ) -> Outcome {
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     let bytes = unsafe { struct_bytes(pointer) }?;
     let value = make()?;
     let known = bytes.min(size_of::<T>());
     let kept = size_of::<u32>();
-    // SAFETY: both have as many bytes; they cannot overlap, for `value` is this function's own.
+    // SAFETY: both have this many bytes; they cannot overlap, because `value` is local.
     unsafe {
         let from = (&raw const value).cast::<u8>().add(kept);
         ptr::copy_nonoverlapping(from, pointer.cast::<u8>().add(kept), known - kept);
@@ -165,7 +165,7 @@ pub(super) unsafe fn write<T: CStruct>(
     Ok(())
 }
 
-/// Writes a result where the host wants it. The place is checked before the work for it.
+/// Writes a result to the host's memory. The pointer is checked before `make` runs.
 ///
 /// # Safety
 /// `out` is null, or misaligned, or writable.
@@ -176,12 +176,12 @@ pub(super) unsafe fn write_result<T>(
 ) -> Outcome {
     check_pointer(out, name)?;
     let result = make()?;
-    // SAFETY: checked above as far as can be; the rest is the caller's word.
+    // SAFETY: checked above as far as possible; the caller guarantees the rest.
     unsafe { out.write(result) };
     Ok(())
 }
 
-/// Text of the host; `None` where it is NULL.
+/// Reads a text of the host; `None` if it is NULL.
 ///
 /// # Safety
 /// `pointer` is null or points to bytes that end with a 0.
@@ -189,18 +189,18 @@ pub(super) unsafe fn text(pointer: *const c_char, name: &str) -> Outcome<Option<
     if pointer.is_null() {
         return Ok(None);
     }
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     let text = unsafe { CStr::from_ptr(pointer) }.to_str();
     let wrong = |error| Failure::argument(format!("{name} is no UTF-8: {error}; convert it"));
     Ok(Some(text.map_err(wrong)?.to_owned()))
 }
 
-/// A path that has to be there.
+/// Reads a path, which must not be NULL or empty.
 ///
 /// # Safety
 /// As for [`text`].
 pub(super) unsafe fn path(pointer: *const c_char) -> Outcome<String> {
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     match unsafe { text(pointer, "path") }? {
         Some(path) if !path.is_empty() => Ok(path),
         Some(_) => Err(Failure::argument("path is empty")),
@@ -208,7 +208,7 @@ pub(super) unsafe fn path(pointer: *const c_char) -> Outcome<String> {
     }
 }
 
-/// Constants, each with what it stands for.
+/// Constants, each with its name and its value in Rust.
 macro_rules! choices {
     ($($constant:ident => $choice:expr),* $(,)?) => {
         [$(($constant, stringify!($constant), $choice)),*]
@@ -216,7 +216,7 @@ macro_rules! choices {
 }
 pub(super) use choices;
 
-/// What a constant stands for; `what` names the argument.
+/// Finds the value of a constant; `what` names the argument.
 pub(super) fn one_of<T: Clone>(what: &str, value: i32, choices: &[(i32, &str, T)]) -> Outcome<T> {
     let found = choices.iter().find(|(number, ..)| *number == value);
     found.map(|(.., choice)| choice.clone()).ok_or_else(|| {
@@ -243,11 +243,11 @@ pub(super) fn reserved(what: &str, value: u32) -> Outcome {
     Err(Failure::argument(problem))
 }
 
-/// Where rows of components lie.
+/// Rows of components in the host's memory.
 pub(super) struct Rows<'n> {
     pub name: &'n str,
     pub data: *const c_void,
-    /// Bytes from one row to the next; 0: tight.
+    /// Bytes from one row to the next; 0: contiguous.
     pub stride_bytes: usize,
     pub count: usize,
     /// Components of a row.
@@ -255,10 +255,10 @@ pub(super) struct Rows<'n> {
 }
 
 impl Rows<'_> {
-    /// Every row, in order, through `convert`.
+    /// Converts every row by `convert`, in order.
     ///
     /// # Safety
-    /// `data` is null, or misaligned, or points to all the rows; any bytes are a `C`.
+    /// `data` is null, or misaligned, or points to all the rows; any bytes are a valid `C`.
     pub unsafe fn read<C, T>(&self, convert: impl Fn(&[C]) -> T) -> Outcome<Vec<T>> {
         if self.count == 0 || self.length == 0 {
             return Ok(Vec::new());
@@ -266,7 +266,7 @@ impl Rows<'_> {
         let stride_bytes = self.checked_stride::<C>()?;
         let mut values = room_for(self.count, self.name)?;
         values.extend((0..self.count).map(|row| {
-            // SAFETY: the product does not overflow, the place is aligned, and that it is there is the caller's word.
+            // SAFETY: the product does not overflow and the address is aligned; the caller guarantees that the row exists.
             convert(unsafe {
                 let start = self.data.cast::<u8>().add(row * stride_bytes);
                 std::slice::from_raw_parts(start.cast::<C>(), self.length)
@@ -275,7 +275,7 @@ impl Rows<'_> {
         Ok(values)
     }
 
-    /// Where each row begins, aligned for a `C`.
+    /// The address of each row, aligned for a `C`.
     pub fn places<C>(&self) -> Outcome<Vec<*const C>> {
         if self.count == 0 {
             return Ok(Vec::new());
@@ -287,7 +287,7 @@ impl Rows<'_> {
         Ok(places)
     }
 
-    /// Bytes from one row to the next, where all of them can be.
+    /// Bytes from one row to the next, checked: all rows fit in the address space.
     fn checked_stride<C>(&self) -> Outcome<usize> {
         let (name, count, size) = (self.name, self.count, size_of::<C>());
         let wrong = |problem: String| Err(Failure::argument(problem));
@@ -320,7 +320,7 @@ impl Rows<'_> {
     }
 }
 
-/// An empty list with room for as many values as the host says that there are.
+/// An empty list with room for `count` values.
 pub(super) fn room_for<T>(count: usize, what: &str) -> Outcome<Vec<T>> {
     let mut values = Vec::new();
     let reserved = values.try_reserve_exact(count);

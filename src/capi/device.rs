@@ -8,30 +8,30 @@ use std::{
 use super::*;
 use crate::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceOptions};
 
-/// What the environment variable CAMLUX_DEVICE names (an index, a name, a UUID or a PCI address); where it is not set, a discrete GPU before
-/// an integrated one before a CPU driver.
+/// The device that the environment variable CAMLUX_DEVICE names (an index, a name, a UUID or a PCI address). If it is not set: a discrete
+/// GPU before an integrated one before a CPU driver.
 pub const CAMLUX_DEVICE_BEST: i32 = 0;
-/// The device of a number, as in camlux_device_get_info.
+/// The device with an index, as in camlux_device_get_info.
 pub const CAMLUX_DEVICE_INDEX: i32 = 1;
-/// The first device whose name contains a text, upper and lower case alike.
+/// The first device whose name contains a text, ignoring case.
 pub const CAMLUX_DEVICE_NAME: i32 = 2;
-/// The device of a UUID, with or without hyphens.
+/// The device with a UUID, given with or without hyphens.
 pub const CAMLUX_DEVICE_UUID: i32 = 3;
 /// The device at a PCI address, such as "0000:65:00.0" or "65:00.0".
 pub const CAMLUX_DEVICE_PCI: i32 = 4;
 
-/// A GPU of its own.
+/// A discrete GPU.
 pub const CAMLUX_DEVICE_KIND_DISCRETE: i32 = 0;
-/// A GPU beside the CPU.
+/// A GPU that is integrated with the CPU.
 pub const CAMLUX_DEVICE_KIND_INTEGRATED: i32 = 1;
 /// A GPU of a virtual machine.
 pub const CAMLUX_DEVICE_KIND_VIRTUAL: i32 = 2;
 /// A driver that runs on the CPU, such as Mesa's lavapipe.
 pub const CAMLUX_DEVICE_KIND_CPU: i32 = 3;
-/// None of the others.
+/// Any other kind.
 pub const CAMLUX_DEVICE_KIND_OTHER: i32 = 4;
 
-/// Which device to open, and how. Begin with CAMLUX_DEVICE_OPTIONS_INIT: the best device, no validation.
+/// Which device to open, and how. Initialise with CAMLUX_DEVICE_OPTIONS_INIT: the best device, no validation.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_device_options {
@@ -39,23 +39,23 @@ pub struct camlux_device_options {
     pub struct_size: u32,
     /// CAMLUX_DEVICE_BEST, CAMLUX_DEVICE_INDEX, CAMLUX_DEVICE_NAME, CAMLUX_DEVICE_UUID or CAMLUX_DEVICE_PCI.
     pub choice: i32,
-    /// With CAMLUX_DEVICE_INDEX: its number, from 0 to below camlux_device_count.
+    /// With CAMLUX_DEVICE_INDEX: its index, from 0 to camlux_device_count - 1.
     pub index: u32,
-    /// 1 turns the Khronos validation layer on, if it is installed: for debugging, for it is slow. What it says goes to the
-    /// log as warnings, and is counted by camlux_device_validation_count. Some of its versions (1.3.239 for one) crash now and then where
-    /// a device is opened or closed while another thread is at work on another one.
+    /// 1 turns on the Khronos validation layer, if it is installed. Use it for debugging; it is slow. Its messages go to the
+    /// log as warnings, and camlux_device_validation_count counts them. Some versions of it (such as 1.3.239) sometimes crash when
+    /// a device is opened or closed while another thread works on another device.
     pub validation: i32,
-    /// With CAMLUX_DEVICE_NAME: part of the device's name, UTF-8. With CAMLUX_DEVICE_UUID and CAMLUX_DEVICE_PCI: that.
+    /// With CAMLUX_DEVICE_NAME: part of the device's name, UTF-8. With CAMLUX_DEVICE_UUID or CAMLUX_DEVICE_PCI: the UUID or the address.
     pub name: *const c_char,
 }
 
-/// What a device is. Begin with CAMLUX_DEVICE_INFO_INIT. Texts are UTF-8, cut to fit, and end with a 0.
+/// Description of a device. Initialise with CAMLUX_DEVICE_INFO_INIT. Texts are UTF-8, cut to fit, and end with a 0.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_device_info {
     /// sizeof(camlux_device_info)
     pub struct_size: u32,
-    /// Its number.
+    /// Its index.
     pub index: u32,
     /// CAMLUX_DEVICE_KIND_DISCRETE and so on.
     pub kind: i32,
@@ -71,13 +71,13 @@ pub struct camlux_device_info {
     pub name: [c_char; 256],
     /// Name and version of the driver.
     pub driver: [c_char; 256],
-    /// What camlux needs and the device does not have; empty for a usable one.
+    /// What camlux needs and the device lacks; empty for a usable device.
     pub lacks: [c_char; 256],
-    /// Vulkan version that it offers, such as "1.3.230".
+    /// Vulkan version that it supports, such as "1.3.230".
     pub api_version: [c_char; 32],
-    /// 32 hexadecimal digits in groups: the same after a restart.
+    /// 32 hexadecimal digits in groups; the same after a restart.
     pub uuid: [c_char; 40],
-    /// Where it is plugged in, such as "0000:65:00.0"; empty where the driver does not tell.
+    /// PCI address, such as "0000:65:00.0"; empty if the driver does not report it.
     pub pci: [c_char; 24],
 }
 
@@ -88,7 +88,7 @@ c_struct!(camlux_device_info, 896);
 /// An open device.
 pub(super) struct DeviceObject {
     pub device: Device,
-    /// Messages of the validation layer that the log has had.
+    /// Number of messages of the validation layer that went to the log.
     logged: AtomicUsize,
 }
 
@@ -100,7 +100,7 @@ impl DeviceObject {
         }
     }
 
-    /// Sends what the validation layer has said since to the log.
+    /// Sends new messages of the validation layer to the log.
     pub fn log_validation(&self) {
         let messages = self.device.validation_messages();
         let first_new = self.logged.fetch_max(messages.len(), Ordering::Relaxed);
@@ -110,25 +110,25 @@ impl DeviceObject {
     }
 }
 
-/// The number of Vulkan devices of this machine, those included that camlux cannot use.
+/// Counts the Vulkan devices of this machine, including those that camlux cannot use.
 ///
-/// \errors CAMLUX_ERROR_NO_DEVICE where there is no Vulkan loader or driver; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any. It asks the drivers, which takes milliseconds.
+/// \errors CAMLUX_ERROR_NO_DEVICE if there is no Vulkan loader or driver; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any. It queries the drivers, which takes milliseconds.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_count(count: *mut u32) -> camlux_status {
     ffi_guard("camlux_device_count", || {
         let devices = || Ok(Device::list()?.len() as u32);
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(count, "count", devices) }
     })
 }
 
-/// What a device of this machine is, whether it can be used, and if not why.
+/// Describes a device of this machine: what it is, whether camlux can use it, and if not, why.
 ///
-/// \param index from 0 to below camlux_device_count; the order is the Vulkan loader's.
-/// \param info begin with CAMLUX_DEVICE_INFO_INIT.
-/// \errors CAMLUX_ERROR_NO_DEVICE where there is no Vulkan loader or driver; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any. It asks the drivers, which takes milliseconds.
+/// \param index from 0 to camlux_device_count - 1, in the order of the Vulkan loader.
+/// \param info initialise with CAMLUX_DEVICE_INFO_INIT.
+/// \errors CAMLUX_ERROR_NO_DEVICE if there is no Vulkan loader or driver; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any. It queries the drivers, which takes milliseconds.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_get_info(
     index: u32,
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn camlux_device_get_info(
             let found = devices.get(index as usize).map(info_of);
             found.ok_or_else(|| no_part(index, devices.len(), "device"))
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(info, found) }
     })
 }
@@ -148,17 +148,17 @@ pub unsafe extern "C" fn camlux_device_get_info(
 /// Opens a device.
 ///
 /// \param options NULL: the best device, without validation.
-/// \param device receives the handle, with one reference: give it back by camlux_device_release.
-/// \errors CAMLUX_ERROR_NO_DEVICE where none fits or the one that fits lacks something; CAMLUX_ERROR_VULKAN;
+/// \param device receives the handle, with one reference; release it with camlux_device_release.
+/// \errors CAMLUX_ERROR_NO_DEVICE if no device matches, or the matching one lacks something; CAMLUX_ERROR_VULKAN;
 /// CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any. The device may be used by any number of threads at once, with a renderer each.
+/// \threads any. Any number of threads may use the device at once, each with its own renderer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_create(
     options: *const camlux_device_options,
     device: *mut *mut camlux_device,
 ) -> camlux_status {
     ffi_guard("camlux_device_create", || {
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let options = unsafe { options_from(args::read_optional(options)?.unwrap_or_default()) }?;
         let open = || {
             let device = Device::open(&options)?;
@@ -168,14 +168,14 @@ pub unsafe extern "C" fn camlux_device_create(
             });
             Ok(DeviceObject::new(device))
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(device, "device", open) }
     })
 }
 
-/// What an open device is.
+/// Describes an open device.
 ///
-/// \param info begin with CAMLUX_DEVICE_INFO_INIT.
+/// \param info initialise with CAMLUX_DEVICE_INFO_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -185,13 +185,13 @@ pub unsafe extern "C" fn camlux_device_info_of(
 ) -> camlux_status {
     ffi_guard("camlux_device_info_of", || {
         let object = handle::get(device)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(info, || Ok(info_of(object.device.info()))) }
     })
 }
 
-/// How many messages the Khronos validation layer has had since the device was opened; 0 without validation. Anything but 0
-/// is a bug of camlux, or of the driver.
+/// Counts the messages of the Khronos validation layer since the device was opened; 0 without validation. Any message is
+/// a bug of camlux or of the driver.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
@@ -203,7 +203,7 @@ pub unsafe extern "C" fn camlux_device_validation_count(
     ffi_guard("camlux_device_validation_count", || {
         let object = handle::get(device)?;
         let messages = || Ok(object.device.validation_messages().len() as u32);
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(count, "count", messages) }
     })
 }
@@ -211,7 +211,7 @@ pub unsafe extern "C" fn camlux_device_validation_count(
 /// # Safety
 /// The name is null or a C string.
 unsafe fn options_from(options: camlux_device_options) -> Outcome<DeviceOptions> {
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     let name = unsafe { args::text(options.name, "name") }?;
     let choices = args::choices![
         CAMLUX_DEVICE_BEST => Some(DeviceChoice::Best),
@@ -252,7 +252,7 @@ fn info_of(info: &DeviceInfo) -> camlux_device_info {
     }
 }
 
-/// As much of a text as fits, cut between characters, with a 0 behind it.
+/// As much of a text as fits, cut between characters, followed by a 0.
 fn fixed_text<const N: usize>(text: &str) -> [c_char; N] {
     let mut ends = (0..N.min(text.len() + 1)).rev();
     let end = ends.find(|&end| text.is_char_boundary(end));

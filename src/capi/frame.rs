@@ -1,4 +1,4 @@
-//! Frames: their layers, in place, copied, and as files.
+//! Frames: their layers, viewed in place, copied, and written to files.
 
 use std::{
     ffi::{CStr, CString, c_char, c_void},
@@ -13,33 +13,33 @@ use crate::{
     },
 };
 
-/// Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B; numerically also the irradiance at the pixel,
-/// W/m^2. Pixels without a surface hold 0, here and elsewhere, except in depth and range.
+/// Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B. Without f_number of camlux_sensor it is numerically also
+/// the irradiance at the pixel, W/m^2. Pixels without a surface hold 0 in all layers except depth and range.
 pub const CAMLUX_LAYER_RADIANCE: i32 = 0;
-/// By way of one surface, W/sr/m^2, channels R, G, B.
+/// Light by way of one surface, W/sr/m^2, channels R, G, B.
 pub const CAMLUX_LAYER_DIRECT: i32 = 1;
-/// By way of two surfaces, W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect.
+/// Light by way of two surfaces, W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect.
 pub const CAMLUX_LAYER_INDIRECT: i32 = 2;
-/// Energy in the pixel, J, channels R, G, B; with camlux_scene_set_sensor.
+/// Energy received by the pixel, J, channels R, G, B; with camlux_scene_set_sensor.
 pub const CAMLUX_LAYER_ENERGY: i32 = 3;
-/// Seen surface point in world space, m, channels X, Y, Z.
+/// Visible surface point in world space, m, channels X, Y, Z.
 pub const CAMLUX_LAYER_POSITION: i32 = 4;
-/// Its normal in world space, of unit length, on the side of the camera, channels X, Y, Z.
+/// Normal at that point in world space, of unit length, on the side of the camera, channels X, Y, Z.
 pub const CAMLUX_LAYER_NORMAL: i32 = 5;
-/// Its distance along the viewing axis, m; +infinity without a surface.
+/// Distance of that point along the viewing axis, m; +infinity without a surface.
 pub const CAMLUX_LAYER_DEPTH: i32 = 6;
-/// Its distance from the camera's centre, m; +infinity without a surface.
+/// Distance of that point from the camera's centre, m; +infinity without a surface.
 pub const CAMLUX_LAYER_RANGE: i32 = 7;
-/// 0: no surface, else 1 + the index of its instance (CAMLUX_FORMAT_U32).
+/// 0: no surface; otherwise 1 + the index of the instance (CAMLUX_FORMAT_U32).
 pub const CAMLUX_LAYER_INSTANCE_ID: i32 = 8;
-/// 0: no surface, else 1 + the index of its material (CAMLUX_FORMAT_U32).
+/// 0: no surface; otherwise 1 + the index of the material (CAMLUX_FORMAT_U32).
 pub const CAMLUX_LAYER_MATERIAL_ID: i32 = 9;
 /// Standard error of the indirect light, W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect.
 pub const CAMLUX_LAYER_STDERR: i32 = 10;
 
-/// Mean depth of a pixel's samples that show a surface, m; with samples of camlux_camera.
+/// Mean depth of a pixel's samples that hit a surface, m; with samples of camlux_camera.
 pub const CAMLUX_LAYER_DEPTH_MEAN: i32 = 12;
-/// Least depth of a pixel's samples, m; with samples of camlux_camera.
+/// Smallest depth of a pixel's samples, m; with samples of camlux_camera.
 pub const CAMLUX_LAYER_DEPTH_NEAREST: i32 = 13;
 
 const LAYERS: [(i32, &str, Layer); 14] = args::choices![
@@ -59,7 +59,7 @@ const LAYERS: [(i32, &str, Layer); 14] = args::choices![
     CAMLUX_LAYER_DEPTH_NEAREST => Layer::NearestDepth,
 ];
 
-/// A layer as it lies in the frame's memory. Begin with CAMLUX_VIEW_INIT.
+/// A layer in the frame's memory. Initialise with CAMLUX_VIEW_INIT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_view {
@@ -67,39 +67,39 @@ pub struct camlux_view {
     pub struct_size: u32,
     /// CAMLUX_LAYER_RADIANCE and so on.
     pub layer: i32,
-    /// The upper left pixel. Rows follow from the top, pixels from the left, channels interleaved. Valid, and unchanged, until
+    /// The upper left pixel. Rows run from the top, pixels from the left, channels are interleaved. Valid and unchanged until
     /// the frame's last release.
     pub data: *const c_void,
     /// Bytes from one row to the next.
     pub row_stride_bytes: usize,
-    /// All bytes.
+    /// Size of the layer, bytes.
     pub size_bytes: usize,
-    /// Pixels of a row.
+    /// Pixels in a row.
     pub width_px: u32,
-    /// Rows.
+    /// Number of rows.
     pub height_px: u32,
-    /// Values of a pixel: 3 or 1.
+    /// Number of values per pixel: 1, 2 or 3.
     pub channels: u32,
     /// CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_U32.
     pub format: i32,
-    /// The layer's name in files, such as "radiance". A string of the library, valid for ever.
+    /// The layer's name in files, such as "radiance". A static string of the library, always valid.
     pub name: *const c_char,
-    /// The unit of the values, such as "W/sr/m^2"; "1" for plain numbers. A string of the library, valid for ever.
+    /// The unit of the values, such as "W/sr/m^2"; "1" for plain numbers. A static string of the library, always valid.
     pub unit: *const c_char,
 }
 
-/// How to write an OpenEXR file. Begin with CAMLUX_EXR_OPTIONS_INIT: all layers, all bits.
+/// How to write an OpenEXR file. Initialise with CAMLUX_EXR_OPTIONS_INIT: all layers at full precision.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_exr_options {
     /// sizeof(camlux_exr_options)
     pub struct_size: u32,
-    /// 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then.
+    /// 1: radiance, direct, indirect and normals are written in 16 bits. Values above 65504 are then stored as 65504.
     pub half: i32,
-    /// Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_DEPTH_NEAREST. Where this and tof_layers are 0:
-    /// all that the frame has.
+    /// Layers to write: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_DEPTH_NEAREST. If this and tof_layers are 0:
+    /// all layers of the frame.
     pub layers: u32,
-    /// And which of time of flight, of every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.
+    /// Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.
     pub tof_layers: u32,
 }
 
@@ -107,7 +107,7 @@ c_struct!(camlux_view, 64, format: CAMLUX_FORMAT_F32);
 
 c_struct!(camlux_exr_options, 16);
 
-/// A frame, and its texts for C.
+/// A frame, and its texts as C strings.
 pub(super) struct FrameObject {
     pub rendered: Rendered,
     pub snapshot_ms: f64,
@@ -116,12 +116,12 @@ pub(super) struct FrameObject {
     pub pass_names: Vec<CString>,
 }
 
-/// Where a frame was rendered to stay.
+/// Where the layers of a frame are.
 pub(super) enum Rendered {
     ToHost(Frame),
-    /// Without layers, which went to the host's own memory; what there is to warn of was found before.
+    /// Without layers, which went to the host's own memory. The warnings were computed before.
     ToTargets(Frame, Vec<String>),
-    /// With its layers, from the first time that they are asked for.
+    /// The layers are read from the device at the first request.
     OnDevice(DeviceFrame, OnceLock<Frame>),
 }
 
@@ -147,7 +147,7 @@ impl FrameObject {
         }
     }
 
-    /// The frame with its layers, which come from the device where they are not here yet.
+    /// The frame with its layers. Reads them from the device if necessary.
     fn frame(&self) -> Outcome<&Frame> {
         let (on_device, layers) = match &self.rendered {
             Rendered::ToHost(frame) => return Ok(frame),
@@ -161,7 +161,7 @@ impl FrameObject {
             return Ok(read);
         }
         let read = on_device.read()?;
-        // Another thread may have been first: it has read the same.
+        // Another thread may have been first; it has read the same layers.
         Ok(layers.get_or_init(|| read))
     }
 
@@ -190,11 +190,11 @@ impl FrameObject {
         })
     }
 
-    /// Those whose bits are set, in `layers` and `tof_layers` of [`camlux_exr_options`].
+    /// The layers whose bits are set in `layers` and `tof_layers` of [`camlux_exr_options`].
     fn picked(&self, [layers, tof_layers]: [u32; 2]) -> Outcome<Vec<Layer>> {
         let frequencies = match &self.frame()?.description.tof {
             Some(tof) => tof.frequencies_hz.len() as i32,
-            // What is asked for is then found missing.
+            // The requested layers are then reported as missing.
             None => 1,
         };
         let is_set = |bits: u32, number: i32| bits >> number & 1 == 1;
@@ -248,7 +248,7 @@ impl FrameObject {
 }
 
 pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
-    // What of_frequency of camlux.hpp gives.
+    // `of_frequency` of camlux.hpp returns this for a layer that does not exist.
     if number == CAMLUX_NONE as i32 {
         let problem = "layer is -1: of time of flight, a frequency or a phase image is asked for that no frame has";
         return Err(Failure::argument(problem));
@@ -262,7 +262,7 @@ fn number_of(layer: Layer) -> Option<i32> {
     plain.map(|(number, ..)| *number).or(tof_number(layer))
 }
 
-/// Name and unit of a layer, made once.
+/// Name and unit of a layer as C strings, created once.
 fn texts(layer: Layer) -> (&'static CStr, &'static CStr) {
     static TEXTS: LazyLock<Vec<(Layer, CString, CString)>> = LazyLock::new(|| {
         let texts = |layer: Layer| (layer, c_string(layer.name()), c_string(layer.unit()));
@@ -272,7 +272,7 @@ fn texts(layer: Layer) -> (&'static CStr, &'static CStr) {
     found.map_or((c"", c""), |(_, name, unit)| (name, unit))
 }
 
-/// How many layers a frame has.
+/// Counts the layers of a frame.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
@@ -284,15 +284,15 @@ pub unsafe extern "C" fn camlux_frame_layer_count(
     ffi_guard("camlux_frame_layer_count", || {
         let object = handle::get(frame)?;
         let layers = || Ok(object.frame()?.layers.len() as u32);
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(count, "count", layers) }
     })
 }
 
-/// Which layer a frame has at a place of its list.
+/// Tells which layer is at an index of the frame's list.
 ///
-/// \param index from 0 to below camlux_frame_layer_count.
-/// \param layer receives CAMLUX_LAYER_RADIANCE or the like.
+/// \param index from 0 to camlux_frame_layer_count - 1.
+/// \param layer receives CAMLUX_LAYER_RADIANCE or another layer constant.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -310,17 +310,17 @@ pub unsafe extern "C" fn camlux_frame_get_layer(
             let problem = || crate::Error::internal("a frame has a layer that no render has");
             Ok(number_of(*layer).ok_or_else(problem)?)
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(layer, "layer", number) }
     })
 }
 
-/// Looks at a layer where it lies, without a copy.
+/// Gives access to a layer in the frame's memory, without a copy.
 ///
 /// \param layer CAMLUX_LAYER_RADIANCE and so on.
-/// \param view begin with CAMLUX_VIEW_INIT. What it points to is valid until the frame's last release.
+/// \param view initialise with CAMLUX_VIEW_INIT. What it points to is valid until the frame's last release.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does not have.
-/// \threads any; frames do not change.
+/// \threads any; frames are immutable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_view(
     frame: *mut camlux_frame,
@@ -329,19 +329,19 @@ pub unsafe extern "C" fn camlux_frame_view(
 ) -> camlux_status {
     ffi_guard("camlux_frame_view", || {
         let object = handle::get(frame)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(view, || object.view(layer)) }
     })
 }
 
-/// Copies a layer into the host's memory: rows from the top, channels interleaved, 4 bytes a value.
+/// Copies a layer into the host's memory: rows from the top, channels interleaved, 4 bytes per value.
 ///
 /// \param layer CAMLUX_LAYER_RADIANCE and so on.
 /// \param destination of any alignment.
-/// \param size_bytes how much may be written: at least height - 1 strides and a row.
-/// \param row_stride_bytes from one row to the next; 0: rows follow one another. Bytes between rows are left as they are.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also where the layer does not fit.
-/// \threads any; frames do not change.
+/// \param size_bytes bytes that may be written: at least height - 1 strides plus one row.
+/// \param row_stride_bytes from one row to the next; 0: rows are contiguous. Bytes between rows are not changed.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also if the layer does not fit.
+/// \threads any; frames are immutable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_copy(
     frame: *mut camlux_frame,
@@ -354,19 +354,19 @@ pub unsafe extern "C" fn camlux_frame_copy(
         let object = handle::get(frame)?;
         let (layer, data) = object.layer(layer)?;
         let target = Target::new(layer, destination.cast(), size_bytes, row_stride_bytes)?;
-        // SAFETY: that the destination is as large as it says is the caller's word.
+        // SAFETY: the caller guarantees the size of the destination.
         unsafe { target.fill(data, object.frame()?.resolution_px) }
     })
 }
 
-/// Writes layers to an OpenEXR file, with units, scene hash and the rest of the description in its header: the file that
-/// `camlux render` writes. The file appears whole or not at all.
+/// Writes layers to an OpenEXR file, with units, scene hash and the rest of the description in its header, as
+/// `camlux render` does. The file appears complete or not at all.
 ///
 /// \param path UTF-8; a file of that name is replaced.
 /// \param options NULL: those of CAMLUX_EXR_OPTIONS_INIT.
 /// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does
 /// not have.
-/// \threads any; frames do not change.
+/// \threads any; frames are immutable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_write_exr(
     frame: *mut camlux_frame,
@@ -375,9 +375,9 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
 ) -> camlux_status {
     ffi_guard("camlux_frame_write_exr", || {
         let object = handle::get(frame)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let path = unsafe { args::path(path) }?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let options = object.exr_options(options)?;
         write_exr(OutputFile::create(path)?, object.frame()?, &options)?;
@@ -385,12 +385,12 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
     })
 }
 
-/// Writes an 8-bit sRGB preview: direct, indirect and total radiance side by side, or the radiance alone where the frame has no
-/// indirect light. For a look, not for measurements. The file appears whole or not at all.
+/// Writes an 8-bit sRGB preview: direct, indirect and total radiance side by side, or only the radiance if the frame has no
+/// indirect light. The preview is for viewing, not for measurements. The file appears complete or not at all.
 ///
 /// \param path UTF-8; a file of that name is replaced.
 /// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any; frames do not change.
+/// \threads any; frames are immutable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_write_png(
     frame: *mut camlux_frame,
@@ -398,7 +398,7 @@ pub unsafe extern "C" fn camlux_frame_write_png(
 ) -> camlux_status {
     ffi_guard("camlux_frame_write_png", || {
         let object = handle::get(frame)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let path = unsafe { args::path(path) }?;
         let frame = object.frame()?;
         write_png(OutputFile::create(path)?, frame, PngView::for_frame(frame))?;

@@ -1,4 +1,4 @@
-//! What a frame has cost, and the version.
+//! Statistics of a frame, and the version.
 
 use std::ffi::c_char;
 
@@ -20,58 +20,58 @@ pub extern "C" fn camlux_version() -> u32 {
     1_000_000 * CAMLUX_VERSION_MAJOR + 1000 * CAMLUX_VERSION_MINOR + CAMLUX_VERSION_PATCH
 }
 
-/// Nothing was aimed at, or the indirect light is dark.
+/// There was no target error, or the indirect light is dark.
 pub const CAMLUX_STOP_NONE: i32 = 0;
 /// The error is within target_error.
 pub const CAMLUX_STOP_TARGET_MET: i32 = 1;
-/// max_ms or max_rays was spent before: the frame is the best image so far.
+/// max_ms or max_rays was reached before the target error: the frame is the best image so far.
 pub const CAMLUX_STOP_BUDGET_SPENT: i32 = 2;
-/// More samples are not to be had: target_error was missed.
+/// The largest number of samples was reached; target_error was missed.
 pub const CAMLUX_STOP_SAMPLES_EXHAUSTED: i32 = 3;
 
-/// What a frame has cost. Begin with CAMLUX_FRAME_STATS_INIT.
+/// What a frame has cost: times, counts and estimated errors. Initialise with CAMLUX_FRAME_STATS_INIT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_frame_stats {
     /// sizeof(camlux_frame_stats)
     pub struct_size: u32,
-    /// How many passes camlux_frame_get_pass has.
+    /// Number of passes, for camlux_frame_get_pass.
     pub pass_count: u32,
-    /// From the snapshot of the scene to the frame, milliseconds.
+    /// Time from the snapshot of the scene to the frame, milliseconds.
     pub wall_ms: f64,
     /// GPU time of all passes together, milliseconds.
     pub passes_ms: f64,
-    /// For the snapshot, before wall_ms: moving the vertices of instances whose pose has changed, milliseconds.
+    /// Time of the snapshot, before wall_ms: moving the vertices of instances whose pose has changed, milliseconds.
     pub snapshot_ms: f64,
-    /// Virtual point lights that carry flux, over all lights.
+    /// Number of virtual point lights (VPLs) that carry flux, over all lights.
     pub vpl_count: u64,
-    /// Rays that the indirect light cast; 0 for plain sums.
+    /// Number of rays for the indirect light; 0 for plain sums.
     pub ray_count: u64,
-    /// Pairs of a pixel and a virtual light that were evaluated.
+    /// Number of evaluated pairs of a pixel and a virtual point light.
     pub pixel_vpl_pairs: u64,
-    /// Relative error (relRMSE) of the indirect light against the true bounce, as camlux estimates it from the frame itself;
-    /// NaN where it cannot know, as for the sums of CAMLUX_ESTIMATOR_RSM_AVERAGE and CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
+    /// Relative error (relRMSE) of the indirect light against the true bounce, which camlux estimates from the frame itself.
+    /// NaN if it cannot be estimated, as for the sums of CAMLUX_ESTIMATOR_RSM_AVERAGE and CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
     pub estimated_error: f64,
-    /// What that error is below with a confidence of 95 %, by the estimate's own uncertainty; NaN where there is no such bound.
+    /// Upper bound (95 %) of that error, from the uncertainty of the estimate; NaN if there is none.
     pub estimated_error_upper: f64,
-    /// Relative error (relRMSE) of the indirect light against the sum at every pixel, estimated likewise; NaN where no
+    /// Relative error (relRMSE) of the indirect light against the sum at every pixel, also estimated; NaN if no
     /// interpolation_error was requested.
     pub estimated_interpolation_error: f64,
-    /// Queue submissions.
+    /// Number of queue submissions.
     pub submissions: u32,
-    /// Why final gathering went no further: CAMLUX_STOP_TARGET_MET and so on; CAMLUX_STOP_NONE for sums and for a frame without indirect
+    /// Why final gathering stopped: CAMLUX_STOP_TARGET_MET and so on; CAMLUX_STOP_NONE for sums and for a frame without indirect
     /// light.
     pub stop: i32,
     /// Name of the device, UTF-8, valid until the frame's last release.
     pub device: *const c_char,
     /// Name and version of its driver, UTF-8, valid until the frame's last release.
     pub driver: *const c_char,
-    /// Relative error (relRMSE) of the direct light of lights with an area, estimated from two halves of the points of it: the largest of any such
-    /// light; NaN without one.
+    /// Relative error (relRMSE) of the direct light of area lights, estimated from two halves of their sample points. It is the largest
+    /// error of any area light; NaN without one.
     pub estimated_area_light_error: f64,
 }
 
-/// What a pass has cost. Begin with CAMLUX_PASS_TIME_INIT.
+/// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_pass_time {
@@ -81,7 +81,7 @@ pub struct camlux_pass_time {
     pub reserved: u32,
     /// GPU time, milliseconds.
     pub ms: f64,
-    /// Such as "rsm", "vpl", "gather"; valid until the frame's last release.
+    /// Name of the pass, such as "rsm", "vpl", "gather"; valid until the frame's last release.
     pub name: *const c_char,
 }
 
@@ -89,11 +89,11 @@ c_struct!(camlux_frame_stats, 104);
 
 c_struct!(camlux_pass_time, 24);
 
-/// What a frame has cost.
+/// Reads what a frame has cost.
 ///
-/// \param stats begin with CAMLUX_FRAME_STATS_INIT.
+/// \param stats initialise with CAMLUX_FRAME_STATS_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any; frames do not change.
+/// \threads any; frames are immutable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_get_stats(
     frame: *mut camlux_frame,
@@ -129,18 +129,18 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 ..Default::default()
             })
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(stats, stats_of) }
     })
 }
 
-/// What a pass of a frame has cost. What was there from the frame before has no pass: after a moved camera there is neither
+/// Reads the GPU time of a pass of a frame. Work that was reused from the previous frame has no pass: after a camera move there is neither
 /// "rsm" nor "vpl".
 ///
-/// \param index from 0 to below pass_count, in the order of execution.
-/// \param pass begin with CAMLUX_PASS_TIME_INIT.
+/// \param index from 0 to pass_count - 1, in the order of execution.
+/// \param pass initialise with CAMLUX_PASS_TIME_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any; frames do not change.
+/// \threads any; frames are immutable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_get_pass(
     frame: *mut camlux_frame,
@@ -159,7 +159,7 @@ pub unsafe extern "C" fn camlux_frame_get_pass(
                 ..Default::default()
             })
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(pass, time) }
     })
 }

@@ -1,4 +1,4 @@
-//! Handles: keys of a table of counted objects, in the form of pointers.
+//! Handles: keys of a table of reference-counted objects, in the form of pointers.
 
 use std::{
     any::Any,
@@ -13,7 +13,7 @@ use super::*;
 /// An open Vulkan device. See camlux_device_create.
 pub struct camlux_device(());
 
-/// What is lit: camera, lights, meshes, materials. See camlux_scene_create.
+/// A scene: camera, lights, meshes, materials. See camlux_scene_create.
 pub struct camlux_scene(());
 
 /// Renders frames on a device. See camlux_renderer_create.
@@ -22,19 +22,19 @@ pub struct camlux_renderer(());
 /// A rendered frame. See camlux_renderer_render.
 pub struct camlux_frame(());
 
-/// Ends renders from another thread. See camlux_cancel_token_create.
+/// Cancels renders from another thread. See camlux_cancel_token_create.
 pub struct camlux_cancel_token(());
 
-/// A render under way. See camlux_renderer_submit.
+/// A render on its own thread. See camlux_renderer_submit.
 pub struct camlux_job(());
 
-/// Memory of a device that other interfaces import. See camlux_shared_memory_create.
+/// Device memory that other interfaces can import. See camlux_shared_memory_create.
 pub struct camlux_shared_memory(());
 
-/// What a handle points to in C, which nothing ever does.
+/// The type that a handle points to in C. Nothing ever reads it.
 pub(super) trait Handle {
     const NAME: &'static str;
-    /// What the table has for it.
+    /// The object in the table.
     type Object: Any + Send + Sync;
 }
 
@@ -56,7 +56,7 @@ handle!(camlux_job, JobObject);
 handle!(camlux_shared_memory, crate::SharedMemory);
 
 struct Entry {
-    /// The name of its handle.
+    /// The name of its handle type.
     kind: &'static str,
     references: u32,
     object: Arc<dyn Any + Send + Sync>,
@@ -73,14 +73,14 @@ fn table() -> MutexGuard<'static, Table> {
 // A key fills 64 bits.
 const _: () = assert!(usize::BITS == 64, "the C interface is for 64-bit machines");
 
-/// The key of a handle, if the object of that kind is still there.
+/// The key of a handle, if an object of that kind exists.
 fn find<H: Handle>(table: &Table, handle: *mut H) -> Outcome<DefaultKey> {
     let wanted = H::NAME;
     let number = handle.addr() as u64;
     let key = KeyData::from_ffi(number);
     let problem = match table.get(key.into()) {
         _ if number == 0 => format!("the {wanted} is NULL"),
-        // Small numbers are taken for keys that they are not.
+        // `from_ffi` maps small numbers to keys that differ from them.
         _ if key.as_ffi() != number => format!("{number:#x} is no handle of camlux"),
         None => format!("the {wanted} has been released, or never was one"),
         Some(entry) if entry.kind != wanted => format!("the {wanted} is a {}", entry.kind),
@@ -90,14 +90,14 @@ fn find<H: Handle>(table: &Table, handle: *mut H) -> Outcome<DefaultKey> {
     Err(Failure::new(CAMLUX_ERROR_INVALID_HANDLE, message))
 }
 
-/// The object of a handle, which stays alive as long as what is returned.
+/// The object of a handle. It stays alive as long as the returned reference.
 pub(super) fn get<H: Handle>(handle: *mut H) -> Outcome<Arc<H::Object>> {
     let table = table();
     let object = table[find(&table, handle)?].object.clone().downcast();
     object.map_err(|_| crate::Error::internal("a handle's kind is not its object's").into())
 }
 
-/// A new object's handle, with one reference, at the place that the host has given.
+/// Writes a new object's handle, with one reference, to the host's memory.
 ///
 /// # Safety
 /// As for [`args::write_result`].
@@ -106,14 +106,14 @@ pub(super) unsafe fn return_handle<H: Handle>(
     name: &str,
     make: impl FnOnce() -> Outcome<H::Object>,
 ) -> Outcome {
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     unsafe { args::write_result(out, name, || Ok(insert(make()?))) }
 }
 
-/// New objects' handles, with one reference each, in the array that the host has given.
+/// Writes new objects' handles, with one reference each, to the host's array.
 ///
 /// # Safety
-/// `out` is null, or misaligned, or points to `count` places that are writable.
+/// `out` is null, or misaligned, or points to `count` writable elements.
 pub(super) unsafe fn return_handles<H: Handle>(
     out: *mut *mut H,
     name: &str,
@@ -125,7 +125,7 @@ pub(super) unsafe fn return_handles<H: Handle>(
     }
     args::check_pointer(out, name)?;
     for (place, object) in make()?.into_iter().take(count).enumerate() {
-        // SAFETY: checked above as far as can be; that there are as many is the caller's word.
+        // SAFETY: checked above as far as possible; the caller guarantees `count` elements.
         unsafe { out.add(place).write(insert(object)) };
     }
     Ok(())
@@ -166,26 +166,26 @@ fn release<H: Handle>(handle: *mut H) -> Outcome {
         _ => None,
     };
     drop(table);
-    // A device takes its time to go: not while others wait for the table.
+    // Closing a device takes time; other threads must not wait for the table meanwhile.
     drop(last);
     Ok(())
 }
 
-/// The number of handles of this process that were created and not yet released, of every kind: 0 at the end of a program
-/// that has released all it made.
+/// The number of handles of this process, of every kind, that were created and not yet released. It is 0 at the end of a program
+/// that has released everything.
 ///
-/// \errors CAMLUX_ERROR_INVALID_ARGUMENT where count is NULL.
+/// \errors CAMLUX_ERROR_INVALID_ARGUMENT if count is NULL.
 /// \threads any.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_handle_count(count: *mut u32) -> camlux_status {
     ffi_guard("camlux_handle_count", || {
         let live = || Ok(table().len() as u32);
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(count, "count", live) }
     })
 }
 
-/// Counts one more owner of a device.
+/// Adds a reference to a device.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -194,10 +194,10 @@ pub extern "C" fn camlux_device_retain(device: *mut camlux_device) -> camlux_sta
     ffi_guard("camlux_device_retain", || retain(device))
 }
 
-/// Counts one owner of a device less. With the last one its handle ends; the device itself is closed once its renderers
+/// Removes a reference to a device. The last release ends the handle. The device itself is closed once its renderers
 /// are gone, too.
 ///
-/// \param device NULL is fine: nothing happens.
+/// \param device NULL: the call does nothing.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -205,7 +205,7 @@ pub extern "C" fn camlux_device_release(device: *mut camlux_device) -> camlux_st
     ffi_guard("camlux_device_release", || release(device))
 }
 
-/// Counts one more owner of a scene.
+/// Adds a reference to a scene.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -214,9 +214,9 @@ pub extern "C" fn camlux_scene_retain(scene: *mut camlux_scene) -> camlux_status
     ffi_guard("camlux_scene_retain", || retain(scene))
 }
 
-/// Counts one owner of a scene less, and frees it with the last one. Renders of it that are under way are not disturbed.
+/// Removes a reference to a scene. The last release frees it. Renders of it that are running are not affected.
 ///
-/// \param scene NULL is fine: nothing happens.
+/// \param scene NULL: the call does nothing.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -224,7 +224,7 @@ pub extern "C" fn camlux_scene_release(scene: *mut camlux_scene) -> camlux_statu
     ffi_guard("camlux_scene_release", || release(scene))
 }
 
-/// Counts one more owner of a renderer.
+/// Adds a reference to a renderer.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -233,9 +233,9 @@ pub extern "C" fn camlux_renderer_retain(renderer: *mut camlux_renderer) -> caml
     ffi_guard("camlux_renderer_retain", || retain(renderer))
 }
 
-/// Counts one owner of a renderer less, and frees it with the last one. A render that is under way on it ends first.
+/// Removes a reference to a renderer. The last release frees it; a render that is running on it ends first.
 ///
-/// \param renderer NULL is fine: nothing happens.
+/// \param renderer NULL: the call does nothing.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -243,7 +243,7 @@ pub extern "C" fn camlux_renderer_release(renderer: *mut camlux_renderer) -> cam
     ffi_guard("camlux_renderer_release", || release(renderer))
 }
 
-/// Counts one more owner of a frame.
+/// Adds a reference to a frame.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -252,10 +252,10 @@ pub extern "C" fn camlux_frame_retain(frame: *mut camlux_frame) -> camlux_status
     ffi_guard("camlux_frame_retain", || retain(frame))
 }
 
-/// Counts one owner of a frame less, and frees it with the last one: what camlux_frame_view and the like have pointed to is
-/// gone then.
+/// Removes a reference to a frame. The last release frees it, and pointers from camlux_frame_view and similar functions become
+/// invalid.
 ///
-/// \param frame NULL is fine: nothing happens.
+/// \param frame NULL: the call does nothing.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -263,7 +263,7 @@ pub extern "C" fn camlux_frame_release(frame: *mut camlux_frame) -> camlux_statu
     ffi_guard("camlux_frame_release", || release(frame))
 }
 
-/// Counts one more owner of a cancel token.
+/// Adds a reference to a cancel token.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -272,9 +272,9 @@ pub extern "C" fn camlux_cancel_token_retain(token: *mut camlux_cancel_token) ->
     ffi_guard("camlux_cancel_token_retain", || retain(token))
 }
 
-/// Counts one owner of a cancel token less, and frees it with the last one. Renders that are under way with it keep it.
+/// Removes a reference to a cancel token. The last release frees it. Renders that are running with it keep it.
 ///
-/// \param token NULL is fine: nothing happens.
+/// \param token NULL: the call does nothing.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -282,7 +282,7 @@ pub extern "C" fn camlux_cancel_token_release(token: *mut camlux_cancel_token) -
     ffi_guard("camlux_cancel_token_release", || release(token))
 }
 
-/// Counts one more owner of a job.
+/// Adds a reference to a job.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -291,9 +291,9 @@ pub extern "C" fn camlux_job_retain(job: *mut camlux_job) -> camlux_status {
     ffi_guard("camlux_job_retain", || retain(job))
 }
 
-/// Counts one owner of a job less, and frees it with the last one. A render that is under way is cancelled then, and ends first.
+/// Removes a reference to a job. The last release frees it; if its render is running, it is cancelled, and ends first.
 ///
-/// \param job NULL is fine: nothing happens.
+/// \param job NULL: the call does nothing.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -301,7 +301,7 @@ pub extern "C" fn camlux_job_release(job: *mut camlux_job) -> camlux_status {
     ffi_guard("camlux_job_release", || release(job))
 }
 
-/// Counts one more owner of shared memory.
+/// Adds a reference to shared memory.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -310,9 +310,9 @@ pub extern "C" fn camlux_shared_memory_retain(memory: *mut camlux_shared_memory)
     ffi_guard("camlux_shared_memory_retain", || retain(memory))
 }
 
-/// Counts one owner of shared memory less. With the last one camlux frees it; what others have imported stays theirs.
+/// Removes a reference to shared memory. The last release frees it; what others have imported stays valid for them.
 ///
-/// \param memory NULL is fine: nothing happens.
+/// \param memory NULL: the call does nothing.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
 #[unsafe(no_mangle)]

@@ -1,4 +1,4 @@
-//! Instances of meshes; what is hidden, and what is removed.
+//! Instances of meshes; hidden and removed parts.
 
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ impl UnplacedMesh {
         }
     }
 
-    /// The mesh as an instance of it is placed.
+    /// The mesh placed as an instance.
     pub fn placed(&self, instance: &Instance) -> scene::Instance {
         scene::Instance {
             to_world: instance.pose.to_world() * instance.before_pose,
@@ -34,11 +34,11 @@ impl UnplacedMesh {
     }
 }
 
-/// A mesh as it is placed.
+/// A placed mesh.
 #[derive(Clone, Copy)]
 pub(super) struct Instance {
     pub mesh: usize,
-    /// What a scene file places by, before the pose.
+    /// The placement in the scene file, applied before the pose.
     pub before_pose: DAffine3,
     pub pose: Pose,
 }
@@ -55,13 +55,13 @@ impl Instance {
 
 /// Places a mesh in the scene. The layer CAMLUX_LAYER_INSTANCE_ID holds 1 + the instance's index.
 ///
-/// \param mesh the index of a mesh. It may be placed any number of times, and its instances share it in memory and on the device; without an
-/// instance it is not there.
-/// \param pose NULL: where it is.
+/// \param mesh the index of a mesh. You can place it any number of times; its instances share it in memory and on the device. A mesh
+/// without an instance is not rendered.
+/// \param pose NULL: the identity.
 /// \param index receives the instance's index; may be NULL.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or takes the mesh
-/// too far out; CAMLUX_ERROR_OUT_OF_MEMORY.
-/// \threads any; calls for one scene take turns.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for an invalid pose or one that moves the
+/// mesh too far out; CAMLUX_ERROR_OUT_OF_MEMORY.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_instance(
     scene: *mut camlux_scene,
@@ -71,7 +71,7 @@ pub unsafe extern "C" fn camlux_scene_add_instance(
 ) -> camlux_status {
     ffi_guard("camlux_scene_add_instance", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let pose = Pose::from_c(unsafe { args::read_optional(pose) }?.unwrap_or_default())?;
         let add = |state: &mut SceneState| {
             let unplaced = part(&mut state.meshes, mesh, "mesh")?;
@@ -80,12 +80,12 @@ pub unsafe extern "C" fn camlux_scene_add_instance(
             let free = state.absent_instances.take_free();
             put(&mut state.instances, free, instance, "instance")
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { object.add(index, add) }
     })
 }
 
-/// Lights or instances that are not there for a while, and places of those that are gone.
+/// Indices of hidden and removed lights or instances.
 #[derive(Debug, Default)]
 pub(super) struct Absent {
     hidden: BTreeSet<usize>,
@@ -97,12 +97,12 @@ impl Absent {
         self.hidden.contains(&index) || self.removed.contains(&index)
     }
 
-    /// The lowest place of one that is gone.
+    /// Takes the lowest index of a removed part.
     pub fn take_free(&mut self) -> Option<usize> {
         self.removed.pop_first()
     }
 
-    /// Refuses the index of one that is gone.
+    /// Refuses the index of a removed part.
     pub fn check(&self, index: u32, what: &str) -> Outcome {
         if self.removed.contains(&(index as usize)) {
             return Err(Failure::argument(format!(
@@ -113,13 +113,13 @@ impl Absent {
     }
 }
 
-/// Shows or hides a light or an instance. A hidden one keeps its index and its pose, and can be changed; frames are as if it were not there,
-/// and spend nothing on it.
+/// Shows or hides a light or an instance. A hidden part keeps its index and its pose, and can be changed. Frames are rendered as if it did not
+/// exist, and spend no time on it.
 ///
 /// \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
 /// \param is_visible 0 or 1.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any; calls for one scene take turns.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_scene_set_visible(
     scene: *mut camlux_scene,
@@ -141,11 +141,11 @@ pub extern "C" fn camlux_scene_set_visible(
     })
 }
 
-/// Removes a light or an instance. The indices of others stay; its own is taken by the next one that is added.
+/// Removes a light or an instance. The indices of others do not change. The next part that is added takes the free index.
 ///
 /// \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any; calls for one scene take turns.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_scene_remove(
     scene: *mut camlux_scene,
@@ -165,7 +165,7 @@ pub extern "C" fn camlux_scene_remove(
     })
 }
 
-/// Where it is noted that a part is absent, for a part that is there.
+/// The list of absent parts for a part, if it exists.
 fn absent_part(state: &mut SceneState, part: i32, index: u32) -> Outcome<&mut Absent> {
     let choices = args::choices![CAMLUX_PART_LIGHT => true, CAMLUX_PART_INSTANCE => false];
     Ok(if args::one_of("part", part, &choices)? {

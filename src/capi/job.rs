@@ -1,4 +1,4 @@
-//! Jobs: renders that go on while the host does something else.
+//! Jobs: renders that run while the host does something else.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
@@ -8,7 +8,7 @@ use std::{
 
 use super::*;
 
-/// A render on a thread of its own.
+/// A render on its own thread.
 pub(super) struct JobObject {
     /// Cancelled with the job's last handle.
     abandoned: Arc<CancelToken>,
@@ -16,23 +16,24 @@ pub(super) struct JobObject {
 }
 
 enum State {
-    /// Or done, and nobody has asked yet.
+    /// Running, or done but not yet waited for.
     Running(JoinHandle<Outcome<FrameObject>>),
     Failed(camlux_status, String),
-    /// The frame has been handed out.
+    /// The frame was returned.
     Taken,
 }
 
-/// Begins to render a frame of a scene as it is at the time of the call, on a thread of its own, and returns. It is what
-/// camlux_renderer_render renders, which is CAMLUX_ERROR_BUSY on this renderer until the job is done: for more at once, make more renderers.
+/// Starts to render a frame on its own thread, and returns. The scene is rendered as it is at the time of the call, as by
+/// camlux_renderer_render. Until the job is done, other renders on this renderer return CAMLUX_ERROR_BUSY; make more renderers to render
+/// more frames at once.
 ///
-/// The progress callback, and the log's messages of this render, come on the job's thread; what the options point to must be there until
+/// The progress callback and the log callback of this render run on the job's thread. What the options point to must stay valid until
 /// the job is done.
 ///
 /// \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
-/// \param job receives the handle, with one reference: give it back by camlux_job_release.
-/// \errors CAMLUX_ERROR_BUSY where the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY where no thread can be started;
-/// CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT. How the render itself ends, camlux_job_wait says.
+/// \param job receives the handle, with one reference; release it with camlux_job_release.
+/// \errors CAMLUX_ERROR_BUSY if the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY if no thread can be started;
+/// CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT. camlux_job_wait returns the status of the render itself.
 /// \threads any.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_renderer_submit(
@@ -44,39 +45,39 @@ pub unsafe extern "C" fn camlux_renderer_submit(
     ffi_guard("camlux_renderer_submit", || {
         let renderer = handle::get(renderer)?;
         let scene = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let submit = || {
-            // SAFETY: the caller's word.
+            // SAFETY: the caller guarantees it.
             let request = unsafe { Request::read(options) }?;
-            // Before the snapshot, which takes time.
+            // Checked before the snapshot, which takes time.
             drop(renderer.lock()?);
             JobObject::start(renderer, Snapshot::of(scene), request)
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(job, "job", submit) }
     })
 }
 
-/// Whether a job is done, so that camlux_job_wait will not wait.
+/// Tells whether a job is done. camlux_job_wait then returns without waiting.
 ///
-/// \param is_done receives 1, or 0 while the job renders.
+/// \param is_done receives 1, or 0 while the job is rendering.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; it never waits.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_job_poll(job: *mut camlux_job, is_done: *mut i32) -> camlux_status {
     ffi_guard("camlux_job_poll", || {
         let job = handle::get(job)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(is_done, "is_done", || Ok(job.is_done().into())) }
     })
 }
 
-/// Waits until a job is done, and hands its frame out, once.
+/// Waits until a job is done, and returns its frame. The frame can be taken only once.
 ///
-/// \param frame receives the handle, with one reference: give it back by camlux_frame_release.
-/// \errors those of camlux_renderer_render, as the render has ended, each time; CAMLUX_ERROR_INVALID_ARGUMENT where the frame has been handed
-/// out; CAMLUX_ERROR_BUSY on the job's own thread, in a callback.
+/// \param frame receives the handle, with one reference; release it with camlux_frame_release.
+/// \errors those of camlux_renderer_render: how the render ended, at every call; CAMLUX_ERROR_INVALID_ARGUMENT if the frame was already
+/// taken; CAMLUX_ERROR_BUSY on the job's own thread, in a callback.
 /// \threads any.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_job_wait(
@@ -85,7 +86,7 @@ pub unsafe extern "C" fn camlux_job_wait(
 ) -> camlux_status {
     ffi_guard("camlux_job_wait", || {
         let job = handle::get(job)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(frame, "frame", || job.wait()) }
     })
 }
@@ -99,7 +100,7 @@ impl JobObject {
         let abandoned = request.abandoned.clone();
         let (began, begins) = mpsc::channel();
         let render = move || {
-            // From here on the renderer is this job's.
+            // From here on this job holds the renderer.
             let lock = match renderer.lock() {
                 Ok(lock) => lock,
                 Err(failure) => {
@@ -128,7 +129,7 @@ impl JobObject {
         match self.state.try_lock() {
             Ok(state) => state.is_done(),
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner().is_done(),
-            // Another thread waits for it.
+            // Another thread is waiting for the job.
             Err(TryLockError::WouldBlock) => false,
         }
     }
@@ -175,14 +176,14 @@ impl State {
 }
 
 impl Drop for JobObject {
-    /// The render ends first: a program that has released all can unload the library.
+    /// Waits for the render to end: a program that has released everything can then unload the library.
     fn drop(&mut self) {
         self.abandoned.cancel();
         let state = self.state.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let State::Running(thread) = std::mem::replace(state, State::Taken)
             && thread.thread().id() != thread::current().id()
         {
-            // How it has ended nobody asks any more.
+            // Nobody needs the result any more.
             let _ = thread.join();
         }
     }

@@ -11,42 +11,42 @@ pub const CAMLUX_LIGHT_POINT: i32 = 0;
 pub const CAMLUX_LIGHT_SPOT: i32 = 1;
 /// Parallel light: direction, irradiance_w_m2.
 pub const CAMLUX_LIGHT_DIRECTIONAL: i32 = 2;
-/// A lamp with a measured pattern, which comes from a scene file: camlux_scene_get_light tells it, camlux_scene_set_pose moves it.
+/// A lamp with a measured pattern, from a scene file only: camlux_scene_get_light reads it, camlux_scene_set_pose moves it.
 pub const CAMLUX_LIGHT_PATTERN: i32 = 3;
-/// A projector, which comes from a scene file like CAMLUX_LIGHT_PATTERN.
+/// A projector, from a scene file only, like CAMLUX_LIGHT_PATTERN.
 pub const CAMLUX_LIGHT_PROJECTOR: i32 = 4;
 
-/// Emits its power from every point of an area alike, to its front and there with the cosine: position_m, its middle, direction, up, power_w, and
-/// size_m of a rectangle or radius_m of a disc.
+/// Emits its power uniformly from an area, towards its front, with a cosine distribution: position_m (its middle), direction, up, power_w,
+/// and size_m of a rectangle or radius_m of a disc.
 pub const CAMLUX_LIGHT_AREA: i32 = 5;
 
-/// A light. Begin with CAMLUX_LIGHT_INIT: a point light without power at the origin; members that its kind does not have are
-/// not looked at.
+/// A light. Initialise with CAMLUX_LIGHT_INIT: a point light without power at the origin. Members that its kind does not use are
+/// ignored.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_light {
     /// sizeof(camlux_light)
     pub struct_size: u32,
-    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL or CAMLUX_LIGHT_AREA; of a light that is read also CAMLUX_LIGHT_PATTERN
+    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL or CAMLUX_LIGHT_AREA. When read, it can also be CAMLUX_LIGHT_PATTERN
     /// or CAMLUX_LIGHT_PROJECTOR.
     pub kind: i32,
-    /// In world space, m.
+    /// Position in world space, m.
     pub position_m: [f64; 3],
-    /// In which the light travels, in world space; of any length but zero.
+    /// Direction in which the light travels, in world space; of any length but zero.
     pub direction: [f64; 3],
-    /// Of the whole light, per band R, G, B, watts, 0 to 1e24.
+    /// Power of the whole light, per band R, G, B, watts, 0 to 1e24.
     pub power_w: [f64; 3],
-    /// On a surface that faces the light, per band R, G, B, W/m^2, 0 to 1e24.
+    /// Irradiance on a surface that faces the light, per band R, G, B, W/m^2, 0 to 1e24.
     pub irradiance_w_m2: [f64; 3],
-    /// Full intensity from the axis up to here, degrees, 0 to outer_half_angle_deg.
+    /// Angle from the axis up to which the intensity is full, degrees, 0 to outer_half_angle_deg.
     pub inner_half_angle_deg: f64,
-    /// None from here, degrees above 0 up to 180.
+    /// Angle from the axis beyond which the intensity is 0, degrees above 0 up to 180.
     pub outer_half_angle_deg: f64,
-    /// The direction of an area's height, of any length, at an angle to the direction.
+    /// Direction of an area's height; of any length, not parallel to direction.
     pub up: [f64; 3],
-    /// Width and height of an area, m; 0 of a disc.
+    /// Width and height of a rectangle, m; 0 for a disc.
     pub size_m: [f64; 2],
-    /// Of a disc, m; 0 of a rectangle.
+    /// Radius of a disc, m; 0 for a rectangle.
     pub radius_m: f64,
 }
 
@@ -55,8 +55,8 @@ c_struct!(camlux_light, 120, up: [0.0, 1.0, 0.0]);
 /// Adds a light.
 ///
 /// \param index receives its index; may be NULL.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
-/// \threads any; calls for one scene take turns.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_light(
     scene: *mut camlux_scene,
@@ -65,7 +65,7 @@ pub unsafe extern "C" fn camlux_scene_add_light(
 ) -> camlux_status {
     ffi_guard("camlux_scene_add_light", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe {
             let light = light_from_c(args::read(light)?)?;
             object.add(index, |state| {
@@ -78,11 +78,11 @@ pub unsafe extern "C" fn camlux_scene_add_light(
     })
 }
 
-/// Puts another light, which may be of another kind, in the place of one.
+/// Replaces a light. The new one may be of another kind.
 ///
-/// \param index of the light that it replaces.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
-/// \threads any; calls for one scene take turns.
+/// \param index of the light to replace.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_light(
     scene: *mut camlux_scene,
@@ -91,7 +91,7 @@ pub unsafe extern "C" fn camlux_scene_set_light(
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_light", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let light = light_from_c(unsafe { args::read(light) }?)?;
         light.validate(index as usize)?;
         let mut state = object.lock_to_change();
@@ -101,9 +101,9 @@ pub unsafe extern "C" fn camlux_scene_set_light(
     })
 }
 
-/// A light as it is set, or as a pose has left it.
+/// Reads a light as it was set or last moved.
 ///
-/// \param light begin with CAMLUX_LIGHT_INIT.
+/// \param light initialise with CAMLUX_LIGHT_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn camlux_scene_get_light(
     ffi_guard("camlux_scene_get_light", || {
         let object = handle::get(scene)?;
         let found = || Ok(light_to_c(object.lock().light(index)?));
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(light, found) }
     })
 }

@@ -1,4 +1,4 @@
-//! The host's log.
+//! The log, which the host receives by a callback.
 
 use std::{
     cell::Cell,
@@ -10,21 +10,21 @@ use super::*;
 
 /// No messages.
 pub const CAMLUX_LOG_OFF: i32 = 0;
-/// Calls that failed, but for those that were cancelled or found something in use.
+/// Calls that failed, except those that were cancelled or found something in use.
 pub const CAMLUX_LOG_ERROR: i32 = 1;
-/// And what can be rendered but is probably not meant; what the validation layer says.
+/// Also scenes that can be rendered but probably have a mistake, and messages of the validation layer.
 pub const CAMLUX_LOG_WARNING: i32 = 2;
-/// And devices that are opened, frames that are rendered with their times, renders that are cancelled, calls that found something
-/// in use.
+/// Also devices that are opened, frames that are rendered, with their times, renders that are cancelled, and calls that found
+/// something in use.
 pub const CAMLUX_LOG_INFO: i32 = 3;
-/// And the times of every pass.
+/// Also the times of every pass.
 pub const CAMLUX_LOG_DEBUG: i32 = 4;
 
-/// Receives a message: its level (CAMLUX_LOG_ERROR to CAMLUX_LOG_DEBUG), the text in UTF-8, which is valid during the call
-/// only, and the pointer that was given to camlux_set_log.
+/// Receives a message: its level (CAMLUX_LOG_ERROR to CAMLUX_LOG_DEBUG), its text in UTF-8, which is valid during the call
+/// only, and the user pointer of camlux_set_log.
 ///
-/// It is called on the thread whose call has something to say, from several threads at once where several call. It may call
-/// camlux, except camlux_set_log, and gets no messages of what it calls. It must return: no exception, no longjmp.
+/// It is called on the thread whose call caused the message, and from several threads at once if several make calls. It may call
+/// camlux, except camlux_set_log; these calls log no messages. It must return: no exception, no longjmp.
 pub type camlux_log_callback =
     Option<unsafe extern "C" fn(level: i32, message: *const c_char, user: *mut c_void)>;
 
@@ -34,7 +34,7 @@ struct Sink {
     user: *mut c_void,
 }
 
-// SAFETY: the host has been told that its callback is called, with its pointer, from any thread.
+// SAFETY: the manual says that the callback is called, with its pointer, from any thread.
 unsafe impl Send for Sink {}
 // SAFETY: as above.
 unsafe impl Sync for Sink {}
@@ -45,14 +45,14 @@ thread_local! {
     static IN_CALLBACK: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Sends the messages of this process, up to a level, to a callback. The library prints nothing, with or without one.
+/// Sends the messages of this process, up to a level, to a callback. The library itself never prints.
 ///
-/// When the call returns, the callback that was set before is not running and will not be called again, so that what its
-/// pointer points to can be freed.
+/// When the call returns, the previous callback is not running and will not be called again. You can then free what its
+/// user pointer points to.
 ///
 /// \param level CAMLUX_LOG_OFF to CAMLUX_LOG_DEBUG.
 /// \param callback NULL for none.
-/// \param user handed to the callback; camlux never looks at what it points to.
+/// \param user passed to the callback; camlux does not read what it points to.
 /// \errors CAMLUX_ERROR_INVALID_ARGUMENT for another level; CAMLUX_ERROR_BUSY inside a log callback.
 /// \threads any; it waits for callbacks that are running.
 #[unsafe(no_mangle)]
@@ -83,7 +83,7 @@ pub unsafe extern "C" fn camlux_set_log(
     })
 }
 
-/// Whether messages of a level are wanted.
+/// Whether the host receives messages of a level.
 pub(super) fn is_wanted(level: i32) -> bool {
     if IN_CALLBACK.get() {
         return false;
@@ -92,9 +92,9 @@ pub(super) fn is_wanted(level: i32) -> bool {
     sink.as_ref().is_some_and(|sink| level <= sink.level)
 }
 
-/// Hands a message to the host, if it wants one of this level.
+/// Passes a message to the host, if it receives messages of this level.
 pub(super) fn write(level: i32, message: impl FnOnce() -> String) {
-    // The lock is held while the callback runs: a message of its own would wait for itself.
+    // The lock is held while the callback runs: a message from inside it would deadlock.
     if IN_CALLBACK.try_with(Cell::get) != Ok(false) {
         return;
     }
@@ -104,7 +104,7 @@ pub(super) fn write(level: i32, message: impl FnOnce() -> String) {
     };
     let message = c_string(&message());
     IN_CALLBACK.set(true);
-    // SAFETY: set by `camlux_set_log`, which waits for this lock before it forgets the callback; the text outlives the call.
+    // SAFETY: set by `camlux_set_log`, which waits for this lock before it replaces the callback; the text outlives the call.
     unsafe { (sink.callback)(level, message.as_ptr(), sink.user) };
     IN_CALLBACK.set(false);
 }

@@ -5,28 +5,28 @@ use std::ffi::c_char;
 use super::*;
 use crate::{Error, scene::Material};
 
-/// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Begin with CAMLUX_MATERIAL_INIT: black,
+/// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Initialise with CAMLUX_MATERIAL_INIT: black,
 /// without texture.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_material {
     /// sizeof(camlux_material)
     pub struct_size: u32,
-    /// The index of a texture, which multiplies kd; CAMLUX_NONE: no texture.
+    /// The index of a texture that multiplies kd; CAMLUX_NONE: no texture.
     pub kd_texture: u32,
     /// Diffuse reflectance of the bands R, G, B, 0 to 1.
     pub kd: [f64; 3],
     /// Specular reflectance of the bands R, G, B, 0 to 1.
     pub ks: [f64; 3],
-    /// Phong exponent s, 0 to 1e9; below 0: not given, which is fine where ks is 0.
+    /// Phong exponent s, 0 to 1e9. Below 0: not given, which is allowed if ks is 0.
     pub shininess: f64,
-    /// For messages, UTF-8; copied; NULL: none.
+    /// Name for messages, UTF-8, copied; NULL: none.
     pub name: *const c_char,
-    /// The index of a texture of normals, in its linear encoding: R, G, B from 0 to 1 are the components from -1 to 1 in the directions in which
-    /// u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
+    /// The index of a normal texture, used in its linear encoding: R, G, B from 0 to 1 stand for components from -1 to 1. These point along the
+    /// directions in which u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
     pub normal_texture: u32,
-    /// The index of a texture, in its linear encoding, whose R tells where there is a surface: from 0.5 on. Below it is cut out, on both sides.
-    /// CAMLUX_NONE: none.
+    /// The index of an alpha texture, used in its linear encoding: there is a surface where R is at least 0.5. Below 0.5 the surface is cut out,
+    /// on both sides. CAMLUX_NONE: none.
     pub alpha_texture: u32,
 }
 
@@ -41,8 +41,8 @@ c_struct!(
 /// Adds a material.
 ///
 /// \param index receives its index; may be NULL.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
-/// \threads any; calls for one scene take turns.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_material(
     scene: *mut camlux_scene,
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn camlux_scene_add_material(
 ) -> camlux_status {
     ffi_guard("camlux_scene_add_material", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe {
             let material = material_from_c(args::read(material)?)?;
             object.add(index, |state| {
@@ -63,11 +63,11 @@ pub unsafe extern "C" fn camlux_scene_add_material(
     })
 }
 
-/// Puts another material in the place of one.
+/// Replaces a material.
 ///
-/// \param index of the material that it replaces.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
-/// \threads any; calls for one scene take turns.
+/// \param index of the material to replace.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_material(
     scene: *mut camlux_scene,
@@ -76,7 +76,7 @@ pub unsafe extern "C" fn camlux_scene_set_material(
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_material", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let material = unsafe { material_from_c(args::read(material)?) }?;
         let scene = &mut object.lock_to_change().scene;
         let place = part(&mut scene.materials, index, "material")?;
@@ -86,9 +86,9 @@ pub unsafe extern "C" fn camlux_scene_set_material(
     })
 }
 
-/// A material as it is set.
+/// Reads a material as it was set.
 ///
-/// \param material begin with CAMLUX_MATERIAL_INIT. Its name is NULL.
+/// \param material initialise with CAMLUX_MATERIAL_INIT. Its name is returned as NULL.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -114,7 +114,7 @@ pub unsafe extern "C" fn camlux_scene_get_material(
                 ..Default::default()
             })
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(material, found) }
     })
 }
@@ -122,7 +122,7 @@ pub unsafe extern "C" fn camlux_scene_get_material(
 /// # Safety
 /// The name is null or a C string.
 unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     let name = unsafe { args::text(raw.name, "name") }?.unwrap_or_default();
     let mut material = Material::lambert(name, raw.kd);
     material.ks = raw.ks;
@@ -133,7 +133,7 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     if raw.shininess.is_nan() || raw.shininess >= 0.0 {
         material.shininess = raw.shininess;
     } else if material.is_specular() {
-        // An exponent of 1 would be a silent choice of a very wide lobe.
+        // A default exponent such as 1 would silently choose a very wide lobe.
         let place = format!("material \"{}\"", material.name);
         let problem = format!("ks is {:?}, but shininess is {}", raw.ks, raw.shininess);
         return Err(Error::scene(place, problem, "set the exponent, such as 20").into());

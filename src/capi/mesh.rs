@@ -1,4 +1,4 @@
-//! Meshes, as they lie in the host's memory.
+//! Meshes, read from the host's memory.
 
 use std::ffi::c_char;
 
@@ -7,35 +7,35 @@ use glam::DVec3;
 use super::*;
 use crate::scene::Mesh;
 
-/// Triangles in a space of their own, in metres. Begin with CAMLUX_MESH_INIT: no triangles, 32-bit formats.
+/// Triangles in their own space, in metres. Initialise with CAMLUX_MESH_INIT: no triangles, 32-bit formats.
 ///
-/// The arrays are read where they lie, with their strides, and copied: they can be freed when camlux_scene_add_mesh returns.
-/// Interleaved vertices are arrays that begin at different members of the first vertex and have its size as stride. Which way
-/// round a triangle's corners go does not matter: surfaces have two sides.
+/// The arrays are read in place, with their strides, and copied. You can free them when camlux_scene_add_mesh returns.
+/// For interleaved vertices, let the arrays begin at different members of the first vertex, and use its size as the stride. The
+/// order of a triangle's corners does not matter: surfaces have two sides.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_mesh {
     /// sizeof(camlux_mesh)
     pub struct_size: u32,
-    /// The index of the material of all triangles, where triangle_materials has no data.
+    /// The index of the material of all triangles, if triangle_materials has no data.
     pub material: u32,
-    /// Elements of positions_m, normals and texcoords.
+    /// Number of elements of positions_m, normals and texcoords.
     pub vertex_count: usize,
-    /// Elements of indices and triangle_materials.
+    /// Number of elements of indices and triangle_materials.
     pub triangle_count: usize,
     /// x, y, z of each vertex, m; CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_F64.
     pub positions_m: camlux_array,
     /// x, y, z of a normal for each vertex, of any length but zero; CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_F64; data NULL: flat
     /// shading.
     pub normals: camlux_array,
-    /// u, v for each vertex, v up; CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_F64; data NULL: no texture can be seen.
+    /// u, v for each vertex, v up; CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_F64; data NULL: textures are not visible.
     pub texcoords: camlux_array,
     /// Three indices of vertices for each triangle; CAMLUX_FORMAT_U16 or CAMLUX_FORMAT_U32. The stride is from triangle to
     /// triangle.
     pub indices: camlux_array,
     /// The index of a material for each triangle; CAMLUX_FORMAT_U16 or CAMLUX_FORMAT_U32; data NULL: `material` for all.
     pub triangle_materials: camlux_array,
-    /// For messages, UTF-8; copied; NULL: none.
+    /// Name for messages, UTF-8, copied; NULL: none.
     pub name: *const c_char,
 }
 
@@ -48,12 +48,12 @@ c_struct!(
     triangle_materials: camlux_array::none(CAMLUX_FORMAT_U32),
 );
 
-/// Adds a mesh. It is seen once camlux_scene_add_instance has placed it. Its materials have to be there before it.
+/// Adds a mesh. It becomes visible when camlux_scene_add_instance places it. Its materials must exist already.
 ///
 /// \param index receives its index; may be NULL.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values that are not finite or too
-/// large, and indices of vertices or materials that are not there; CAMLUX_ERROR_OUT_OF_MEMORY.
-/// \threads any; calls for one scene take turns.
+/// large, and for indices of vertices or materials that do not exist; CAMLUX_ERROR_OUT_OF_MEMORY.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_mesh(
     scene: *mut camlux_scene,
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn camlux_scene_add_mesh(
 ) -> camlux_status {
     ffi_guard("camlux_scene_add_mesh", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe {
             let mesh = mesh_from_c(args::read(mesh)?)?;
             object.add(index, |state| {
@@ -73,12 +73,12 @@ pub unsafe extern "C" fn camlux_scene_add_mesh(
     })
 }
 
-/// Puts another mesh in the place of one, for all of its instances: for bodies that deform, and to free what is no longer needed, by a mesh
-/// without triangles.
+/// Replaces a mesh in all of its instances. Use it for bodies that deform. To free a mesh that is no longer needed, replace it by one without
+/// triangles.
 ///
-/// \param index of the mesh that it replaces.
-/// \errors as camlux_scene_add_mesh, and CAMLUX_ERROR_SCENE where an instance's pose takes the new mesh too far out.
-/// \threads any; calls for one scene take turns.
+/// \param index of the mesh to replace.
+/// \errors as camlux_scene_add_mesh, and CAMLUX_ERROR_SCENE if an instance's pose moves the new mesh too far out.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_mesh(
     scene: *mut camlux_scene,
@@ -87,7 +87,7 @@ pub unsafe extern "C" fn camlux_scene_set_mesh(
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_mesh", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let mesh = unsafe { mesh_from_c(args::read(mesh)?) }?;
         let mut state = object.lock_to_change();
         part(&mut state.meshes, index, "mesh")?;
@@ -103,7 +103,7 @@ pub unsafe extern "C" fn camlux_scene_set_mesh(
 }
 
 /// # Safety
-/// The arrays are as long as the mesh says; the name is null or a C string.
+/// The arrays have the lengths that the mesh states; the name is null or a C string.
 unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
     let [vertices, triangles] = [mesh.vertex_count, mesh.triangle_count];
     for (what, count) in [("vertex_count", vertices), ("triangle_count", triangles)] {
@@ -117,7 +117,7 @@ unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
     let normals = optional(&mesh.normals, vertices);
     let texcoords = optional(&mesh.texcoords, vertices);
     let vectors = |list: Vec<[f64; 3]>| list.into_iter().map(DVec3::from).collect();
-    // SAFETY: the caller's word, for each of them.
+    // SAFETY: the caller guarantees it for each array.
     unsafe {
         let materials = &mesh.triangle_materials;
         let triangle_materials = if materials.data.is_null() {
@@ -149,7 +149,7 @@ unsafe fn reals<const N: usize>(
         CAMLUX_FORMAT_F32 => converted::<f32, f64, N> as Reader<f64, N>,
         CAMLUX_FORMAT_F64 => converted::<f64, f64, N>,
     ];
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     unsafe { elements(array, name, count, &formats) }
 }
 
@@ -164,7 +164,7 @@ unsafe fn wholes<const N: usize>(
         CAMLUX_FORMAT_U16 => converted::<u16, u32, N> as Reader<u32, N>,
         CAMLUX_FORMAT_U32 => converted::<u32, u32, N>,
     ];
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     unsafe { elements(array, name, count, &formats) }
 }
 
@@ -174,7 +174,7 @@ type Reader<T, const N: usize> = unsafe fn(&Rows) -> Outcome<Vec<[T; N]>>;
 /// # Safety
 /// As for [`Rows::read`].
 unsafe fn converted<C: Copy + Into<T>, T, const N: usize>(rows: &Rows) -> Outcome<Vec<[T; N]>> {
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     unsafe { rows.read(|row: &[C]| std::array::from_fn(|i| row[i].into())) }
 }
 
@@ -198,6 +198,6 @@ unsafe fn elements<T, const N: usize>(
         count,
         length: N,
     };
-    // SAFETY: the caller's word.
+    // SAFETY: the caller guarantees it.
     unsafe { read(&rows) }
 }

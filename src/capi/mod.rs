@@ -1,12 +1,12 @@
-//! The C interface: `include/camlux.h` is generated from this module, and the comments here are its manual.
+//! The C interface. `include/camlux.h` is generated from this module; the comments here are its manual.
 //!
-//! Every function runs in an [`ffi_guard`]: it takes nothing on trust that can be checked, turns a panic into a status,
-//! and changes nothing where it fails. Handles are keys of a table and never addresses, so that a wrong one is found out.
+//! Every function runs in an [`ffi_guard`]. It checks everything that can be checked, turns a panic into a status,
+//! and changes nothing if it fails. Handles are keys of a table, never addresses, so that a wrong handle is detected.
 //!
 //! # Safety
-//! What cannot be checked is the caller's word, the same for all functions: a pointer is NULL, or misaligned, or points to what the
-//! function's comment says. A struct has as many bytes as its `struct_size`, an array as many elements as its count, a text ends with a 0,
-//! a result is writable, a callback is a function of its type for as long as it may be called.
+//! The caller of every function guarantees what cannot be checked: a pointer is NULL, or misaligned, or points to what the
+//! function's comment says. A struct has as many bytes as its `struct_size`, an array as many elements as its count. A text ends with a 0.
+//! A result is writable. A callback is a function of its type for as long as it may be called.
 
 #![allow(
     non_camel_case_types,

@@ -15,7 +15,7 @@ pub const CAMLUX_PART_LIGHT: i32 = 1;
 /// An instance of a mesh.
 pub const CAMLUX_PART_INSTANCE: i32 = 2;
 
-/// Where something is and how it is turned: what takes its own space to world space, x_world = q * (scale * x_own) + position. Begin
+/// A pose: position, orientation and scale. It maps own space to world space: x_world = q * (scale * x_own) + position. Initialise
 /// with CAMLUX_POSE_INIT: the identity.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
@@ -24,11 +24,11 @@ pub struct camlux_pose {
     pub struct_size: u32,
     /// 0.
     pub reserved: u32,
-    /// Its origin in world space, m.
+    /// Origin of the own space in world space, m.
     pub position_m: [f64; 3],
-    /// The unit quaternion x, y, z, w. A length within 0.001 of 1 is taken for rounding, and mended.
+    /// Unit quaternion x, y, z, w. A length within 0.001 of 1 is accepted as rounding, and normalised.
     pub orientation_xyzw: [f64; 4],
-    /// Of an instance: its own space is so much larger, above 0. Of others 1.
+    /// Scale of an instance, above 0. It must be 1 for the camera and lights.
     pub scale: f64,
 }
 
@@ -44,7 +44,7 @@ pub(super) struct Pose {
     scale: f64,
 }
 
-/// What a quaternion's length may be off 1.
+/// How far a quaternion's length may differ from 1.
 const LENGTH_TOLERANCE: f64 = 1e-3;
 
 impl Pose {
@@ -84,7 +84,7 @@ impl Pose {
         }
     }
 
-    /// Of what has no size: the camera and lights.
+    /// Checks that the scale is 1, for the camera and lights.
     fn unscaled(self) -> Outcome<Pose> {
         if self.scale == 1.0 {
             return Ok(self);
@@ -93,26 +93,26 @@ impl Pose {
         Err(Error::scene("pose", problem, "leave it 1").into())
     }
 
-    /// From the own space to world space.
+    /// The transform from own space to world space.
     pub fn to_world(self) -> DAffine3 {
         let scale = DVec3::splat(self.scale);
         DAffine3::from_scale_rotation_translation(scale, self.orientation, self.position_m)
     }
 }
 
-/// Moves the camera, a light or an instance. The next frame of a renderer makes anew what this changes, and nothing else:
-/// a moved camera uses the surfaces, reflective shadow maps and virtual lights of the frame before.
+/// Moves the camera, a light or an instance. The next frame of a renderer recomputes only what this changes. After a camera
+/// move it reuses the surfaces, reflective shadow maps and virtual point lights of the previous frame.
 ///
-/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens stay.
-/// - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position; a point light has no orientation; a directional
+/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change.
+/// - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position. A point light has no orientation. A directional
 ///   light travels along +z, and has no position.
-/// - CAMLUX_PART_INSTANCE: takes the mesh's own space to world space, whatever the pose before.
+/// - CAMLUX_PART_INSTANCE: maps the mesh's own space to world space. It replaces the previous pose.
 ///
 /// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
 /// \param index of the light or instance; 0 for the camera.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or too far
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is invalid or too far
 /// out.
-/// \threads any; calls for one scene take turns. It only stores.
+/// \threads any; calls on the same scene are serialised. It only stores the pose.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_pose(
     scene: *mut camlux_scene,
@@ -122,7 +122,7 @@ pub unsafe extern "C" fn camlux_scene_set_pose(
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_pose", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let pose = Pose::from_c(unsafe { args::read(pose) }?)?;
         let choices = args::choices![
             CAMLUX_PART_CAMERA => move_camera as fn(&mut SceneState, u32, Pose) -> Outcome,
@@ -134,14 +134,14 @@ pub unsafe extern "C" fn camlux_scene_set_pose(
     })
 }
 
-/// Moves many lights or instances at once: all of them, or where one pose is refused, none.
+/// Moves many lights or instances at once. If one pose is refused, none is moved.
 ///
 /// \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
 /// \param indices of the parts, `count` of them; NULL: 0 to count - 1.
-/// \param poses the first of `count`, each begun with CAMLUX_POSE_INIT.
-/// \param stride_bytes from one pose to the next: sizeof(camlux_pose), or the size of what a pose is the first member of.
-/// \errors as camlux_scene_set_pose; the message tells which pose it is.
-/// \threads any; calls for one scene take turns. It only stores.
+/// \param poses the first of `count`, each initialised with CAMLUX_POSE_INIT.
+/// \param stride_bytes from one pose to the next: sizeof(camlux_pose), or the size of a struct whose first member is a pose.
+/// \errors as camlux_scene_set_pose; the message says which pose is wrong.
+/// \threads any; calls on the same scene are serialised. It only stores the poses.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_poses(
     scene: *mut camlux_scene,
@@ -158,7 +158,7 @@ pub unsafe extern "C" fn camlux_scene_set_poses(
             CAMLUX_PART_INSTANCE => moved_instance,
         ];
         let moved = args::one_of("part", part, &choices)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let poses = unsafe { args::read_many(poses, count, stride_bytes, Pose::from_c) }?;
         let indices = if indices.is_null() {
             (0..count as u32).collect()
@@ -170,7 +170,7 @@ pub unsafe extern "C" fn camlux_scene_set_poses(
                 count,
                 length: 1,
             };
-            // SAFETY: the caller's word.
+            // SAFETY: the caller guarantees it.
             unsafe { rows.read(|row: &[u32]| row[0]) }?
         };
         let mut state = object.lock_to_change();
@@ -189,12 +189,12 @@ pub unsafe extern "C" fn camlux_scene_set_poses(
     })
 }
 
-/// Where the camera, a light or an instance is, as camlux_scene_set_pose takes it.
+/// Reads the pose of the camera, a light or an instance, in the form of camlux_scene_set_pose.
 ///
 /// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
 /// \param index of the light or instance; 0 for the camera.
-/// \param pose begin with CAMLUX_POSE_INIT. What has no position is at 0; what has no direction of its own is not turned; a light that may
-/// turn about its direction is turned by any angle.
+/// \param pose initialise with CAMLUX_POSE_INIT. A part without a position is at 0. A part without a direction is not rotated. A light that
+/// is symmetric about its direction has an arbitrary rotation about it.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -213,7 +213,7 @@ pub unsafe extern "C" fn camlux_scene_get_pose(
         ];
         let pose_of = args::one_of("part", part, &choices)?;
         let found = || Ok(pose_of(&object.lock(), index)?.to_c());
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(pose, found) }
     })
 }
@@ -276,7 +276,7 @@ fn move_part(state: &mut SceneState, index: u32, moved: Moved) -> Outcome {
     Ok(())
 }
 
-/// What a pose makes of a part, checked.
+/// A part moved by a pose, already checked.
 pub(super) enum Moved {
     Light(Light),
     Instance(Pose),

@@ -17,40 +17,40 @@ use crate::{
     scene::Camera,
 };
 
-/// Receives how far a render is: 0 to 1 by estimated work, the pass that runs next (a string that is valid during the call),
-/// and the pointer of the options.
+/// Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
+/// call), and the user pointer of the options.
 ///
-/// \return 0 to go on; anything else ends the render with CAMLUX_CANCELLED.
+/// \return 0 to continue; any other value ends the render with CAMLUX_CANCELLED.
 ///
 /// It is called on the thread that renders, about twice a second and between passes. It may call camlux, but a render with the
-/// same renderer is CAMLUX_ERROR_BUSY. It must return: no exception, no longjmp.
+/// same renderer returns CAMLUX_ERROR_BUSY. It must return: no exception, no longjmp.
 pub type camlux_progress_callback =
     Option<unsafe extern "C" fn(fraction: f64, pass: *const c_char, user: *mut c_void) -> i32>;
 
-/// How to render, apart from what. Begin with CAMLUX_RENDER_OPTIONS_INIT: no callback, half a second.
+/// How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_render_options {
     /// sizeof(camlux_render_options)
     pub struct_size: u32,
-    /// GPU time that one submission should take, milliseconds above 0: as long takes what is between two reports of progress,
-    /// and a cancel.
+    /// Target GPU time of one submission, milliseconds above 0. It is also the time between two reports of progress, and the time that a
+    /// cancel takes.
     pub submission_target_ms: u32,
-    /// NULL: none.
+    /// Progress callback; NULL: none.
     pub progress: camlux_progress_callback,
-    /// Handed to the callback; camlux never looks at what it points to.
+    /// Passed to the callback; camlux does not read what it points to.
     pub progress_user: *mut c_void,
-    /// 1: the images stay on the device, for camlux_frame_get_vulkan_image; they come to the host when a layer is asked for.
-    /// 0: they go to the host.
+    /// 1: the images stay on the device, for camlux_frame_get_vulkan_image; they are copied to the host when a layer is requested.
+    /// 0: they are copied to the host.
     pub on_device: i32,
-    /// Which frame of a sequence this is: each has its own noise (camlux_tof_noise). Nothing else depends on it.
+    /// Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it.
     pub frame_index: u32,
-    /// NULL: none. The render ends with CAMLUX_CANCELLED once this is cancelled, before its first pass where it was already.
+    /// NULL: none. Cancelling this token ends the render with CAMLUX_CANCELLED. If it is cancelled already, no pass runs.
     pub cancel_token: *mut camlux_cancel_token,
-    /// Where layers go, the first of target_count; NULL: none. Only these layers come from the device, and the frame has none of its own. For
-    /// one camera, and not with on_device.
+    /// Where layers go: the first of target_count targets; NULL: none. Only these layers are copied from the device, and the frame itself has no
+    /// layers. For one camera only, and not with on_device.
     pub targets: *const camlux_target,
-    /// How many targets there are.
+    /// Number of targets.
     pub target_count: usize,
 }
 
@@ -58,20 +58,20 @@ c_struct!(camlux_render_options, 40, submission_target_ms: 500);
 
 /// A renderer, and the device that it keeps open.
 pub(super) struct RendererObject {
-    /// Before the device, so that it is dropped first.
+    /// Declared before the device, so that it is dropped first.
     renderer: Mutex<Renderer>,
     device: Arc<DeviceObject>,
 }
 
-/// Whether it was cancelled, which it stays.
+/// Whether the token was cancelled. It never changes back.
 #[derive(Default)]
 pub(super) struct CancelToken(AtomicBool);
 
-/// Makes a renderer on a device. It keeps the device open, and on it what the next frame may need again.
+/// Creates a renderer on a device. It keeps the device open, and keeps on it what the next frame can reuse.
 ///
-/// \param renderer receives the handle, with one reference: give it back by camlux_renderer_release.
+/// \param renderer receives the handle, with one reference; release it with camlux_renderer_release.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_VULKAN.
-/// \threads any. One renderer renders one frame at a time; for more at once, make more.
+/// \threads any. One renderer renders one frame at a time; make more to render several at once.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_renderer_create(
     device: *mut camlux_device,
@@ -85,20 +85,20 @@ pub unsafe extern "C" fn camlux_renderer_create(
                 device: device.clone(),
             })
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(renderer, "renderer", make) }
     })
 }
 
-/// Renders a frame of a scene as it is at the time of the call: what other threads change in it meanwhile is for the next frame.
+/// Renders a frame of a scene as it is at the time of the call. Changes that other threads make meanwhile apply to the next frame.
 ///
-/// The first frame compiles pipelines and copies the scene to the device. Later ones of the same scene make anew only what has
+/// The first frame compiles pipelines and copies the scene to the device. Later frames of the same scene recompute only what has
 /// changed: see camlux_scene_set_pose and camlux_frame_get_pass.
 ///
 /// \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
-/// \param frame receives the handle, with one reference: give it back by camlux_frame_release.
+/// \param frame receives the handle, with one reference; release it with camlux_frame_release.
 /// \errors CAMLUX_CANCELLED; CAMLUX_ERROR_SCENE for a scene that cannot be rendered, such as one without light;
-/// CAMLUX_ERROR_DEVICE_LIMIT; CAMLUX_ERROR_BUSY where the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY;
+/// CAMLUX_ERROR_DEVICE_LIMIT; CAMLUX_ERROR_BUSY if the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY;
 /// CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; it returns when the frame is done.
 #[unsafe(no_mangle)]
@@ -111,27 +111,27 @@ pub unsafe extern "C" fn camlux_renderer_render(
     ffi_guard("camlux_renderer_render", || {
         let renderer = handle::get(renderer)?;
         let scene = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let render = || {
-            // SAFETY: the caller's word.
+            // SAFETY: the caller guarantees it.
             let request = unsafe { Request::read(options) }?;
             let lock = renderer.lock()?;
             renderer.render_one(lock, Snapshot::of(scene), &request)
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(frame, "frame", render) }
     })
 }
 
-/// Renders a scene as several cameras see it, each as camlux_scene_set_camera would set it: what the lights see, and all that rays meet, is
-/// made once.
+/// Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What the lights see and what rays hit is computed
+/// once.
 ///
-/// \param cameras the first of `count`, each begun with CAMLUX_CAMERA_INIT; for those of another size, images are made anew.
-/// \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of what a camera is the first member of.
+/// \param cameras the first of `count`, each initialised with CAMLUX_CAMERA_INIT. A camera with another image size needs new images.
+/// \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of a struct whose first member is a camera.
 /// \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
-/// \param frames receive `count` handles, with one reference each: give them back by camlux_frame_release. Where one camera fails there is none.
-/// \errors those of camlux_renderer_render; the message tells which camera it is.
+/// \param frames receives `count` handles, with one reference each; release them with camlux_frame_release. If one camera fails, there are none.
+/// \errors those of camlux_renderer_render; the message says which camera failed.
 /// \threads any; it returns when the frames are done.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_renderer_render_cameras(
@@ -146,17 +146,17 @@ pub unsafe extern "C" fn camlux_renderer_render_cameras(
     ffi_guard("camlux_renderer_render_cameras", || {
         let renderer = handle::get(renderer)?;
         let scene = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let checked = |camera| {
             let camera = camera_from_c(camera)?;
             camera.validate()?;
             Ok(camera)
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let cameras = unsafe { args::read_many(cameras, count, stride_bytes, checked) }?;
         let render = || {
-            // SAFETY: the caller's word.
+            // SAFETY: the caller guarantees it.
             let request = unsafe { Request::read(options) }?;
             if !request.targets.is_empty() {
                 let problem = "targets are given, which are of one camera; render camera by camera, or copy layers by camlux_frame_copy";
@@ -165,16 +165,16 @@ pub unsafe extern "C" fn camlux_renderer_render_cameras(
             let lock = renderer.lock()?;
             renderer.render(lock, Snapshot::of(scene), &request, &cameras)
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handles(frames, "frames", count, render) }
     })
 }
 
-/// Foretells the GPU time that a frame of a scene will take, from the last frame of the renderer, if it was of as many triangles
-/// and lights and by the same estimator. It is good to a factor of 2 for up to four times the pixels and half the error.
+/// Predicts the GPU time of a frame of a scene from the renderer's last frame. That frame must have had the same number of triangles
+/// and lights and the same estimator. The prediction is good to a factor of 2 for up to four times the pixels and half the error.
 ///
-/// \param milliseconds receives it; 0 where the last frame tells nothing of this scene, or there was none.
-/// \errors CAMLUX_ERROR_BUSY where the renderer is rendering; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \param milliseconds receives the time; 0 if there was no last frame, or it does not allow a prediction for this scene.
+/// \errors CAMLUX_ERROR_BUSY if the renderer is rendering; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_renderer_foretell_ms(
@@ -189,31 +189,31 @@ pub unsafe extern "C" fn camlux_renderer_foretell_ms(
             let foretold = renderer.lock()?.foretell_ms(&scene.snapshot());
             Ok(foretold.unwrap_or(0.0))
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(milliseconds, "milliseconds", foretell) }
     })
 }
 
-/// Makes a token by which another thread ends renders: set it in camlux_render_options.
+/// Creates a token with which another thread can cancel renders: set it in camlux_render_options.
 ///
-/// \param token receives the handle, with one reference: give it back by camlux_cancel_token_release.
+/// \param token receives the handle, with one reference; release it with camlux_cancel_token_release.
 /// \errors CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any. Any number of renders may have the same token.
+/// \threads any. Any number of renders may use the same token.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_cancel_token_create(
     token: *mut *mut camlux_cancel_token,
 ) -> camlux_status {
     ffi_guard("camlux_cancel_token_create", || {
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(token, "token", || Ok(CancelToken::default())) }
     })
 }
 
-/// Ends all renders with this token by CAMLUX_CANCELLED: those that are under way after one submission at the latest (see
-/// camlux_render_options), those that begin later at once. It does not wait for them. A token stays cancelled.
+/// Ends all renders with this token with CAMLUX_CANCELLED. Running renders end after one submission at the latest (see
+/// camlux_render_options), later renders at once. The call does not wait for them. A token stays cancelled.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
-/// \threads any: meant for another thread than the one that renders, or a signal handler's helper thread.
+/// \threads any; use it on another thread than the one that renders, or on the helper thread of a signal handler.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_cancel_token_cancel(token: *mut camlux_cancel_token) -> camlux_status {
     ffi_guard("camlux_cancel_token_cancel", || {
@@ -226,7 +226,7 @@ impl RendererObject {
     pub fn lock(&self) -> Outcome<MutexGuard<'_, Renderer>> {
         match self.renderer.try_lock() {
             Ok(renderer) => Ok(renderer),
-            // What a frame that failed had on the device is given up, by a panic as well.
+            // A frame that failed, even by a panic, has given up its state on the device.
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
             Err(TryLockError::WouldBlock) => {
                 let problem =
@@ -236,7 +236,7 @@ impl RendererObject {
         }
     }
 
-    /// The scene as its own camera sees it.
+    /// Renders the scene from its own camera.
     pub fn render_one(
         &self,
         renderer: MutexGuard<'_, Renderer>,
@@ -249,7 +249,7 @@ impl RendererObject {
         frames.pop().ok_or_else(none)
     }
 
-    /// The scene as each of some cameras sees it. The lock is given back before the log hears of the frames: a callback of the log may
+    /// Renders the scene from each of some cameras. Releases the lock before it logs the frames: a log callback may
     /// render with this renderer.
     fn render(
         &self,
@@ -287,7 +287,7 @@ impl RendererObject {
     }
 }
 
-/// Renders one frame of several: so many are done, of so many.
+/// Renders one frame, after `done` of `all` frames.
 fn draw(
     renderer: &mut Renderer,
     scene: &crate::Scene,
@@ -323,7 +323,7 @@ fn draw(
     }
 }
 
-/// Takes layers to the host's memory, and their buffers back for the next frame.
+/// Copies layers to the host's memory, and returns their buffers to the renderer for the next frame.
 fn to_targets(
     renderer: &mut Renderer,
     frame: Frame,
@@ -333,7 +333,7 @@ fn to_targets(
         let mut layers = frame.layers.iter();
         let data = layers.find_map(|(layer, data)| (*layer == target.layer).then_some(data));
         let data = data.ok_or_else(|| crate::Error::internal("a frame without a wanted layer"))?;
-        // SAFETY: the host's word: it keeps its memory until the render has ended.
+        // SAFETY: the host guarantees that its memory is valid until the render has ended.
         let filled = unsafe { target.fill(data, frame.resolution_px) };
         filled.map_err(|failure| crate::Error::internal(failure.message))?;
     }
@@ -348,22 +348,22 @@ fn to_targets(
     Ok(Rendered::ToTargets(without_layers, warnings))
 }
 
-/// How a frame is to be rendered.
+/// The checked options of a render.
 pub(super) struct Request {
     options: camlux_render_options,
     stays_on_device: bool,
     targets: Vec<Target>,
     token: Arc<CancelToken>,
-    /// Nobody waits for the frame any more.
+    /// Cancelled when nobody waits for the frame any more.
     pub abandoned: Arc<CancelToken>,
 }
 
-// SAFETY: the pointers are the host's, which lets them be used on the thread of its job: see camlux_renderer_submit.
+// SAFETY: the pointers are the host's, which allows their use on the thread of its job: see camlux_renderer_submit.
 unsafe impl Send for Request {}
 
 impl Request {
     /// # Safety
-    /// The targets are as many as the options say.
+    /// There are `target_count` targets.
     pub unsafe fn read(options: camlux_render_options) -> Outcome<Request> {
         if options.submission_target_ms == 0 {
             let problem = "submission_target_ms is 0; give milliseconds, such as 500";
@@ -373,7 +373,7 @@ impl Request {
         let targets = match options.target_count {
             0 => Vec::new(),
             count => {
-                // SAFETY: the caller's word, also for the others, which are as large as the first.
+                // SAFETY: the caller guarantees it; all targets have the size of the first.
                 unsafe {
                     let stride_bytes = args::read(options.targets)?.struct_size as usize;
                     args::read_many(options.targets, count, stride_bytes, Target::from_c)?
@@ -403,11 +403,11 @@ impl Request {
     }
 }
 
-/// A scene as it was.
+/// A scene as it was at the time of a call.
 pub(super) struct Snapshot {
     scene: Arc<SceneObject>,
     now: crate::Scene,
-    /// What it took.
+    /// Time that the snapshot took.
     milliseconds: f64,
 }
 
@@ -433,7 +433,7 @@ impl CancelToken {
     }
 }
 
-/// Tells the host how far the render is; whether it wants no more.
+/// Reports the progress to the host. Returns whether the host cancels the render.
 fn is_enough(progress: Progress, options: &camlux_render_options) -> bool {
     let Some(callback) = options.progress else {
         return false;

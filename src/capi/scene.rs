@@ -1,4 +1,4 @@
-//! Scenes: what the host has put together, and the scene that is rendered.
+//! Scenes: the parts that the host has set, and the scene that is rendered.
 
 use std::{
     ffi::c_char,
@@ -12,35 +12,35 @@ use crate::{
     scene::{Direct, Light, Mesh, Shared},
 };
 
-/// How many parts a scene has. Begin with CAMLUX_SCENE_COUNTS_INIT.
+/// Numbers of the parts of a scene. Initialise with CAMLUX_SCENE_COUNTS_INIT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_scene_counts {
     /// sizeof(camlux_scene_counts)
     pub struct_size: u32,
-    /// Textures: their indices are from 0 to below this number, and so on.
+    /// Textures. Their indices are from 0 to this number - 1; the same holds for the members below.
     pub textures: u32,
     /// Materials.
     pub materials: u32,
     /// Meshes.
     pub meshes: u32,
-    /// Instances: meshes as they are placed.
+    /// Instances: placed meshes.
     pub instances: u32,
     /// Lights.
     pub lights: u32,
 }
 
-/// How far the surfaces of a scene reach. Begin with CAMLUX_BOUNDS_INIT.
+/// Bounding box of the surfaces of a scene. Initialise with CAMLUX_BOUNDS_INIT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_bounds {
     /// sizeof(camlux_bounds)
     pub struct_size: u32,
-    /// 1: there are no triangles, and the box is 0.
+    /// 1: there are no triangles, and min_m and max_m are 0.
     pub is_empty: i32,
-    /// The least x, y, z of a vertex that a triangle uses, in world space, m.
+    /// Smallest x, y, z of the vertices that triangles use, in world space, m.
     pub min_m: [f64; 3],
-    /// The greatest, m.
+    /// Largest x, y, z of these, m.
     pub max_m: [f64; 3],
 }
 
@@ -48,27 +48,27 @@ c_struct!(camlux_scene_counts, 24);
 
 c_struct!(camlux_bounds, 56);
 
-/// A scene that its host changes as it likes.
+/// A scene that the host can change at any time.
 pub(super) struct SceneObject {
     state: Mutex<SceneState>,
 }
 
-/// What the host has put together.
+/// The parts that the host has set.
 pub(super) struct SceneState {
-    /// Without meshes, which come from the instances when they are needed.
+    /// The scene without meshes. A snapshot adds them from the instances.
     pub scene: Scene,
     pub meshes: Vec<UnplacedMesh>,
     pub instances: Vec<Instance>,
     pub absent_instances: Absent,
     pub absent_lights: Absent,
-    /// What is in the place of an instance that is not there.
+    /// An empty mesh in the place of an absent instance.
     nothing: Shared<Mesh>,
-    /// Whether the log has had the warnings.
+    /// Whether the warnings were logged.
     is_warned: bool,
 }
 
 impl SceneObject {
-    /// A scene whose meshes lie where they are.
+    /// Turns each mesh of a loaded scene into a mesh and an instance with the identity as pose.
     pub fn new(mut scene: Scene) -> SceneObject {
         let loaded = std::mem::take(&mut scene.meshes);
         let instances = loaded.iter().enumerate().map(|(mesh, instance)| Instance {
@@ -90,19 +90,19 @@ impl SceneObject {
         }
     }
 
-    /// A panic while the lock was held leaves nothing half done: every change is one assignment or one push.
+    /// A panic while the lock is held leaves no partial change: every change is one assignment or one push.
     pub fn lock(&self) -> MutexGuard<'_, SceneState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// For a change, after which warnings are due again.
+    /// Locks the scene for a change, after which warnings are logged again.
     pub fn lock_to_change(&self) -> MutexGuard<'_, SceneState> {
         let mut state = self.lock();
         state.is_warned = false;
         state
     }
 
-    /// Adds a part, and writes its index where the host wants it.
+    /// Adds a part, and writes its index to the host's memory, unless `index` is null.
     ///
     /// # Safety
     /// `index` is null, or misaligned, or writable.
@@ -115,16 +115,16 @@ impl SceneObject {
         if index.is_null() {
             return add().map(drop);
         }
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(index, "index", add) }
     }
 
-    /// The scene as it is now, to render.
+    /// A snapshot of the scene, to render.
     pub fn snapshot(&self) -> Scene {
         self.lock().snapshot()
     }
 
-    /// Tells the log once what is probably not meant in a scene that has been found fine.
+    /// Logs warnings about probable mistakes in a valid scene, once.
     pub fn log_warnings(&self, snapshot: &Scene) {
         if !log::is_wanted(CAMLUX_LOG_WARNING) {
             return;
@@ -156,7 +156,7 @@ impl SceneState {
         } = self;
         let placed = instances.iter().enumerate().map(|(index, instance)| {
             match absent_instances.contains(index) {
-                // It keeps its place, for the ids of the others.
+                // It keeps its place, so that the ids of the others do not change.
                 true => nothing.clone().into(),
                 false => meshes[instance.mesh].placed(instance),
             }
@@ -169,7 +169,7 @@ impl SceneState {
         snapshot
     }
 
-    /// Takes the lights that are not there out of a copy of the scene.
+    /// Removes the absent lights from a copy of the scene.
     fn leave_out_lights(&self, snapshot: &mut Scene) {
         let all = 0..snapshot.lights.len();
         let there: Vec<usize> = all.filter(|&i| !self.absent_lights.contains(i)).collect();
@@ -188,7 +188,7 @@ impl SceneState {
         }
     }
 
-    /// The light of an index, unless it was removed.
+    /// The light at an index, unless it was removed.
     pub fn light(&self, index: u32) -> Outcome<&Light> {
         self.absent_lights.check(index, "light")?;
         let lights = &self.scene.lights;
@@ -196,14 +196,14 @@ impl SceneState {
         found.ok_or_else(|| no_part(index, lights.len(), "light"))
     }
 
-    /// The instance of an index, unless it was removed.
+    /// The instance at an index, unless it was removed.
     pub fn instance(&self, index: u32) -> Outcome<&Instance> {
         self.absent_instances.check(index, "instance")?;
         let found = self.instances.get(index as usize);
         found.ok_or_else(|| no_part(index, self.instances.len(), "instance"))
     }
 
-    /// What was said of a light that is gone is not said of the one that takes its index.
+    /// Removes the settings of a removed light, so that they do not apply to the light that takes its index.
     pub fn forget_light(&mut self, index: usize) {
         self.scene
             .carried_lights
@@ -213,7 +213,7 @@ impl SceneState {
         }
     }
 
-    /// Puts a checked part where it goes.
+    /// Stores a checked part.
     pub fn put(&mut self, index: usize, moved: Moved) {
         match moved {
             Moved::Light(light) => self.scene.lights[index] = light,
@@ -225,7 +225,7 @@ impl SceneState {
     }
 }
 
-/// Puts a part in a free place of a list, or behind it, and says where it is.
+/// Puts a part in a free place of a list, or appends it, and returns its index.
 pub(super) fn put<T>(
     list: &mut Vec<T>,
     free: Option<usize>,
@@ -241,7 +241,7 @@ pub(super) fn put<T>(
     }
 }
 
-/// Adds a part to a list of the scene, and says which it is.
+/// Appends a part to a list of the scene, and returns its index.
 pub(super) fn push<T>(list: &mut Vec<T>, part: T, what: &str) -> Outcome<usize> {
     if list.len() >= args::CAMLUX_NONE as usize || list.try_reserve(1).is_err() {
         let problem = format!("there is no room for another {what} after {}", list.len());
@@ -251,23 +251,23 @@ pub(super) fn push<T>(list: &mut Vec<T>, part: T, what: &str) -> Outcome<usize> 
     Ok(list.len() - 1)
 }
 
-/// The part of an index.
+/// The part at an index.
 pub(super) fn part<'l, T>(list: &'l mut [T], index: u32, what: &str) -> Outcome<&'l mut T> {
     let count = list.len();
     let found = list.get_mut(index as usize);
     found.ok_or_else(|| no_part(index, count, what))
 }
 
-/// The failure where there is no part of an index.
+/// The failure for an index without a part.
 pub(super) fn no_part(index: u32, count: usize, what: &str) -> Failure {
     Failure::argument(format!(
         "there is no {what} {index} among {count}; indices count from 0"
     ))
 }
 
-/// Makes an empty scene: the camera of CAMLUX_CAMERA_INIT, no light, no mesh, no sensor, direct light only.
+/// Creates an empty scene: the camera of CAMLUX_CAMERA_INIT, no light, no mesh, no sensor, direct light only.
 ///
-/// \param scene receives the handle, with one reference: give it back by camlux_scene_release.
+/// \param scene receives the handle, with one reference; release it with camlux_scene_release.
 /// \errors CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. A scene belongs to no device, and several threads may change and render it.
 #[unsafe(no_mangle)]
@@ -288,16 +288,16 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
                 left_out: Vec::new(),
             }))
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(scene, "scene", make) }
     })
 }
 
 /// Loads a scene file (docs/scene.md), with the meshes, materials and textures that it names. Each of its meshes becomes a
-/// mesh and an instance of the same index, so that all of it can be moved and changed like a scene from arrays.
+/// mesh and an instance with the same index. You can move and change everything as in a scene from arrays.
 ///
 /// \param path of the TOML file, UTF-8. Paths in the file are relative to it.
-/// \param scene receives the handle, with one reference: give it back by camlux_scene_release.
+/// \param scene receives the handle, with one reference; release it with camlux_scene_release.
 /// \errors CAMLUX_ERROR_SCENE with file and line; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -306,20 +306,20 @@ pub unsafe extern "C" fn camlux_scene_load_file(
     scene: *mut *mut camlux_scene,
 ) -> camlux_status {
     ffi_guard("camlux_scene_load_file", || {
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let path = unsafe { args::path(path) }?;
         let load = || {
             let object = SceneObject::new(Scene::load(Path::new(&path))?);
             object.log_warnings(&object.snapshot());
             Ok(object)
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(scene, "scene", load) }
     })
 }
 
-/// Checks all that a render relies on, without a device. What is wrong with a part was told where it was set; what is left is
-/// that there is a light.
+/// Checks everything that a render needs, without a device. Each part was already checked when it was set. This call also checks that
+/// there is a light, and that the parts go together.
 ///
 /// \errors CAMLUX_ERROR_SCENE; CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -334,9 +334,9 @@ pub extern "C" fn camlux_scene_validate(scene: *mut camlux_scene) -> camlux_stat
     })
 }
 
-/// How many parts a scene has.
+/// Reads the numbers of the parts of a scene.
 ///
-/// \param counts begin with CAMLUX_SCENE_COUNTS_INIT.
+/// \param counts initialise with CAMLUX_SCENE_COUNTS_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -357,16 +357,16 @@ pub unsafe extern "C" fn camlux_scene_get_counts(
                 ..Default::default()
             })
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(counts, found) }
     })
 }
 
-/// How far the surfaces of a scene reach, with the poses that its instances have now.
+/// Computes the bounding box of the surfaces of a scene, with the current poses of its instances.
 ///
-/// \param bounds begin with CAMLUX_BOUNDS_INIT.
+/// \param bounds initialise with CAMLUX_BOUNDS_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any. It looks at every vertex.
+/// \threads any. It reads every vertex.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_get_bounds(
     scene: *mut camlux_scene,
@@ -385,7 +385,7 @@ pub unsafe extern "C" fn camlux_scene_get_bounds(
                 ..Default::default()
             })
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(bounds, found) }
     })
 }

@@ -1,4 +1,4 @@
-//! Camera, sensor, and how light is computed.
+//! Camera, sensor, and options of direct and indirect light.
 
 use glam::DVec3;
 
@@ -11,41 +11,41 @@ use crate::{
     },
 };
 
-/// The lens is given by `fov_y_deg`.
+/// Lens given by `fov_y_deg`.
 pub const CAMLUX_LENS_FOV_Y: i32 = 0;
-/// The lens is given by `fx_px`, `fy_px`, `cx_px`, `cy_px`.
+/// Lens given by `fx_px`, `fy_px`, `cx_px`, `cy_px`.
 pub const CAMLUX_LENS_INTRINSICS: i32 = 1;
-/// The same, with the distortion of OpenCV's calibrateCamera: k1, k2, p1, p2, k3, k4, k5, k6.
+/// As CAMLUX_LENS_INTRINSICS, with the distortion of OpenCV's calibrateCamera: k1, k2, p1, p2, k3, k4, k5, k6.
 pub const CAMLUX_LENS_RATIONAL: i32 = 2;
-/// The same, with the distortion of OpenCV's fisheye: k1, k2, k3, k4.
+/// As CAMLUX_LENS_INTRINSICS, with the distortion of OpenCV's fisheye: k1, k2, k3, k4.
 pub const CAMLUX_LENS_FISHEYE: i32 = 3;
 
-/// All points of a pixel count alike.
+/// All samples of a pixel have the same weight.
 pub const CAMLUX_FILTER_BOX: i32 = 0;
-/// By a Gaussian of a standard deviation of 0.5 pixels, which ends 1.5 pixels from the pixel's centre.
+/// Gaussian weights with a standard deviation of 0.5 pixels, cut off 1.5 pixels from the pixel's centre.
 pub const CAMLUX_FILTER_GAUSSIAN: i32 = 1;
 
-/// A camera. Begin with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
+/// A camera. Initialise with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
 ///
-/// Pixel (0, 0) is the upper left one, and its centre lies at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
+/// Pixel (0, 0) is the upper left one, and its centre is at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_camera {
     /// sizeof(camlux_camera)
     pub struct_size: u32,
-    /// Pixels of a row.
+    /// Width of the image, pixels.
     pub width_px: u32,
-    /// Rows.
+    /// Height of the image, pixels.
     pub height_px: u32,
-    /// CAMLUX_LENS_FOV_Y or one of CAMLUX_LENS_INTRINSICS, _RATIONAL, _FISHEYE; the members of others are not looked at.
+    /// CAMLUX_LENS_FOV_Y or one of CAMLUX_LENS_INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored.
     pub lens: i32,
     /// The camera's centre in world space, m.
     pub position_m: [f64; 3],
-    /// A point in the middle of the view, m; anywhere but at the centre.
+    /// A point in the middle of the view, m; it must differ from position_m.
     pub look_at_m: [f64; 3],
-    /// What is up in the image; of any length, at an angle to the view.
+    /// The upward direction in the image; of any length, not parallel to the view.
     pub up: [f64; 3],
-    /// Full angle from the upper to the lower edge, degrees above 0 and below 180. Pixels are square, the principal point is
+    /// Full angle from the upper to the lower edge, degrees above 0 and below 180. Pixels are square, and the principal point is
     /// in the middle.
     pub fov_y_deg: f64,
     /// Focal lengths in pixels, above 0: x_px = fx_px * X / Z + cx_px with X right, Y down, Z forward.
@@ -56,15 +56,15 @@ pub struct camlux_camera {
     pub cx_px: f64,
     /// See cx_px.
     pub cy_px: f64,
-    /// Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE, which has four. An image that they fold over is refused.
+    /// Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE (first four). Coefficients that fold the image over are refused.
     pub distortion: [f64; 8],
-    /// Points of a pixel whose light is averaged, 2 to 4096; 0 or 1: a pixel shows what lies at its centre.
+    /// Number of samples averaged per pixel, 2 to 4096; 0 or 1: the pixel shows what is at its centre.
     pub samples: u32,
-    /// How much they count: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN.
+    /// Weight of the samples: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN.
     pub filter: i32,
 }
 
-/// What turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Begin with
+/// A sensor, which turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Initialise with
 /// CAMLUX_SENSOR_INIT, and set every member.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
@@ -75,33 +75,33 @@ pub struct camlux_sensor {
     pub reserved: u32,
     /// Width and height of a pixel, micrometres, above 0.
     pub pixel_pitch_um: [f64; 2],
-    /// Seconds, above 0.
+    /// Exposure time, seconds, above 0.
     pub exposure_time_s: f64,
-    /// Share of the exposure in which the signal is on, 0 to 1.
+    /// Fraction of the exposure in which the signal is on, 0 to 1.
     pub duty_cycle: f64,
-    /// What time of flight counts photons by (camlux_scene_set_tof), nanometres. 0, like quantum_efficiency: the sensor has no such
-    /// photodetector.
+    /// Wavelength with which time of flight counts photons (camlux_scene_set_tof), nanometres. 0, with quantum_efficiency 0: the sensor has no
+    /// photodetector for time of flight.
     pub wavelength_nm: f64,
-    /// Electrons per photon, above 0 up to 1.
+    /// Electrons per photon, above 0 and up to 1.
     pub quantum_efficiency: f64,
-    /// Focal length over the diameter of the aperture: the irradiance on a pixel is then its radiance times (pi/4) / f_number^2 * cos^4 of the
-    /// angle to the axis. 0: it is the radiance by number. Not with CAMLUX_LENS_FISHEYE.
+    /// Focal length divided by the diameter of the aperture. The irradiance on a pixel is its radiance times (pi/4) / f_number^2 * cos^4 of the
+    /// angle to the axis. 0: the irradiance is numerically the radiance. Not with CAMLUX_LENS_FISHEYE.
     pub f_number: f64,
 }
 
-/// Final gathering by rays from both ends: converges to the true single bounce, and meets a target error.
+/// Final gathering by rays from both ends. Converges to the true single bounce, and meets a target error.
 pub const CAMLUX_ESTIMATOR_FINAL_GATHER: i32 = 0;
-/// The mean over the reflective shadow map, as in CamSim, without falloff over the distance: no visibility.
+/// The mean over the reflective shadow map, as in CamSim, without distance falloff or visibility.
 pub const CAMLUX_ESTIMATOR_RSM_AVERAGE: i32 = 1;
-/// The plain sum over the virtual point lights (Keller 1997): no visibility.
+/// The plain sum over the virtual point lights (Keller 1997), without visibility.
 pub const CAMLUX_ESTIMATOR_INSTANT_RADIOSITY: i32 = 2;
 
-/// The error counts over all pixels at once: bright pixels count most.
+/// The target error applies to all pixels at once: bright pixels count most.
 pub const CAMLUX_NORM_IMAGE: i32 = 0;
-/// The error counts over tiles of the image, each with light as much as another: no dark part is left noisy.
+/// The target error applies to tiles of the image. Each tile with light has the same weight, so that no dark part stays noisy.
 pub const CAMLUX_NORM_LOCAL: i32 = 1;
 
-/// How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: final gathering to 0.02 of relative error.
+/// How the single bounce is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_indirect {
@@ -109,20 +109,20 @@ pub struct camlux_indirect {
     pub struct_size: u32,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER, CAMLUX_ESTIMATOR_RSM_AVERAGE or CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
     pub estimator: i32,
-    /// Texels along one edge of a face of the reflective shadow map. 0: camlux chooses, which it can for
+    /// Texels along an edge of a face of the reflective shadow map. 0: camlux chooses, for
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only.
     pub rsm_size: u32,
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error counts over, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error applies to, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL.
     pub error_norm: i32,
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: relative error (relRMSE) against the true bounce, 0.002 to 0.5; 0: 0.02.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: target error (relRMSE) against the true bounce, 0.002 to 0.5; 0: 0.02.
     pub target_error: f64,
-    /// CAMLUX_ESTIMATOR_RSM_AVERAGE only: relative error (relRMSE) against the sum at every pixel that interpolation between
-    /// pixels may cause, 0.002 to 0.5; 0: the sum at every pixel.
+    /// CAMLUX_ESTIMATOR_RSM_AVERAGE only: relative error (relRMSE), against the sum at every pixel, that interpolation between
+    /// pixels may cause, 0.002 to 0.5; 0: no interpolation, the sum at every pixel.
     pub interpolation_error: f64,
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: wall-clock time for the indirect light of a frame, milliseconds; where it is over before
-    /// the target is met, the best image so far is the result. 0: as long as it takes.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall-clock time for the indirect light of a frame, milliseconds. If it is reached before
+    /// the target error, the result is the best image so far. 0: no limit.
     pub max_ms: f64,
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: the same for rays; 0: as many as it takes.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms. 0: no limit.
     pub max_rays: u64,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR.
     pub stderr_layer: i32,
@@ -130,14 +130,14 @@ pub struct camlux_indirect {
     pub reserved: u32,
 }
 
-/// By rays where indirect light casts some, else from maps.
+/// By rays if indirect light casts rays, a surface has cut-outs or a light has an area; otherwise from maps.
 pub const CAMLUX_SHADOW_DEFAULT: i32 = 0;
-/// From a map of what the light sees.
+/// From a map of what the light sees. Not for surfaces with cut-outs or lights with an area.
 pub const CAMLUX_SHADOW_MAP: i32 = 1;
-/// Exact, by a ray for each pixel and light.
+/// Exact, by one ray for each pixel and light.
 pub const CAMLUX_SHADOW_RAYS: i32 = 2;
 
-/// How direct light is computed. Begin with CAMLUX_DIRECT_INIT: CAMLUX_SHADOW_DEFAULT.
+/// How direct light is computed. Initialise with CAMLUX_DIRECT_INIT: CAMLUX_SHADOW_DEFAULT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_direct {
@@ -162,10 +162,10 @@ c_struct!(camlux_indirect, 56);
 
 c_struct!(camlux_direct, 8);
 
-/// Sets the camera. A scene that was created has that of CAMLUX_CAMERA_INIT before.
+/// Sets the camera. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
 ///
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
-/// \threads any; calls for one scene take turns.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_camera(
     scene: *mut camlux_scene,
@@ -173,7 +173,7 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_camera", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let camera = camera_from_c(unsafe { args::read(camera) }?)?;
         camera.validate()?;
         object.lock_to_change().scene.set_camera(camera);
@@ -181,9 +181,9 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
     })
 }
 
-/// The camera as it is set, or as a pose has left it.
+/// Reads the camera as it was set or last moved.
 ///
-/// \param camera begin with CAMLUX_CAMERA_INIT.
+/// \param camera initialise with CAMLUX_CAMERA_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -194,16 +194,16 @@ pub unsafe extern "C" fn camlux_scene_get_camera(
     ffi_guard("camlux_scene_get_camera", || {
         let object = handle::get(scene)?;
         let found = || Ok(camera_to_c(&object.lock().scene.camera));
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(camera, found) }
     })
 }
 
-/// Sets the sensor, with which frames have the layer CAMLUX_LAYER_ENERGY.
+/// Sets the sensor. Frames then have the layer CAMLUX_LAYER_ENERGY.
 ///
-/// \param sensor NULL: none, as at first.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
-/// \threads any; calls for one scene take turns.
+/// \param sensor NULL: none, the default.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_sensor(
     scene: *mut camlux_scene,
@@ -211,7 +211,7 @@ pub unsafe extern "C" fn camlux_scene_set_sensor(
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_sensor", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let sensor = unsafe { args::read_optional(sensor) }?;
         let sensor = sensor.map(sensor_from_c).transpose()?;
         object.lock_to_change().scene.sensor = sensor;
@@ -219,11 +219,11 @@ pub unsafe extern "C" fn camlux_scene_set_sensor(
     })
 }
 
-/// Sets how indirect light is computed, with which frames have the layer CAMLUX_LAYER_INDIRECT.
+/// Sets how indirect light is computed. Frames then have the layer CAMLUX_LAYER_INDIRECT.
 ///
-/// \param indirect NULL: direct light only, as at first.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for what does not go together.
-/// \threads any; calls for one scene take turns.
+/// \param indirect NULL: direct light only, the default.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for members that do not go together.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_indirect(
     scene: *mut camlux_scene,
@@ -231,7 +231,7 @@ pub unsafe extern "C" fn camlux_scene_set_indirect(
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_indirect", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let indirect = unsafe { args::read_optional(indirect) }?;
         let indirect = indirect.map(indirect_from_c).transpose()?;
         object.lock_to_change().scene.indirect = indirect;
@@ -241,9 +241,9 @@ pub unsafe extern "C" fn camlux_scene_set_indirect(
 
 /// Sets how direct light is computed.
 ///
-/// \param direct NULL: as at first, CAMLUX_SHADOW_DEFAULT.
+/// \param direct NULL: the default, CAMLUX_SHADOW_DEFAULT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
-/// \threads any; calls for one scene take turns.
+/// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_direct(
     scene: *mut camlux_scene,
@@ -251,7 +251,7 @@ pub unsafe extern "C" fn camlux_scene_set_direct(
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_direct", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let direct = unsafe { args::read_optional(direct) }?.unwrap_or_default();
         let choices = args::choices![
             CAMLUX_SHADOW_DEFAULT => None,

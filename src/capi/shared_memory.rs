@@ -1,36 +1,36 @@
-//! Memory of a device that other interfaces import.
+//! Device memory that other interfaces can import.
 
 use std::{ffi::c_void, ptr};
 
 use super::*;
 use crate::SharedMemory;
 
-/// What an importer of shared memory has to know. Begin with CAMLUX_SHARED_MEMORY_INFO_INIT.
+/// What an importer of shared memory needs to know. Initialise with CAMLUX_SHARED_MEMORY_INFO_INIT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_shared_memory_info {
     /// sizeof(camlux_shared_memory_info)
     pub struct_size: u32,
-    /// The index of its memory type, as which Vulkan imports it.
+    /// Index of its memory type, for an import by Vulkan.
     pub memory_type_index: u32,
-    /// Of the allocation, at least as many as were asked for: the size that an import names.
+    /// Size of the allocation, at least the requested size. An import must name this size.
     pub allocation_bytes: u64,
-    /// 1: Vulkan imports it as dedicated to a buffer of allocation_bytes with the usage TRANSFER_SRC, TRANSFER_DST and STORAGE_BUFFER.
+    /// 1: Vulkan must import it as dedicated to a buffer of allocation_bytes with the usage TRANSFER_SRC, TRANSFER_DST and STORAGE_BUFFER.
     pub is_dedicated: i32,
     /// 0.
     pub reserved: u32,
-    /// The first byte where the host reads it in place: on devices whose memory is the host's. NULL on others. Valid until the memory's last release.
+    /// The first byte, for the host to read in place, if the device's memory is the host's; otherwise NULL. Valid until the memory's last release.
     pub host_data: *const c_void,
 }
 
 c_struct!(camlux_shared_memory_info, 32);
 
-/// Takes memory of a device that other interfaces can import, such as CUDA or another Vulkan instance. Images of frames are copied to it on the
-/// device, and it is imported once for all of them.
+/// Allocates memory of a device that other interfaces can import, such as CUDA or another Vulkan instance. They import it once for all images.
+/// camlux_frame_copy_to_shared copies images of frames to it, on the device.
 ///
-/// \param size_bytes 16 for each pixel of an image, times as many images as are to be there at a time.
-/// \param memory receives the handle, with one reference: give it back by camlux_shared_memory_release.
-/// \errors CAMLUX_ERROR_NO_DEVICE where the device exports no memory as file descriptors: on Windows, and where it is the host's own;
+/// \param size_bytes 16 for each pixel of an image, times the number of images that it must hold at a time.
+/// \param memory receives the handle, with one reference; release it with camlux_shared_memory_release.
+/// \errors CAMLUX_ERROR_NO_DEVICE if the device exports no memory as file descriptors: on Windows, and on a device that is the host's own;
 /// CAMLUX_ERROR_OUT_OF_MEMORY; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -46,14 +46,14 @@ pub unsafe extern "C" fn camlux_shared_memory_create(
             return Err(Failure::argument(problem));
         }
         let take = || Ok(SharedMemory::new(&device.device, size_bytes)?);
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(memory, "memory", take) }
     })
 }
 
-/// What an importer has to know.
+/// Reads what an importer needs to know.
 ///
-/// \param info begin with CAMLUX_SHARED_MEMORY_INFO_INIT.
+/// \param info initialise with CAMLUX_SHARED_MEMORY_INFO_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -74,17 +74,17 @@ pub unsafe extern "C" fn camlux_shared_memory_get_info(
                 ..Default::default()
             })
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(info, found) }
     })
 }
 
-/// Opens a file descriptor of the memory: an opaque one (VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT, cudaExternalMemoryHandleTypeOpaqueFd).
+/// Opens a file descriptor for the memory. It is opaque (VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT, cudaExternalMemoryHandleTypeOpaqueFd).
 ///
-/// The importer has the same device, by camlux_device_info's uuid, and takes the descriptor over, as Vulkan and CUDA do; else the host closes it.
-/// Every call opens another one. The memory itself stays until its last release, and until all imports are gone.
+/// The importer must use the same device: compare the uuid of camlux_device_info. An importer such as Vulkan or CUDA takes ownership of the
+/// descriptor; otherwise the host closes it. Every call opens another one. The memory stays until its last release, and until all imports are gone.
 ///
-/// \param fd receives it.
+/// \param fd receives the file descriptor.
 /// \errors CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -94,21 +94,22 @@ pub unsafe extern "C" fn camlux_shared_memory_export_fd(
 ) -> camlux_status {
     ffi_guard("camlux_shared_memory_export_fd", || {
         let memory = handle::get(memory)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write_result(fd, "fd", || Ok(memory.export_fd()?)) }
     })
 }
 
-/// Copies a layer of a frame to shared memory, on the device; of a frame that was rendered with on_device. It is there when the call returns.
+/// Copies a layer of a frame to shared memory, on the device. The frame must have been rendered with on_device. When the call returns, the
+/// copy is complete.
 ///
-/// Rows follow one another from the top, and a pixel has four 32-bit floats: radiance, direct, indirect, stderr and energy R, G and B in the
-/// layer's unit; normals X, Y and Z; positions as camlux_frame_get_vulkan_image says, which also tells their unit.
+/// Rows are contiguous, from the top. A pixel has four 32-bit floats: R, G and B in the layer's unit for radiance, direct, indirect, stderr and
+/// energy; X, Y and Z for normals; for positions see camlux_frame_get_vulkan_image, which also describes their unit.
 ///
 /// \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _STDERR, _ENERGY, _POSITION or _NORMAL.
 /// \param offset_bytes where the upper left pixel goes, a multiple of 16.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device, or does not fit;
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device or does not fit;
 /// CAMLUX_ERROR_VULKAN.
-/// \threads any. What is still being read there by others is the host's concern.
+/// \threads any. The host makes sure that nobody else is still reading the memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_copy_to_shared(
     frame: *mut camlux_frame,

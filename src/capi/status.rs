@@ -1,4 +1,4 @@
-//! How a call ends: statuses, the thread's message, and the frame around every function.
+//! How a call ends: statuses, the thread's message, and the guard around every function.
 
 use std::{
     any::Any,
@@ -12,22 +12,22 @@ use crate::Error;
 
 /// How a call ended: CAMLUX_OK, CAMLUX_CANCELLED (above 0), or one of the errors (below 0).
 ///
-/// A call that ends in an error has changed nothing: no scene, no handle, nothing that its arguments point to.
+/// A call that ends in an error has changed nothing: no scene, no handle, and nothing that its arguments point to.
 pub type camlux_status = i32;
 
-/// Done.
+/// The call succeeded.
 pub const CAMLUX_OK: i32 = 0;
 /// The render was stopped by its cancel token or by its progress callback. There is no frame.
 pub const CAMLUX_CANCELLED: i32 = 1;
 /// A handle is NULL, was released, is of another kind, or was never one.
 pub const CAMLUX_ERROR_INVALID_HANDLE: i32 = -1;
-/// The call cannot be understood: a pointer that is NULL or misaligned, a struct of a wrong size, a number that is none of the
-/// constants, a text that is no UTF-8, memory that is too small, an index or a layer that is not there.
+/// The arguments have a wrong form: a pointer that is NULL or misaligned, a struct of a wrong size, a number that is not one of the
+/// constants, a text that is not UTF-8, memory that is too small, an index or a layer that does not exist.
 pub const CAMLUX_ERROR_INVALID_ARGUMENT: i32 = -2;
-/// What it says of a scene cannot be: values of a part that are not finite or out of their range, members of a part that do not
-/// go together or name another part that is not there, a file that cannot be read.
+/// The values are wrong for a scene: not finite, out of range, members of a part that do not go together or name another part that
+/// does not exist, a file that cannot be read.
 pub const CAMLUX_ERROR_SCENE: i32 = -3;
-/// The scene asks for more than the device has.
+/// The scene needs more than the device has.
 pub const CAMLUX_ERROR_DEVICE_LIMIT: i32 = -4;
 /// There is no Vulkan driver, or no device that camlux can use.
 pub const CAMLUX_ERROR_NO_DEVICE: i32 = -5;
@@ -35,13 +35,13 @@ pub const CAMLUX_ERROR_NO_DEVICE: i32 = -5;
 pub const CAMLUX_ERROR_VULKAN: i32 = -6;
 /// Memory of the device or of the host ran out.
 pub const CAMLUX_ERROR_OUT_OF_MEMORY: i32 = -7;
-/// A file could not be written. Nothing is left under its name, or what was there before.
+/// A file could not be written. A file of that name that existed before is unchanged; otherwise there is none.
 pub const CAMLUX_ERROR_OUTPUT: i32 = -8;
 /// What the call needs is in use: a renderer renders one frame at a time.
 pub const CAMLUX_ERROR_BUSY: i32 = -9;
-/// camlux contradicts itself: please report it with the message. The handles stay usable.
+/// A bug in camlux: please report it with the message. The handles stay usable.
 pub const CAMLUX_ERROR_INTERNAL: i32 = -10;
-/// The driver gave the device up; the message says in which pass. Release what came from the device, and create it anew.
+/// The driver reported a device loss; the message says in which pass. Release what came from the device, and create it again.
 pub const CAMLUX_ERROR_DEVICE_LOST: i32 = -11;
 
 const TEXTS: [(camlux_status, &CStr); 13] = [
@@ -80,7 +80,7 @@ impl Failure {
         Failure::new(CAMLUX_ERROR_INVALID_ARGUMENT, message)
     }
 
-    /// The same, of one of many.
+    /// Adds which of several items failed to the message.
     pub fn within(self, which: &str) -> Failure {
         Failure::new(self.status, format!("{which}: {}", self.message))
     }
@@ -112,29 +112,29 @@ thread_local! {
     static BEFORE_EACH_CALL: std::cell::Cell<fn()> = const { std::cell::Cell::new(|| ()) };
 }
 
-/// Lets something be done, or go wrong, at the start of each of this thread's calls.
+/// Sets a hook that runs, and may panic, at the start of each of this thread's calls.
 #[cfg(feature = "test-hooks")]
 #[doc(hidden)]
 pub fn before_each_call(hook: fn()) {
     BEFORE_EACH_CALL.set(hook);
 }
 
-/// The message of this thread's latest call that did not end with CAMLUX_OK: what is wrong, where, and how to mend it, in
-/// UTF-8. An empty string before the first; never NULL.
+/// The message of this thread's latest call that did not end with CAMLUX_OK: what is wrong, where, and how to fix it, in
+/// UTF-8. An empty string before the first such call; never NULL.
 ///
 /// \return a string of the library, valid until this thread's next call that does not end with CAMLUX_OK.
 /// \threads any; each thread has its own.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_last_error() -> *const c_char {
     const NONE: &CStr = c"";
-    // A thread that is being torn down has no message any more.
+    // A thread that is ending has no message any more.
     let message = LAST_ERROR.try_with(|message| message.borrow().as_ptr());
     message.unwrap_or(NONE.as_ptr())
 }
 
-/// What a status stands for, such as "invalid handle"; "unknown status" for a number that is none.
+/// A short text for a status, such as "invalid handle"; "unknown status" for other numbers.
 ///
-/// \return a string of the library, valid for ever.
+/// \return a static string of the library, always valid.
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_status_text(status: camlux_status) -> *const c_char {
@@ -142,7 +142,7 @@ pub extern "C" fn camlux_status_text(status: camlux_status) -> *const c_char {
     found.map_or(c"unknown status", |(_, text)| text).as_ptr()
 }
 
-/// Runs a call of the interface: its failure, or its panic, becomes the status and the message.
+/// Runs a call of the interface and turns its failure or panic into the status and the message.
 pub(super) fn ffi_guard(call: &str, body: impl FnOnce() -> Outcome) -> camlux_status {
     let ended = panic::catch_unwind(AssertUnwindSafe(|| {
         #[cfg(feature = "test-hooks")]
@@ -156,12 +156,12 @@ pub(super) fn ffi_guard(call: &str, body: impl FnOnce() -> Outcome) -> camlux_st
     }
 }
 
-/// What a panic becomes.
+/// Turns the payload of a panic into a failure.
 pub(super) fn failure_of(payload: Box<dyn Any + Send>) -> Failure {
     let text = payload.downcast_ref::<&str>().copied();
     let text = text.or(payload.downcast_ref::<String>().map(String::as_str));
     let problem = Error::internal(text.unwrap_or("a panic"));
-    // A payload's own drop may panic, out here where nothing catches it.
+    // A payload's own drop may panic, and nothing would catch it here.
     std::mem::forget(payload);
     problem.into()
 }
@@ -169,7 +169,7 @@ pub(super) fn failure_of(payload: Box<dyn Any + Send>) -> Failure {
 fn end_with(call: &str, failure: Failure) -> camlux_status {
     let message = format!("{call}: {}", failure.message);
     let level = match failure.status {
-        // Nothing is wrong: it was asked for, or can be tried again.
+        // Not an error: the host requested it, or can try again.
         CAMLUX_CANCELLED | CAMLUX_ERROR_BUSY => CAMLUX_LOG_INFO,
         _ => CAMLUX_LOG_ERROR,
     };
@@ -178,7 +178,7 @@ fn end_with(call: &str, failure: Failure) -> camlux_status {
     failure.status
 }
 
-/// Text for C; what follows a NUL, which only a host's own name can hold, is cut off.
+/// Text for C, cut off at the first NUL. Only a name given by the host can contain one.
 pub(super) fn c_string(text: &str) -> CString {
     let until_nul = text.split('\0').next().unwrap_or_default();
     CString::new(until_nul).unwrap_or_default()

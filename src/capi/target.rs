@@ -1,11 +1,11 @@
-//! Layers that go to the host's memory.
+//! Layers that are copied to the host's memory.
 
 use std::{ffi::c_void, ptr};
 
 use super::*;
 use crate::output::{Layer, LayerData};
 
-/// A layer, and the host's memory that it goes to. Begin with CAMLUX_TARGET_INIT.
+/// A layer, and the host's memory for it. Initialise with CAMLUX_TARGET_INIT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_target {
@@ -13,17 +13,17 @@ pub struct camlux_target {
     pub struct_size: u32,
     /// CAMLUX_LAYER_RADIANCE and so on.
     pub layer: i32,
-    /// Receives the upper left pixel; rows from the top, channels interleaved, 4 bytes a value. Of any alignment.
+    /// Receives the layer from its upper left pixel: rows from the top, channels interleaved, 4 bytes per value. Of any alignment.
     pub data: *mut c_void,
-    /// How much may be written: at least height - 1 strides and a row.
+    /// Bytes that may be written: at least height - 1 strides plus one row.
     pub size_bytes: usize,
-    /// From one row to the next; 0: rows follow one another. Bytes between rows are left as they are.
+    /// Bytes from one row to the next; 0: rows are contiguous. Bytes between rows are not changed.
     pub row_stride_bytes: usize,
 }
 
 c_struct!(camlux_target, 32);
 
-/// A layer, and where its rows go.
+/// A layer, and the memory for its rows.
 #[derive(Clone, Copy)]
 pub(super) struct Target {
     pub layer: Layer,
@@ -54,7 +54,7 @@ impl Target {
         })
     }
 
-    /// Whether the layer of an image of this size fits. Returns the bytes of a row, and from one to the next.
+    /// Checks that the layer of an image of this size fits. Returns the bytes of a row and the stride.
     pub fn check(&self, [width, height]: [u32; 2]) -> Outcome<[usize; 2]> {
         // Values of all formats have 4 bytes.
         let row_bytes = 4 * width as usize * self.layer.channel_names().len();
@@ -80,10 +80,10 @@ impl Target {
         Ok([row_bytes, stride])
     }
 
-    /// Copies the layer there.
+    /// Copies the layer to the target.
     ///
     /// # Safety
-    /// So many bytes may be written.
+    /// `size_bytes` bytes may be written at `data`.
     pub unsafe fn fill(&self, data: &LayerData, resolution_px: [u32; 2]) -> Outcome {
         let [row_bytes, stride] = self.check(resolution_px)?;
         let bytes: &[u8] = match data {
@@ -91,7 +91,7 @@ impl Target {
             LayerData::Id(ids) => bytemuck::cast_slice(ids),
         };
         for (row, bytes) in bytes.chunks_exact(row_bytes).enumerate() {
-            // SAFETY: as many bytes as were checked; the caller's word for what is there. It may be a part of the frame itself.
+            // SAFETY: the number of bytes was checked; the caller guarantees the memory. It may be a part of the frame itself.
             unsafe { ptr::copy(bytes.as_ptr(), self.data.add(row * stride), row_bytes) };
         }
         Ok(())

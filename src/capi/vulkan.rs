@@ -1,4 +1,4 @@
-//! The host's own Vulkan: a device that it lends, and frames whose images it uses there.
+//! The host's own Vulkan: a device that camlux uses, and frames whose images the host uses.
 
 use std::{ffi::c_void, sync::Arc};
 
@@ -7,23 +7,23 @@ use ash::vk::{self, Handle};
 use super::*;
 use crate::{Device, DeviceFrame, HostVulkan, QueueLock, output::Layer};
 
-/// A function of Vulkan's, whatever its type: a PFN_vkGetInstanceProcAddr goes here by a cast.
+/// A Vulkan function of any type: cast a PFN_vkGetInstanceProcAddr to it.
 pub type camlux_vulkan_function = Option<unsafe extern "C" fn()>;
 
 /// Locks or unlocks the host's queue; receives lock_user. It must return: no exception, no longjmp.
 pub type camlux_vulkan_lock_callback = Option<unsafe extern "C" fn(user: *mut c_void)>;
 
-/// A Vulkan device of the host's. Begin with CAMLUX_VULKAN_DEVICE_INIT. The types are those of vulkan.h, which this header does not
-/// include.
+/// A Vulkan device that belongs to the host. Initialise with CAMLUX_VULKAN_DEVICE_INIT. The types are those of vulkan.h, which this header
+/// does not include.
 ///
-/// The instance must have been made for Vulkan 1.3, and the device with the features dynamicRendering,
-/// synchronization2 and timelineSemaphore. All of this but the instance's version is checked.
+/// The instance must be created for Vulkan 1.3, and the device with the features dynamicRendering,
+/// synchronization2 and timelineSemaphore. camlux checks all of this except the instance's version.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_vulkan_device {
     /// sizeof(camlux_vulkan_device)
     pub struct_size: u32,
-    /// The queue's family: one that draws and computes.
+    /// The queue's family, which must support graphics and compute.
     pub queue_family: u32,
     /// (camlux_vulkan_function)vkGetInstanceProcAddr
     pub get_instance_proc_addr: camlux_vulkan_function,
@@ -33,20 +33,20 @@ pub struct camlux_vulkan_device {
     pub physical_device: *mut c_void,
     /// VkDevice
     pub device: *mut c_void,
-    /// const VkDeviceCreateInfo *: what the device was made with, with all that it points to; read during the call only.
+    /// const VkDeviceCreateInfo * with which the device was created, and everything it points to; read during the call only.
     pub device_create_info: *const c_void,
     /// VkQueue
     pub queue: *mut c_void,
-    /// Called before each submission to the queue, on the thread that renders. NULL: the host leaves the queue alone while camlux
-    /// renders, and unlock_queue is NULL, too.
+    /// Called before each submission to the queue, on the thread that renders. NULL: the host does not use the queue while camlux
+    /// renders; unlock_queue must then be NULL, too.
     pub lock_queue: camlux_vulkan_lock_callback,
-    /// Called after it.
+    /// Called after each submission.
     pub unlock_queue: camlux_vulkan_lock_callback,
-    /// Handed to both; camlux never looks at what it points to.
+    /// Passed to both; camlux does not read what it points to.
     pub lock_user: *mut c_void,
 }
 
-/// An image of a frame on the device. Begin with CAMLUX_VULKAN_IMAGE_INIT. The types are those of vulkan.h.
+/// An image of a frame on the device. Initialise with CAMLUX_VULKAN_IMAGE_INIT. The types are those of vulkan.h.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_vulkan_image {
@@ -54,25 +54,25 @@ pub struct camlux_vulkan_image {
     pub struct_size: u32,
     /// CAMLUX_LAYER_RADIANCE and so on.
     pub layer: i32,
-    /// VkImage, of one layer and one level; usage SAMPLED, STORAGE, TRANSFER_SRC and TRANSFER_DST, sharing mode exclusive.
+    /// VkImage with one array layer and one mip level; usage SAMPLED, STORAGE, TRANSFER_SRC and TRANSFER_DST, sharing mode exclusive.
     pub image: u64,
-    /// VkSemaphore, a timeline: the image is ready when it has come to semaphore_value.
+    /// VkSemaphore, a timeline: the image is ready when it has reached semaphore_value.
     pub semaphore: u64,
-    /// What the host's submission has to wait for.
+    /// The value that the host's submission must wait for.
     pub semaphore_value: u64,
     /// VkFormat: VK_FORMAT_R32G32B32A32_SFLOAT.
     pub format: i32,
-    /// VkImageLayout: VK_IMAGE_LAYOUT_GENERAL. A host that changes it changes it back.
+    /// VkImageLayout: VK_IMAGE_LAYOUT_GENERAL. A host that changes it must change it back.
     pub layout: i32,
-    /// Pixels of a row.
+    /// Width, pixels.
     pub width_px: u32,
-    /// Rows.
+    /// Height, pixels.
     pub height_px: u32,
-    /// The family that the image belongs to.
+    /// The queue family that owns the image.
     pub queue_family: u32,
     /// 0.
     pub reserved: u32,
-    /// Of CAMLUX_LAYER_POSITION: a world position is origin_m + metres_per_unit * (x, y, z).
+    /// For CAMLUX_LAYER_POSITION: a world position is origin_m + metres_per_unit * (x, y, z).
     pub origin_m: [f64; 3],
     /// See origin_m.
     pub metres_per_unit: f64,
@@ -89,7 +89,7 @@ struct HostLock {
     user: *mut c_void,
 }
 
-// SAFETY: the pointer is only handed back to the host, which promises that its functions take it on any thread.
+// SAFETY: the pointer is only passed back to the host, which guarantees that its functions accept it on any thread.
 unsafe impl Send for HostLock {}
 // SAFETY: as above.
 unsafe impl Sync for HostLock {}
@@ -106,14 +106,14 @@ impl QueueLock for HostLock {
     }
 }
 
-/// Opens a device on the host's own VkDevice, which stays the host's: camlux destroys none of its objects.
+/// Opens a device on the host's own VkDevice. The host keeps owning it: camlux destroys none of its objects.
 ///
-/// What came from the camlux device (renderers, frames, the device itself) has to be released before the host destroys its
-/// VkDevice. The validation layer, where it is on, is the host's, and tells the host.
+/// Release everything that came from the camlux device (renderers, frames, the device itself) before the host destroys its
+/// VkDevice. If a validation layer is on, it is the host's, and reports to the host.
 ///
-/// \param vulkan begin with CAMLUX_VULKAN_DEVICE_INIT; its objects are live and belong together.
-/// \param device receives the handle, with one reference: give it back by camlux_device_release.
-/// \errors CAMLUX_ERROR_NO_DEVICE where the device lacks something that camlux needs, or was made without it;
+/// \param vulkan initialise with CAMLUX_VULKAN_DEVICE_INIT; its objects must be valid and belong together.
+/// \param device receives the handle, with one reference; release it with camlux_device_release.
+/// \errors CAMLUX_ERROR_NO_DEVICE if the device lacks something that camlux needs, or was created without it;
 /// CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. lock_queue and unlock_queue are called on every thread that renders.
 #[unsafe(no_mangle)]
@@ -122,20 +122,20 @@ pub unsafe extern "C" fn camlux_device_create_from_vulkan(
     device: *mut *mut camlux_device,
 ) -> camlux_status {
     ffi_guard("camlux_device_create_from_vulkan", || {
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         let host = unsafe { host_vulkan(&args::read(vulkan)?) }?;
         let open = || {
-            // SAFETY: the caller's word.
+            // SAFETY: the caller guarantees it.
             let device = unsafe { Device::of_host(&host) }?;
             Ok(DeviceObject::new(device))
         };
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { handle::return_handle(device, "device", open) }
     })
 }
 
 /// # Safety
-/// The function is vkGetInstanceProcAddr, and the locks are of their type.
+/// The function is vkGetInstanceProcAddr, and the lock functions have their types.
 unsafe fn host_vulkan(vulkan: &camlux_vulkan_device) -> Outcome<HostVulkan> {
     let Some(function) = vulkan.get_instance_proc_addr else {
         let problem = "get_instance_proc_addr is NULL; give vkGetInstanceProcAddr";
@@ -156,7 +156,7 @@ unsafe fn host_vulkan(vulkan: &camlux_vulkan_device) -> Outcome<HostVulkan> {
     let create_info: *const vk::DeviceCreateInfo = vulkan.device_create_info.cast();
     args::check_pointer(create_info, "device_create_info")?;
     Ok(HostVulkan {
-        // SAFETY: the caller's word; function pointers have one size.
+        // SAFETY: the caller guarantees it; function pointers have one size.
         get_instance_proc_addr: unsafe {
             std::mem::transmute::<unsafe extern "C" fn(), vk::PFN_vkGetInstanceProcAddr>(function)
         },
@@ -170,20 +170,20 @@ unsafe fn host_vulkan(vulkan: &camlux_vulkan_device) -> Outcome<HostVulkan> {
     })
 }
 
-/// A layer of a frame on the device, for the host's own commands there; of a frame that was rendered with on_device.
+/// Gives access to a layer of a frame on the device, for the host's own commands there. The frame must have been rendered with on_device.
 ///
-/// The host's submission waits for semaphore_value, and orders its accesses after it: the stage of the wait is that of the first
-/// access. The image is there, and no other frame touches it, until the frame's last release, which must not be before the
+/// The host's submission must wait for semaphore_value. Use the stage of the first access as the stage of the wait. The image
+/// exists, and no other frame touches it, until the frame's last release. Do not release the frame before the
 /// host's commands are done.
 ///
-/// Radiance, direct, indirect, stderr and energy have R, G and B in the layer's unit; normals X, Y and Z; positions X, Y and Z in units of
-/// their own (see camlux_vulkan_image) and 1 + the index of the instance, 0 without a surface. Other layers are made on the way
-/// to the host.
+/// Radiance, direct, indirect, stderr and energy have R, G and B in the layer's unit. Normals have X, Y and Z. Positions have X, Y and Z in
+/// their own unit (see camlux_vulkan_image), and 1 + the index of the instance, 0 without a surface. Other layers are computed when they are
+/// copied to the host.
 ///
 /// \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _STDERR, _ENERGY, _POSITION or _NORMAL.
-/// \param image begin with CAMLUX_VULKAN_IMAGE_INIT.
+/// \param image initialise with CAMLUX_VULKAN_IMAGE_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device.
-/// \threads any; frames do not change.
+/// \threads any; frames are immutable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_get_vulkan_image(
     frame: *mut camlux_frame,
@@ -192,13 +192,13 @@ pub unsafe extern "C" fn camlux_frame_get_vulkan_image(
 ) -> camlux_status {
     ffi_guard("camlux_frame_get_vulkan_image", || {
         let object = handle::get(frame)?;
-        // SAFETY: the caller's word.
+        // SAFETY: the caller guarantees it.
         unsafe { args::write(image, || vulkan_image(&object, layer)) }
     })
 }
 
 impl FrameObject {
-    /// The frame, if it was rendered to stay on the device, and a layer's kind.
+    /// The kind of a layer, and the frame if it was rendered with on_device.
     pub fn on_device(&self, layer: i32) -> Outcome<(Layer, &DeviceFrame)> {
         let kind = layer_of(layer)?;
         match &self.rendered {

@@ -1,4 +1,4 @@
-//! Renders the scenes of the cases, and compares what comes out with the truth.
+//! Renders the scenes of the cases and compares the results with the ground truth.
 
 use std::{mem, ops::ControlFlow};
 
@@ -16,27 +16,27 @@ use crate::{
     scene::{Shadow, VplSum},
 };
 
-/// relRMSE of sums and of direct light against the same formulas in f64: the rounding of some thirty f32 operations a
-/// pair, averaged over the pairs. The bar that the project set; the demo scenes stay below 5e-7.
+/// relRMSE of sums and of direct light against the same formulas in f64: the rounding of some thirty f32 operations per pair, averaged over
+/// the pairs. This bound is a requirement of the project; the demo scenes stay below 5e-7.
 pub(super) const KERNEL_BOUND: f64 = 2e-6;
-/// relRMSE of direct light against the reference, which has its own positions: those of the engine are rounded to 6e-8 of
-/// the scene's size, and light changes by twice the share by which its distance does. The demo scenes stay below 1e-6.
+/// relRMSE of direct light against the reference, which computes its own positions. The engine's positions are rounded to 6e-8 of the
+/// scene's size, and the relative error of light is twice that of its distance. The demo scenes stay below 1e-6.
 pub(super) const DIRECT_BOUND: f64 = 4e-6;
 /// The target error of final gathering.
 pub(super) const TARGET_ERROR: f64 = 0.05;
-/// By how much the true error may exceed it: it is met by an estimate from at most a thousand pixels, here from 576.
+/// Factor by which the true error may exceed the target error: the engine estimates from at most a thousand pixels, here from 576.
 pub(super) const TARGET_SLACK: f64 = 1.3;
 
-/// Rounds of a reference: from their spread comes its standard error.
+/// Rounds of a reference; its standard error comes from their spread.
 const REFERENCE_ROUNDS: u32 = 8;
-/// Standard error of a reference that [`TARGET_ERROR`] is held against: a fifth of that, and it is taken off.
+/// Standard error of a reference for [`TARGET_ERROR`]: a fifth of it; comparisons subtract it.
 const REFERENCE_ERROR: f64 = 0.2 * TARGET_ERROR;
-/// Samples of a round in each pixel, of which there are as many as [`REFERENCE_ERROR`] takes.
+/// Samples per pixel in a round. Rounds are added until [`REFERENCE_ERROR`] is reached.
 const SAMPLES_OF_A_ROUND: u32 = 32;
-/// Of the references whose error falls slowly.
+/// Maximum number of rounds, for references whose error falls slowly.
 const MOST_ROUNDS: u32 = 64;
 
-/// What runs the cases on a device. The checks of a case record one error or more each.
+/// Runs the cases on a device. The checks of a case record one or more errors.
 pub struct Examiner {
     pub(super) device: Device,
     pub(super) renderer: Renderer,
@@ -47,7 +47,7 @@ pub struct Examiner {
 }
 
 impl Examiner {
-    /// For a device.
+    /// An examiner for a device.
     ///
     /// # Errors
     /// As [`Renderer::new`].
@@ -72,12 +72,12 @@ impl Examiner {
         Ok(mem::take(&mut self.measured))
     }
 
-    /// The scene that was rendered last, of those that were handed over as they are: for a picture of the case.
+    /// The last scene that was rendered, of those rendered without changes; for a picture of the case.
     pub fn last_scene(&self) -> Option<&Scene> {
         self.last_scene.as_ref()
     }
 
-    /// One error of the case beside its bound: [`Part`].
+    /// Records one error of the case with its bound: [`Part`].
     pub(super) fn record(&mut self, of: &str, quantity: &str, error: f64, bound: f64) {
         self.measured.parts.push(Part {
             of: of.into(),
@@ -103,7 +103,7 @@ impl Examiner {
         Ok(largest(values(&self.render(scene)?, layer)))
     }
 
-    /// The largest radiance of a scene in which no way to compute it may find any light.
+    /// Records the largest radiance of a scene in which no estimator may find light.
     pub(super) fn all_black(&mut self, what: &str, scene: &Scene) -> Result<()> {
         for (_, scene) in with_each_estimator(scene, 16, 0.1) {
             let radiance = self.largest(&scene, Layer::Radiance)?;
@@ -112,7 +112,7 @@ impl Examiner {
         Ok(())
     }
 
-    /// relRMSE of a layer against a reference, without the noise of the latter and but for pixels whose centre lies on an edge.
+    /// relRMSE of a layer against a reference, without the reference's noise and without pixels whose centre is on an edge.
     pub(super) fn error_against(
         &mut self,
         truth: &Frame,
@@ -138,12 +138,12 @@ impl Examiner {
         }))
     }
 
-    /// The reference but for its indirect light: what needs no samples.
+    /// The reference without its indirect light, which needs no samples.
     pub(super) fn unsampled(&self, scene: &Scene) -> Result<Frame> {
         Ok(self.reference(scene, 1)?.frame())
     }
 
-    /// The reference with so many samples a pixel in each of its rounds.
+    /// The reference with this number of samples per pixel in each of its rounds.
     pub(super) fn sampled(&self, scene: &Scene, samples_per_round: u32) -> Result<Frame> {
         let mut reference = self.reference(scene, samples_per_round)?;
         for _ in 0..REFERENCE_ROUNDS {
@@ -152,7 +152,7 @@ impl Examiner {
         Ok(reference.frame())
     }
 
-    /// The reference as well as [`TARGET_ERROR`] takes it.
+    /// The reference with the accuracy that [`TARGET_ERROR`] needs.
     pub(super) fn sampled_enough(&self, scene: &Scene) -> Result<Frame> {
         let mut reference = self.reference(scene, SAMPLES_OF_A_ROUND)?;
         let is_enough = |reference: &Reference| {
@@ -171,7 +171,7 @@ impl Examiner {
         Ok(reference.frame())
     }
 
-    /// It marks the pixels that are on an edge for the device.
+    /// A reference that marks the pixels on an edge for this device.
     fn reference(&self, scene: &Scene, samples_per_round: u32) -> Result<Reference> {
         let reference = Reference::new(scene, samples_per_round)?;
         Ok(reference.with_sub_pixel_bits(self.sub_pixel_bits()))
@@ -181,7 +181,7 @@ impl Examiner {
         self.device.info().limits.sub_pixel_bits
     }
 
-    /// relRMSE between the indirect light of two scenes that ought to look the same, relative to the first.
+    /// relRMSE between the indirect light of two scenes that should look the same, relative to the first.
     pub(super) fn apart(&mut self, [one, other]: [&Scene; 2]) -> Result<f64> {
         let [truth, frame] = [self.render(one)?, self.render(other)?];
         let image = values(&frame, Layer::Indirect);
@@ -224,7 +224,7 @@ impl Examiner {
         Ok(())
     }
 
-    /// relRMSE of both plain sums against those of the f64 kernels, over the same G-buffer and VPLs.
+    /// relRMSE of both plain sums against the f64 kernels, with the same G-buffer and VPLs.
     pub(super) fn sums(
         &mut self,
         what: &str,
@@ -261,7 +261,7 @@ impl Examiner {
         Ok(())
     }
 
-    /// The most light, over `bright`, that any pixel of a scene shows in which all must be dark: direct, and by the bounce.
+    /// Records the most light of any pixel, divided by `bright`, in a scene that must be dark: direct light, and the bounce.
     pub(super) fn leaks(&mut self, scene: &Scene, bright: f64) -> Result<()> {
         let quantity = "leak over lit radiance";
         for shadow in Shadow::ALL {
@@ -274,7 +274,7 @@ impl Examiner {
         Ok(())
     }
 
-    /// Direct light by shadow rays, both sums over VPLs, final gathering.
+    /// Checks direct light by shadow rays, both sums over VPLs, and final gathering.
     pub(super) fn by_rays(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
         let truth = self.sampled_enough(scene)?;
         self.direct_against(&truth, what, scene, bound)?;
@@ -282,7 +282,7 @@ impl Examiner {
         self.bounce_against(&truth, what, scene, TARGET_ERROR)
     }
 
-    /// Everything against the truth, with a bound for direct light.
+    /// Checks everything against the ground truth, with a bound for direct light.
     pub(super) fn all_within(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
         let truth = self.sampled_enough(scene)?;
         self.direct_against(&truth, what, scene, bound)?;
@@ -291,18 +291,18 @@ impl Examiner {
         self.bounce_against(&truth, what, scene, TARGET_ERROR)
     }
 
-    /// Everything against the truth.
+    /// Checks everything against the ground truth.
     pub(super) fn all(&mut self, what: &str, scene: &Scene) -> Result<()> {
         self.all_within(what, scene, DIRECT_BOUND)
     }
 }
 
-/// The values of a layer; none where the frame has no such layer, which no comparison passes.
+/// The values of a layer; empty if the frame has no such layer, which fails every comparison.
 pub(super) fn values(frame: &Frame, layer: Layer) -> &[f32] {
     frame.values(layer).unwrap_or_default()
 }
 
-/// The largest absolute value; infinite where one is no finite number, or where there is none.
+/// The largest absolute value; infinite if a value is not finite or there are no values.
 pub(super) fn largest(values: &[f32]) -> f64 {
     if values.is_empty() || values.iter().any(|value| value.is_nan()) {
         return f64::INFINITY;
@@ -312,7 +312,7 @@ pub(super) fn largest(values: &[f32]) -> f64 {
         .fold(0.0, |most, value| f64::from(value.abs()).max(most))
 }
 
-/// relRMSE of a layer of three bands against values without noise; infinite where a value is no finite number or the truth is black.
+/// relRMSE of a layer of three bands against values without noise; infinite if a value is not finite or the ground truth is black.
 pub(super) fn error_of<T: Copy + Into<f64>>(image: &[f32], truth: &[T]) -> f64 {
     relative_rmse(&Pixels {
         image,

@@ -1,4 +1,4 @@
-//! Surfaces in corners, in one another, in the way of the camera, and thinner than anything that samples them.
+//! Surfaces in corners, inside one another, at the camera, and thinner than any sampling step.
 
 use glam::{DMat3, DVec3, dvec3};
 
@@ -183,14 +183,14 @@ pub const CASES: &[Case] = &[
     ),
 ];
 
-/// A camera that sees the corner from so far away, both in x and y.
+/// A camera at this distance from the corner in x and y.
 fn corner_from(distance_m: f64, light_m: DVec3) -> Scene {
     let camera_m = distance_m * dvec3(1.0, 0.8, 0.0) + 0.013 * DVec3::Z;
     let look_at_m = dvec3(0.0, 0.0, 0.013 + 0.1 * distance_m);
     two_walls(point_light(light_m), camera_m, look_at_m)
 }
 
-/// The kernel's error does not grow: positions are those that the f64 kernels see. By rays the target holds however near.
+/// The kernel's error does not grow, because the f64 kernels see the same positions. With rays, the target error is met at any distance.
 fn corner_of_two_walls(exam: &mut Examiner) -> Result<()> {
     for distance_m in [1.0, 1e-1, 1e-3, 2e-5] {
         let scene = corner_from(distance_m, dvec3(0.7, 0.9, 0.11));
@@ -206,8 +206,8 @@ fn light_in_the_corner(exam: &mut Examiner) -> Result<()> {
         let light_m = distance_m * dvec3(0.7, 0.9, 0.1) + 0.013 * DVec3::Z;
         let scene = corner_from(distance_m, light_m);
         let what = format!("camera and light at {distance_m:.0e} m");
-        // f32 keeps a place to 6e-8 of the scene's half size, 1 m, and so the distance to the light, which the f64 kernels and the
-        // reference know better, to 1.2e-7/d of itself. Direct light has its square and a cosine, a VPL a cosine.
+        // f32 keeps a position to 6e-8 of the scene's half size, 1 m. The distance to the light, which the f64 kernels and the reference
+        // know better, has a relative error of 1.2e-7/d. Direct light has its square and a cosine, a VPL one cosine.
         let of_light = 1.2e-7 / distance_m;
         exam.direct(&what, &scene, DIRECT_BOUND + 3.0 * of_light)?;
         exam.sums(&what, &scene, 24, KERNEL_BOUND + of_light)?;
@@ -215,16 +215,16 @@ fn light_in_the_corner(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// An RSM of 2 x 2 texels a face: every receiver is inside the texel of some VPL.
+/// An RSM of 2 x 2 texels per face: every receiver is inside the texel of some VPL.
 fn inside_the_texel(exam: &mut Examiner) -> Result<()> {
     exam.sums("2 texels a face", &room(), 2, KERNEL_BOUND)?;
-    // A light 5 cm from the wall: half its texels are the wall right beside it.
+    // A light 5 cm from the wall: half of its texels are on that wall.
     let mut near = lit_by(&room(), vec![point_light(dvec3(0.95, 0.13, -0.1))]);
     near.camera.look_at_m = dvec3(1.0, 0.1, -0.1);
     exam.bounce("light 5 cm from a wall", &near)
 }
 
-/// No point of a plane sees another. The normals of its triangles, though, are apart by the rounding of their corners.
+/// No point of a plane sees another one. The normals of its triangles differ, however, because their corners are rounded.
 fn one_plane(exam: &mut Examiner) -> Result<()> {
     let up = dvec3(0.31, 0.87, -0.22).normalize();
     let along = up.any_orthonormal_vector();
@@ -235,7 +235,7 @@ fn one_plane(exam: &mut Examiner) -> Result<()> {
     no_indirect_light(exam, "plane", &scene, 1e-7)
 }
 
-/// Share of the direct light that the largest indirect value is, by every way of computing it. By rays it is exactly 0.
+/// The largest indirect value divided by the largest direct one, for each estimator. With rays it is exactly 0.
 pub(super) fn no_indirect_light(
     exam: &mut Examiner,
     what: &str,
@@ -254,8 +254,8 @@ pub(super) fn no_indirect_light(
     Ok(())
 }
 
-/// A camera of 90° in the place of a point light, its pixels the texels of the light's face: in a room of flat walls, and in a
-/// ball whose shading normals differ between two roundings of one point.
+/// A camera of 90° at the position of a point light; its pixels are the texels of the light's face. Once in a room of flat walls, and once
+/// in a ball whose shading normals differ between two roundings of one point.
 fn receiver_at_the_vpl(exam: &mut Examiner) -> Result<()> {
     let eye_m = dvec3(0.1, 0.2, 0.3);
     let ball = rounded(sphere(DVec3::ZERO, 1.0, 6, COLOURED), DVec3::ZERO);
@@ -285,19 +285,20 @@ fn narrow_and_wide_views(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// A triangle of 20 km, 1 m below camera and light. f32 keeps places on it to 0.6 mm: 6e-8 of its half size.
+/// A triangle of 20 km, 1 m below camera and light. f32 keeps positions on it to 0.6 mm: 6e-8 of its half size.
 fn one_triangle(exam: &mut Examiner) -> Result<()> {
     let corners = [[-1e4, 0.0, -1e4], [1.5e4, 0.0, -2e3], [-2e3, 0.0, 1.5e4]];
     let ground = Mesh::from_slices("ground", &corners, &[[0, 1, 2]], GREY);
     let light = point_light(dvec3(0.0, 1.2, 0.0));
     let scene = scene_of(vec![ground], light, dvec3(0.3, 1.0, 0.2), DVec3::ZERO);
-    // Twice a share of 1 mm in 1.2 m.
+    // Twice the relative error of 1 mm in 1.2 m.
     exam.direct("ground of 20 km, 1 m away", &scene, 2e-3)?;
     // One plane, as in `receiver_and_vpl_in_one_plane`.
     no_indirect_light(exam, "ground", &scene, 1e-7)
 }
 
-/// Sheets from behind the camera to before it, which pass it at a millimetre, or in which it lies: then they are not seen.
+/// Sheets that reach from behind the camera to the front of it. They pass the camera at a distance of a millimetre, or contain it and are
+/// then invisible.
 fn through_the_camera(exam: &mut Examiner) -> Result<()> {
     let eye_m = room().camera.position_m;
     let view = (room().camera.look_at_m - eye_m).normalize();
@@ -316,7 +317,7 @@ fn through_the_camera(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// Normals that lean up to 60° from those of the triangles, otherwise in each corner.
+/// Normals that lean up to 60° from those of the triangles, differently in each corner.
 fn shading_normals(exam: &mut Examiner) -> Result<()> {
     let mut scene = room();
     for (index, mesh) in scene.meshes.iter_mut().enumerate() {
@@ -328,14 +329,14 @@ fn shading_normals(exam: &mut Examiner) -> Result<()> {
         }
     }
     exam.all("room", &scene)?;
-    // The same normals all turned inside out: the sides that are seen are what counts.
+    // The same normals, all turned inside out: only the visible side of a surface counts.
     for normal in scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.normals) {
         *normal = -*normal;
     }
     exam.all("room inside out", &scene)
 }
 
-/// On the floor, at right angles to its triangles and beyond.
+/// Shading normals of the floor at right angles to its triangles, and beyond.
 fn normals_across(exam: &mut Examiner) -> Result<()> {
     let plane = [dvec3(-1.0, -0.99, -1.0), 2.0 * DVec3::Z, 2.0 * DVec3::X];
     for (what, height) in [("90°", 0.0), ("91°", -0.0175), ("100°", -0.176)] {
@@ -351,7 +352,7 @@ fn normals_across(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// One pixel, rows and columns of them, and pixels four times as high as wide whose principal point lies beside the image.
+/// One pixel, single rows and columns of pixels, and pixels four times as high as wide with a principal point outside the image.
 fn odd_images(exam: &mut Examiner) -> Result<()> {
     let mut scene = room();
     for resolution_px in [[1, 1], [67, 1], [1, 67]] {
@@ -406,7 +407,7 @@ fn no_triangle_in_view(exam: &mut Examiner) -> Result<()> {
 
 fn closed_box(exam: &mut Examiner) -> Result<()> {
     exam.all("empty room", &empty_room())?;
-    // Turned, so that no wall lies along an axis of the light's cube.
+    // Turned, so that no wall is parallel to an axis of the light's cube.
     let turn = DMat3::from_axis_angle(dvec3(0.3, 0.5, 0.8).normalize(), 0.7);
     exam.all("turned room", &turned(&empty_room(), turn))
 }

@@ -1,4 +1,4 @@
-//! Lights on surfaces, in boxes, in the camera's place; needles and half spaces of cones; nothing, too much and too many.
+//! Lights on surfaces, in boxes and at the camera; very narrow and very wide cones; no light, extreme powers and many lights.
 
 use std::f64::consts::PI;
 
@@ -144,7 +144,7 @@ pub const CASES: &[Case] = &[
 
 fn light_a_millimetre_above(exam: &mut Examiner) -> Result<()> {
     let scene = lit_by(&room(), vec![point_light(dvec3(-0.23, -0.999, 0.31))]);
-    // f32 moves P and L by 6e-8 m each; over 1 mm that is 1.2e-4, and irradiance goes with the cube: d⁻³ times the height.
+    // f32 rounds P and L by 6e-8 m each; over 1 mm that is 1.2e-4. Irradiance changes with the cube: d⁻³ times the height.
     let bound = 3.0 * 1.2e-7 / 1e-3;
     exam.direct("1 mm", &scene, bound)?;
     exam.sums("1 mm", &scene, 24, KERNEL_BOUND + 1.2e-4)?;
@@ -152,7 +152,7 @@ fn light_a_millimetre_above(exam: &mut Examiner) -> Result<()> {
     exam.direct_by_map("1 mm", &scene, bound)
 }
 
-/// In the floor itself: what is above is lit as by a lamp a nanometre above, wherever rounding puts it.
+/// A lamp exactly in the floor. Surfaces above it are lit as by a lamp a nanometre above the floor, wherever rounding puts it.
 fn light_on_a_surface(exam: &mut Examiner, tilt: f64) -> Result<()> {
     let along = dvec3(3.0, tilt, 0.4 * tilt);
     let across = dvec3(0.0, 0.31 * tilt, 3.0);
@@ -169,13 +169,13 @@ fn light_on_a_surface(exam: &mut Examiner, tilt: f64) -> Result<()> {
         let frame = exam.render(&scene)?;
         let truth = exam.unsampled(&lit_by(&room, vec![point_light(lifted)]))?;
         let [direct, truth] = [&frame, &truth].map(|frame| values(frame, Layer::Direct));
-        // Whether P lies 1e-7 m above the lamp or below is not known; the nearest pixels are 5 cm from it, where that is
-        // 1e-7/d³ = 1e-3 W/m² more or less. Along the axes P and lamp have the same height, bit for bit.
+        // Rounding decides whether P is 1e-7 m above or below the lamp. The nearest pixels are 5 cm from it, so that the error is 1e-7/d³ =
+        // 1e-3 W/m². Along the axes, P and the lamp have the same height, bit for bit.
         let bound = if tilt == 0.0 { 2e-5 } else { 1e-3 };
         let what = format!("lamp at ({u}, {v})");
         exam.record(&what, "direct", error_of(direct, truth), bound);
         exam.sums(&what, &scene, 24, KERNEL_BOUND)?;
-        // Half of its light goes below the floor. A lamp above, however near, would shine on the floor under it instead.
+        // Half of the lamp's light goes below the floor. A lamp above the floor, however near, would instead light the floor below it.
         let half_sphere = spot_light(lifted, above, [90.0, 90.0]);
         let upper = lit_by(&room, vec![amplified(&half_sphere, [0.5; 3])]);
         let truth = exam.sampled_enough(&upper)?;
@@ -184,7 +184,7 @@ fn light_on_a_surface(exam: &mut Examiner, tilt: f64) -> Result<()> {
     Ok(())
 }
 
-/// In the upper corner of a box, along the axes and turned: as a lamp a nanometre outside.
+/// A lamp in the upper corner of a box, along the axes and turned: lights the scene like a lamp a nanometre outside the box.
 fn light_in_a_corner(exam: &mut Examiner) -> Result<()> {
     let turn = DMat3::from_axis_angle(dvec3(0.48, 0.6, 0.64), 0.4);
     let upright = room();
@@ -193,14 +193,14 @@ fn light_in_a_corner(exam: &mut Examiner) -> Result<()> {
         let [scene, outside] = [corner_m, corner_m + 1e-9]
             .map(|at| turned(&lit_by(&upright, vec![point_light(at)]), turn));
         let error = exam.error_against(&exam.unsampled(&outside)?, &scene, Layer::Direct)?;
-        // As on a tilted surface: on which side of the lamp P lies on the box's own faces is not known.
+        // As on a tilted surface, rounding decides on which side of the lamp P is on the box's own faces.
         exam.record(what, "direct", error, 1e-3);
         exam.sums(what, &scene, 24, KERNEL_BOUND)?;
     }
     Ok(())
 }
 
-/// Its cone does not touch the ceiling, so that direct and indirect light are those of a spot a nanometre below it.
+/// The cone does not touch the ceiling, so that direct and indirect light equal those of a spot a nanometre below it.
 fn spot_on_a_ceiling(exam: &mut Examiner) -> Result<()> {
     let along = dvec3(1.9, 0.31, 0.17);
     let across = dvec3(-0.23, 0.13, 1.9);
@@ -217,18 +217,18 @@ fn spot_on_a_ceiling(exam: &mut Examiner) -> Result<()> {
         });
         let what = format!("lamp at ({u}, {v})");
         let error = exam.error_against(&exam.unsampled(&lifted)?, &scene, Layer::Direct)?;
-        // Lamp and P are rounded to 6e-8 m each, and what is lit is at least 2 cm from the lamp.
+        // Lamp and P are rounded by 6e-8 m each, and lit points are at least 2 cm from the lamp.
         exam.record(&what, "direct", error, 2e-5);
         let [truth, sum] =
             [below, scene].map(|scene| with_sum(&scene, VplSum::InstantRadiosity, 24));
         let error = exam.apart([&truth, &sum])?;
-        // The VPLs move by 1e-5 m with it, and those near a corner bring more or less.
+        // The VPLs move by 1e-5 m with the lamp, so that those near a corner contribute more or less.
         exam.record(&what, "instant-radiosity", error, 1e-2);
     }
     Ok(())
 }
 
-/// A lamp in a box in a room: outside the box everything is black.
+/// A lamp in a box in a room: everything outside the box is black.
 fn light_inside_a_box(exam: &mut Examiner) -> Result<()> {
     let mut scene = room();
     let bright = exam.largest(&scene, Layer::Direct)?;
@@ -239,7 +239,7 @@ fn light_inside_a_box(exam: &mut Examiner) -> Result<()> {
     for at in [DVec3::ZERO, DVec3::splat(0.01), 0.49 * size] {
         scene.lights = vec![point_light(centre + at)];
         exam.leaks(&scene, bright)?;
-        // To sums the box is no obstacle.
+        // The sums ignore visibility, so the box is no obstacle to them.
         exam.sums("", &scene, 24, KERNEL_BOUND)?;
     }
     Ok(())
@@ -254,10 +254,11 @@ fn light_at_the_camera(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// What the VPLs may lose of the light's power: exact integrals in f64, a few roundings for each of at most four thousand texels.
+/// The share of the light's power that the VPLs may lose: exact integrals in f64, with a few roundings for each of at most four thousand
+/// texels.
 const POWER_BOUND: f64 = 1e-12;
 
-/// f32 tells directions apart to 1e-7, over a penumbra of this width.
+/// f32 resolves directions to 1e-7; the penumbra has this width.
 fn penumbra_bound(penumbra_deg: f64) -> f64 {
     2e-7 / penumbra_deg.to_radians()
 }
@@ -268,7 +269,7 @@ fn room_with_spot(position_m: DVec3, direction: DVec3, half_angles_deg: [f64; 2]
     lit_by(&room(), vec![spot])
 }
 
-/// What narrow spots aim at, from below the ceiling.
+/// The target of narrow spots, which are below the ceiling.
 const TARGET_M: DVec3 = dvec3(-0.3, -1.0, 0.5);
 
 fn room_with_narrow_spot(half_angles_deg: [f64; 2]) -> Scene {
@@ -278,7 +279,7 @@ fn room_with_narrow_spot(half_angles_deg: [f64; 2]) -> Scene {
 
 fn spot_of_half_a_degree(exam: &mut Examiner) -> Result<()> {
     let scene = room_with_narrow_spot([0.1, 0.25]);
-    // Up close: the lit spot of 14 mm fills the image.
+    // Close up, the lit spot of 14 mm fills the image.
     let mut close = scene.clone();
     close.camera.position_m = dvec3(-0.1, -0.6, 0.7);
     close.camera.look_at_m = TARGET_M;
@@ -322,7 +323,7 @@ fn equal_cones(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// How far the power of all VPLs is from the light's: in a closed room every texel hits.
+/// The difference between the power of all VPLs and that of the light: in a closed room every texel hits a surface.
 fn lost_power(exam: &mut Examiner, what: &str, scene: &Scene, rsm_size: u32) -> Result<()> {
     let scene = with_sum(scene, VplSum::InstantRadiosity, rsm_size);
     let (_, kept) = exam.render_keeping(&scene)?;
@@ -346,7 +347,7 @@ fn cone_inside_a_texel(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// 26 axes: to the faces, the edges and the corners of the cube.
+/// 26 axes: towards the faces, edges and corners of the cube.
 fn axes_of_the_cube(exam: &mut Examiner) -> Result<()> {
     let digits = |i: i32| dvec3((i / 9).into(), (i / 3 % 3).into(), (i % 3).into());
     let axes = (0..27).map(|i| digits(i) - DVec3::ONE);
@@ -369,7 +370,7 @@ fn axes_of_the_cube(exam: &mut Examiner) -> Result<()> {
                 let bound = DIRECT_BOUND + penumbra_bound(8.0);
                 exam.direct_against(&truth, &what, &scene, bound)?;
             }
-            // The narrow cone may not be seen to light anything, and then nothing may be claimed.
+            // The camera may not see anything that the narrow cone lights; then the engine may not state an error.
             if is_wide {
                 exam.bounce_against(&truth, &what, &scene, TARGET_ERROR)?;
             }
@@ -378,10 +379,10 @@ fn axes_of_the_cube(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// Over a floor, level and tilted, without and with a block on it; closed form: E·cosθ·k_d/π, where k_d is ½.
+/// A floor, level and tilted, without and with a block on it. Closed form: E·cosθ·k_d/π with k_d = ½.
 fn grazing_directional(exam: &mut Examiner) -> Result<()> {
     let (sine, cosine) = f64::to_radians(89.99).sin_cos();
-    // Normal and direction are each off by up to 1e-7, over a cosine of 1.7e-4.
+    // Normal and direction are each off by up to 1e-7, divided by a cosine of 1.7e-4.
     let bound = DIRECT_BOUND + 2.0 * 1e-7 / cosine;
     let mut floor_alone = |what: &str, tilt: f64| -> Result<Scene> {
         let turn = DQuat::from_axis_angle(dvec3(0.6, 0.0, 0.8), tilt);
@@ -399,7 +400,7 @@ fn grazing_directional(exam: &mut Examiner) -> Result<()> {
     };
     let mut scene = floor_alone("level floor", 0.0)?;
     floor_alone("tilted floor", 0.37)?;
-    // Its shadow would reach 600 m.
+    // The shadow of this block would be 600 m long.
     let block = cuboid(
         "block",
         dvec3(-0.2, 0.0, -0.3),
@@ -410,7 +411,7 @@ fn grazing_directional(exam: &mut Examiner) -> Result<()> {
     exam.by_rays("floor and block", &scene, bound)
 }
 
-/// As bright as a lamp of 12 W at 1 m, from twice the height of a geostationary orbit and more, through an open side.
+/// As bright as a lamp of 12 W at 1 m, from more than twice the height of a geostationary orbit. The light enters through an open side.
 fn room_lit_from_afar() -> Scene {
     let distance_m = 1e8;
     let mut scene = room();
@@ -431,8 +432,8 @@ fn far_light(exam: &mut Examiner) -> Result<()> {
     exam.bounce("1e8 m", &scene)
 }
 
-/// A power of two as the factor is the same image times that factor, bit for bit: nothing is rounded otherwise, as long as no
-/// number leaves the range of normal ones and nothing small is compared with a constant.
+/// Scaling the power by a power of two must scale the image by that factor, bit for bit. Rounding stays the same unless a number leaves the
+/// range of normal numbers or a small value is compared with a constant.
 fn extreme_powers(exam: &mut Examiner) -> Result<()> {
     let room = room();
     for (estimator, scene) in with_each_estimator(&room, 16, 0.1) {
@@ -461,7 +462,7 @@ fn no_power(exam: &mut Examiner) -> Result<()> {
     exam.bounce("beside another light", &beside)
 }
 
-/// Point lights, spots and parallel light in turn, of powers from 1 to 1/64.
+/// Point lights, spots and parallel light alternate, with powers from 1 to 1/64.
 fn sixty_four_lights(exam: &mut Examiner) -> Result<()> {
     let light = |i: u32| {
         let [column, row] = [i % 8, i / 8].map(|n| -0.8 + 0.2 * f64::from(n) + 0.013);

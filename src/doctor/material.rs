@@ -1,4 +1,4 @@
-//! Reflectances at the ends of their range, and lobes from a half space to a needle.
+//! Reflectances at the ends of their range, and lobes from half a sphere wide to very narrow.
 
 use glam::{DVec3, dvec3};
 
@@ -77,19 +77,19 @@ fn black_and_white(exam: &mut Examiner) -> Result<()> {
         material.kd = [1.0; 3];
     }
     exam.all("white room", &scene)?;
-    // Some black among the white.
+    // A black box in the white room.
     scene.materials[COLOURED as usize].kd = [0.0; 3];
     exam.all("black box in it", &scene)
 }
 
-/// Turns a material's light into lobes.
+/// Makes a material reflect by its lobe alone.
 fn make_specular(material: &mut Material, shininess: f64) {
     material.kd = [0.0; 3];
     material.ks = [1.0, 0.9, 0.8];
     material.shininess = shininess;
 }
 
-/// The room with all its light in lobes.
+/// The room with materials that reflect by their lobes alone.
 fn lobes_alone(shininess: f64) -> Scene {
     let mut scene = room();
     for material in &mut scene.materials {
@@ -98,8 +98,8 @@ fn lobes_alone(shininess: f64) -> Scene {
     scene
 }
 
-/// Mirror directions are rounded to 1e-7 each, which the exponent multiplies; where few pixels carry the image, a few such
-/// errors do not average out.
+/// Mirror directions are rounded by 1e-7 each, and the exponent multiplies that error. If few pixels carry the image, a few such errors do
+/// not average out.
 fn lobe_bound(shininess: f64) -> f64 {
     KERNEL_BOUND + 3e-7 * shininess.sqrt()
 }
@@ -112,8 +112,8 @@ fn specular_room(exam: &mut Examiner, shininess: f64) -> Result<()> {
     exam.bounce(&what, &scene)
 }
 
-/// The highlight that a light in the camera's place makes on the wall before it fills the image; and sums, of which a lobe of 1e6
-/// finds next to nothing without some diffuse light.
+/// Direct light: a light at the camera makes a highlight on the wall in front, which fills the image. Sums: without some diffuse light, a
+/// lobe of 1e6 would find next to nothing.
 fn sharp_lobes(exam: &mut Examiner, shininess: f64) -> Result<()> {
     let mut scene = lobes_alone(shininess);
     let what = format!("lobes of {shininess:.0e}");
@@ -129,7 +129,7 @@ fn sharp_lobes(exam: &mut Examiner, shininess: f64) -> Result<()> {
     exam.sums(&what, &scene, 24, bound)
 }
 
-/// Few pixels: the reference, too, takes many samples to find light by way of two such lobes.
+/// Few pixels, because the reference, too, needs many samples to find light along two such lobes.
 fn needle_lobes(exam: &mut Examiner) -> Result<()> {
     sharp_lobes(exam, 1e4)?;
     let mut scene = lobes_alone(1e4);
@@ -142,8 +142,8 @@ fn needle_lobes(exam: &mut Examiner) -> Result<()> {
     )
 }
 
-/// A floor that mirrors a ceiling on which a spot stands, but takes no light itself: of two such lobes on one way there is no truth to
-/// be had.
+/// A floor that mirrors a ceiling lit by a spot. The floor itself receives no direct light, because a reference cannot be computed for
+/// paths over two such lobes.
 fn lobes_of_a_million(exam: &mut Examiner) -> Result<()> {
     sharp_lobes(exam, 1e6)?;
     let mut scene = empty_room();
@@ -158,7 +158,7 @@ fn lobes_of_a_million(exam: &mut Examiner) -> Result<()> {
     exam.bounce("ceiling in a floor", &scene)
 }
 
-/// A checkerboard of 0 and 1, and a texture of one texel, with coordinates up to a thousand.
+/// A checkerboard of 0 and 1, and a texture of one texel, with coordinates up to 1000.
 fn textures(exam: &mut Examiner) -> Result<()> {
     let corner = dvec3(-1.0, 0.0, -1.0);
     let [x, y, z] = DVec3::AXES.map(|axis| 2.0 * axis);
@@ -191,11 +191,11 @@ fn textures(exam: &mut Examiner) -> Result<()> {
     };
     for (what, n) in [("2 repeats", 2.0), ("1000 repeats", 1000.0)] {
         let repeated = map_to([[0.0, 0.0], [n, 0.0], [n, n], [0.0, n]]);
-        // f32 keeps texture coordinates to 6e-8 of themselves, a slope of 2 per texel and 2 texels a repeat; places of P are
-        // off by as much of the quad's 2 m.
+        // f32 keeps texture coordinates to a relative 6e-8; the slope is 2 per texel, with 2 texels per repeat. Positions of P have the
+        // same relative error over the quad's 2 m.
         exam.by_rays(what, &repeated, DIRECT_BOUND + 4.0 * 2.0 * 1.2e-7 * n)?;
     }
-    // All corners in one point of the texture, and in two: what is seen there has no size.
+    // All corners at one point of the texture, and at two: the visible part of the texture has no area.
     exam.all("one place of the texture", &map_to([[0.25, 0.25]; 4]))?;
     let line = map_to([[0.1, 0.7], [0.1, 0.7], [0.9, 0.7], [0.9, 0.7]]);
     exam.all("a line of the texture", &line)

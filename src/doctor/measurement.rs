@@ -1,19 +1,19 @@
-//! What a case measures.
+//! The measurement of a case.
 
-/// The errors of a case beside their bounds.
+/// The errors of a case with their bounds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Measurement {
     pub parts: Vec<Part>,
 }
 
-/// One error beside its bound.
+/// One error with its bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Of what; empty where the case has one such part.
+    /// The subject of the measurement; empty if the case has only one.
     pub of: String,
-    /// The quantity: a layer or a way to compute it.
+    /// The quantity: a layer, or a way to compute it.
     pub quantity: String,
-    /// Relative to the truth, unless `quantity` says otherwise; infinite where a value is no finite number.
+    /// Error relative to the ground truth, unless `quantity` says otherwise; infinite if a value is not finite.
     pub error: f64,
     pub bound: f64,
 }
@@ -23,7 +23,7 @@ impl Part {
         self.error <= self.bound
     }
 
-    /// The error as a share of its bound, to be compared.
+    /// The error as a share of its bound, for comparisons.
     fn share(&self) -> f64 {
         if self.error == 0.0 {
             0.0
@@ -39,13 +39,13 @@ impl Measurement {
         !self.parts.is_empty() && self.parts.iter().all(Part::is_met)
     }
 
-    /// The part that is the largest share of its bound.
+    /// The part with the largest share of its bound.
     pub fn worst(&self) -> Option<&Part> {
         let by_share = |a: &&Part, b: &&Part| a.share().total_cmp(&b.share());
         self.parts.iter().max_by(by_share)
     }
 
-    /// The worst part of each quantity, in the order in which quantities come first.
+    /// The worst part of each quantity, ordered by the first occurrence of each quantity.
     pub fn worst_of_each_quantity(&self) -> Vec<&Part> {
         let mut worst: Vec<&Part> = Vec::new();
         for part in &self.parts {

@@ -1,4 +1,4 @@
-//! The cases of [geometry](super::geometry) that are about what meshes are made of: thin walls, needles, two in one place.
+//! The cases of [geometry](super::geometry) that concern the meshes themselves: thin walls, needles, coincident surfaces.
 
 use std::{f64::consts::TAU, mem};
 
@@ -18,7 +18,7 @@ use crate::{
     scene::{Material, Mesh, Shadow},
 };
 
-/// The room cut in two, its light on one side, its camera on the other; everything that is seen must be black.
+/// A wall cuts the room in two, with the light on one side and the camera on the other. Everything that the camera sees must be black.
 fn dark_side(exam: &mut Examiner, wall: Mesh) -> Result<()> {
     let mut scene = empty_room();
     scene.meshes.push(wall.into());
@@ -27,7 +27,7 @@ fn dark_side(exam: &mut Examiner, wall: Mesh) -> Result<()> {
     let [lit, dark] = [0.4, -0.4].map(|x| lit_by(&scene, vec![point_light(dvec3(x, 0.3, 0.2))]));
     let bright = exam.largest(&lit, Layer::Direct)?;
     exam.leaks(&dark, bright)?;
-    // To sums the wall is no obstacle.
+    // The sums ignore visibility, so the wall is no obstacle to them.
     exam.sums("", &dark, 24, KERNEL_BOUND)
 }
 
@@ -77,7 +77,7 @@ pub(super) fn two_meshes_in_one_place(exam: &mut Examiner) -> Result<()> {
     exam.all("room twice", &scene)
 }
 
-/// Needles 2 m long and 2 µm wide from side to side over the floor, and four hundred triangles without area in the room.
+/// Needles 2 m long and 2 µm wide across the floor, and four hundred triangles of zero area in the room.
 pub(super) fn needles(exam: &mut Examiner) -> Result<()> {
     let mut positions = Vec::new();
     let mut triangles = Vec::new();
@@ -92,13 +92,13 @@ pub(super) fn needles(exam: &mut Examiner) -> Result<()> {
     let no_area = Mesh::from_slices("no area", &positions, &triangles, COLOURED);
     scene.meshes.push(no_area.into());
     for i in 0..40 {
-        // A strip of the floor's plane, cut lengthwise into needles, a little above it.
+        // A strip parallel to the floor and slightly above it, cut lengthwise into needles.
         let corner = dvec3(-1.0, -0.998, -0.9 + 0.045 * f64::from(i));
         let strip = [corner, 2.0 * DVec3::X, 20e-6 * DVec3::Z];
         let needles = grid("needles", strip, [1, 10], COLOURED);
         scene.meshes.push(needles.into());
     }
-    // The floor itself: a fan of triangles around one corner, of which every second is a needle.
+    // The floor itself: a fan of triangles around one corner; every second one is a needle.
     let mut rim = Vec::new();
     for i in 0..=40 {
         let x = -1.0 + 0.05 * f64::from(i);
@@ -112,7 +112,7 @@ pub(super) fn needles(exam: &mut Examiner) -> Result<()> {
     exam.all("needles of aspect 1e6", &scene)
 }
 
-/// Against the reference of a scene without the triangles that must not be seen.
+/// Compares with the reference of a scene without the hidden triangles.
 pub(super) fn two_materials_in_one_place(exam: &mut Examiner) -> Result<()> {
     let seen = room();
     let truth = exam.sampled_enough(&seen)?;
@@ -137,7 +137,7 @@ pub(super) fn two_materials_in_one_place(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// A slanted wall across the room, one half of it in cells, whose corners lie on the long edge of the other half but for rounding.
+/// A slanted wall across the room. One half consists of cells, whose corners are, up to rounding, on the long edge of the other half.
 pub(super) fn t_junctions(exam: &mut Examiner) -> Result<()> {
     let corner = dvec3(-0.31, -1.1, -1.4);
     let [along, across] = [dvec3(0.37, 2.2, 0.13), dvec3(0.11, 0.0, 1.4)];
@@ -147,7 +147,7 @@ pub(super) fn t_junctions(exam: &mut Examiner) -> Result<()> {
     dark_side(exam, wall)
 }
 
-/// A tent over the floor: three thousand needles from its top to its rim, 1.5 mm wide there.
+/// A tent over the floor: three thousand needles from its top to its rim, where they are 1.5 mm wide.
 pub(super) fn needle_fan(exam: &mut Examiner) -> Result<()> {
     const NEEDLES: u32 = 3_000;
     let mut positions = vec![[-0.1, -0.5, -0.2]];
@@ -160,13 +160,13 @@ pub(super) fn needle_fan(exam: &mut Examiner) -> Result<()> {
     let tent = Mesh::from_slices("tent", &positions, &triangles, COLOURED);
     let mut scene = empty_room();
     scene.meshes.push(tent.into());
-    // Rasterisers round corners to 1/256 pixel, here 0.2 mm in 1 m, and where that takes a pixel's centre out of its needle, P stays
-    // at the needle's rim.
+    // Rasterisers round corners to 1/256 pixel, here 0.2 mm in 1 m. If that moves a pixel's centre out of its needle, P stays at the
+    // needle's rim.
     let of_raster = 2.0 * 0.5 * 0.0002;
     exam.by_rays("3 000 needles", &scene, DIRECT_BOUND + of_raster)
 }
 
-/// x turned to −x, with shading normals on one of the boxes.
+/// The room mirrored from x to −x, with shading normals on one of the boxes.
 pub(super) fn room_in_a_mirror(exam: &mut Examiner) -> Result<()> {
     let mut scene = room();
     let centre_m = dvec3(-0.35, -0.45, -0.5);
@@ -175,14 +175,14 @@ pub(super) fn room_in_a_mirror(exam: &mut Examiner) -> Result<()> {
     exam.all("", &turned(&scene, mirror))
 }
 
-/// A corner whose floor is of two million triangles.
+/// A corner of two walls; its floor has two million triangles.
 pub(super) fn two_million_triangles(exam: &mut Examiner) -> Result<()> {
     let light = point_light(dvec3(0.7, 0.9, 0.11));
     let mut scene = two_walls(light, dvec3(1.3, 0.9, 0.2), dvec3(0.2, 0.1, 0.0));
     let plane = [-DVec3::Z, 2.0 * DVec3::Z, 2.0 * DVec3::X];
     scene.meshes[0] = grid("floor", plane, [1000, 1000], GREY).into();
-    // Rasterisers round corners to 1/256 pixel, here 0.2 mm in 1.3 m, and where that takes a pixel's centre out of its
-    // triangle of 2 mm, P stays at the triangle's rim.
+    // Rasterisers round corners to 1/256 pixel, here 0.2 mm in 1.3 m. If that moves a pixel's centre out of its triangle of 2 mm, P stays
+    // at the triangle's rim.
     let of_raster = 2.0 * 0.5 * 0.0002 / 1.3;
     exam.all_within("floor of 2e6 triangles", &scene, DIRECT_BOUND + of_raster)
 }

@@ -1,8 +1,8 @@
-//! Scenes on which naive implementations go wrong, and how far the engine is from the truth on each.
+//! Hard cases: scenes on which naive implementations go wrong, and the engine's error on each.
 //!
-//! A [`Case`] builds its scenes in code, renders them and measures an error against a closed form, the
-//! [kernels in f64](crate::internals::f64_kernels) or the path-sampled [reference](crate::reference), with a bound that its source
-//! justifies. The same cases are the tests in `tests/hard`, the command `camlux doctor` and the tables of `docs/hard-cases.md`.
+//! A [`Case`] builds its scenes in code, renders them and measures an error. It compares with a closed form, the [kernels in
+//! f64](crate::internals::f64_kernels) or the path-sampled [reference](crate::reference); the source of each bound justifies it. The same
+//! cases are the tests in `tests/hard`, the command `camlux doctor` and the tables of `docs/hard-cases.md`.
 
 mod examiner;
 pub mod geometry;
@@ -39,13 +39,13 @@ pub const GROUPS: [(&str, &[Case]); 8] = [
 pub struct Case {
     /// Words joined by underscores: the name of its test.
     pub name: &'static str,
-    /// What breaks a naive implementation, a sentence.
+    /// One sentence: what breaks a naive implementation.
     pub hazard: &'static str,
-    /// What the engine does, a sentence.
+    /// One sentence: what the engine does.
     pub remedy: &'static str,
-    /// Whether `camlux doctor` runs it without being asked for all.
+    /// Whether `camlux doctor` runs it by default, without `--all`.
     pub is_short: bool,
-    /// Why the bound is not met, where it is not: a sentence.
+    /// One sentence: why the case misses its bound, if it does.
     pub known_issue: Option<&'static str>,
     run: Checks,
 }

@@ -1,4 +1,4 @@
-//! One scene small and large, near and far.
+//! The same scene small and large, near the origin and far from it.
 
 use glam::{DVec3, dvec3};
 
@@ -67,7 +67,7 @@ pub const CASES: &[Case] = &[
     .with_known_issue("an object nearer to a surface than 1.4e-6 of half the scene's size, here 1.4 mm, throws no shadow on it"),
 ];
 
-/// Against the reference of the room where it was: in f64, 1e7 m leave steps of 2e-9 m.
+/// Compares with the reference of the room at its original position: at 1e7 m, f64 has steps of 2e-9 m.
 fn room_at(exam: &mut Examiner, distance_m: f64) -> Result<()> {
     let here = room();
     let there = moved(&here, 1.0, distance_m * dvec3(1.0, -0.62, 0.37));
@@ -80,7 +80,7 @@ fn room_at(exam: &mut Examiner, distance_m: f64) -> Result<()> {
     Ok(())
 }
 
-/// Camera and light at one end, on opposite sides of a block.
+/// Camera and light are at one end, on opposite sides of a block.
 fn tunnel(exam: &mut Examiner) -> Result<()> {
     let tube = cuboid("tube", DVec3::splat(-1.0), dvec3(2.0, 2.0, 1000.0), GREY);
     let block = cuboid(
@@ -92,7 +92,7 @@ fn tunnel(exam: &mut Examiner) -> Result<()> {
     let light = point_light(dvec3(0.3, 0.6, 4.0));
     let eye_m = dvec3(0.1, 0.2, -0.6);
     let scene = scene_of(vec![tube, block], light, eye_m, 3.0 * DVec3::Z);
-    // Half the scene's size is 500 m: f32 keeps places there to 3e-5 m, over distances of 1 m and more, which count squared.
+    // Half the scene's size is 500 m: f32 keeps positions to 3e-5 m. Distances are 1 m and more, and count squared.
     exam.all_within("1 km", &scene, DIRECT_BOUND + 2.0 * 3e-5)
 }
 
@@ -121,7 +121,7 @@ fn near_and_far(exam: &mut Examiner, eye_m: DVec3) -> Result<()> {
     exam.sums(what, &scene, 16, KERNEL_BOUND)
 }
 
-/// Root mean square of the pixels' relative errors of depth: near ones count as much as far ones.
+/// Root mean square of the pixels' relative depth errors: near pixels count as much as far ones.
 fn error_of_depth(frame: &Frame, truth: &Frame) -> f64 {
     let [depths, truths] = [frame, truth].map(|frame| values(frame, Layer::Depth));
     let edges = truth.ids(Layer::Edge).unwrap_or_default();
@@ -132,7 +132,7 @@ fn error_of_depth(frame: &Frame, truth: &Frame) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// The light throws the shadow of one block on the side of the other.
+/// The light casts the shadow of one block onto the side of the other.
 fn near_shadows(exam: &mut Examiner) -> Result<()> {
     let scene = blocks_in_a_hall(DVec3::ZERO, dvec3(1.4, 0.3, -2.2));
     let what = "blocks of 1 mm in 2 km";

@@ -1,4 +1,4 @@
-//! What the scenes of the cases are made of.
+//! Building blocks for the scenes of the cases.
 
 use std::f64::consts::PI;
 
@@ -83,7 +83,7 @@ pub fn directional_light(direction: DVec3) -> Light {
     }
 }
 
-/// The light with its emission multiplied, each band by its own factor.
+/// The light with its emission multiplied by one factor per band.
 pub fn amplified(light: &Light, factors: Bands) -> Light {
     let emission = light.emission();
     light.with_emission([0, 1, 2].map(|band| emission[band] * factors[band]))
@@ -122,7 +122,7 @@ pub fn grid(
     Mesh::from_slices(name, &positions, &triangles, material)
 }
 
-/// A box from its lowest corner, its faces along the axes.
+/// A box from its lowest corner, with faces along the axes.
 pub fn cuboid(name: &str, corner_m: DVec3, size_m: DVec3, material: u32) -> Mesh {
     let corners: Vec<[f64; 3]> = (0..8)
         .map(|i| dvec3((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into()))
@@ -143,7 +143,7 @@ pub fn cuboid(name: &str, corner_m: DVec3, size_m: DVec3, material: u32) -> Mesh
     Mesh::from_slices(name, &corners, &triangles, material)
 }
 
-/// A sphere around a point: the six faces of a cube in `steps` x `steps` cells each, pushed out to the radius.
+/// A sphere around a point: the six faces of a cube with `steps` x `steps` cells each, projected to the radius.
 pub fn sphere(centre_m: DVec3, radius_m: f64, steps: u32, material: u32) -> Mesh {
     let mut sphere = Mesh {
         name: "sphere".into(),
@@ -174,7 +174,7 @@ pub fn append(mesh: &mut Mesh, other: Mesh) {
     mesh.triangle_materials.extend(other.triangle_materials);
 }
 
-/// A convex ball around 0: meridians and parallels `turn / (2 * steps)` apart, whose cells are flat.
+/// A convex ball around 0: meridians and parallels `turn / (2 * steps)` apart, with flat cells.
 pub fn globe(radius_m: f64, steps: u32, material: u32) -> Mesh {
     let columns = f64::from(2 * steps);
     let map = [DVec3::ZERO, columns * DVec3::X, f64::from(steps) * DVec3::Y];
@@ -205,7 +205,7 @@ pub fn room() -> Scene {
     room
 }
 
-/// The same without the boxes.
+/// The same room without the boxes.
 pub fn empty_room() -> Scene {
     let room = cuboid("room", DVec3::splat(-1.0), DVec3::splat(2.0), GREY);
     let light = point_light(dvec3(0.23, 0.71, 0.17));
@@ -213,7 +213,7 @@ pub fn empty_room() -> Scene {
     scene_of(vec![room], light, dvec3(0.13, 0.09, 0.93), look_at_m)
 }
 
-/// A floor and a wall of 2 m that meet at right angles in the line x = y = 0, without anything else.
+/// A floor and a wall of 2 m that meet at right angles in the line x = y = 0, and nothing else.
 pub fn two_walls(light: Light, camera_m: DVec3, look_at_m: DVec3) -> Scene {
     let [x, y, z] = DVec3::AXES.map(|axis| 2.0 * axis);
     let meshes = vec![
@@ -245,7 +245,7 @@ pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
     scene
 }
 
-/// The scene turned about 0 as a whole, camera and lights with it.
+/// The scene turned about 0 with its camera and lights.
 pub fn turned(scene: &Scene, turn: DMat3) -> Scene {
     let mut scene = scene.clone();
     let rotate = |vector: &mut DVec3| *vector = turn * *vector;
@@ -290,7 +290,7 @@ pub fn with_rays(scene: &Scene, target_error: f64) -> Scene {
     with_indirect(scene, IndirectLight::final_gather(target_error))
 }
 
-/// The scene with each way to compute indirect light, and its name.
+/// The scene with each estimator of indirect light, and the estimator's name.
 pub fn with_each_estimator(
     scene: &Scene,
     rsm_size: u32,
@@ -335,7 +335,7 @@ pub fn with_tof(scene: Scene, frequencies_hz: &[f64]) -> Scene {
     }
 }
 
-/// The scene with another way to find shadows.
+/// The scene with another shadow method.
 pub fn with_shadow(scene: &Scene, shadow: Shadow) -> Scene {
     let shadow = Some(shadow);
     Scene {

@@ -1,4 +1,4 @@
-//! Sums of many terms: in another order, in other pieces, and with bands of other sizes beside each other.
+//! Sums of many terms: in another order, split into other pieces, and with bands of very different size.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ use crate::{
     scene::VplSum,
 };
 
-/// What the order of a sum may change: that was asked of the engine.
+/// The difference that the order of a sum may cause: a requirement on the engine.
 const SPREAD: f64 = 1e-6;
 
 pub const CASES: &[Case] = &[
@@ -77,7 +77,7 @@ fn room_of_three_lights() -> Scene {
     scene
 }
 
-/// On the device, between the passes that list and that gather them.
+/// Shuffles the VPLs on the device, after the pass that lists them and before the pass that gathers them.
 fn vpls_shuffled(exam: &mut Examiner) -> Result<()> {
     let render = |renderer: &mut Renderer, scene: &Scene, seed: &Option<u64>| {
         let options = &mut RenderOptions::default();
@@ -87,7 +87,7 @@ fn vpls_shuffled(exam: &mut Examiner) -> Result<()> {
         }
     };
     let errors = spread(exam, [None, Some(1), Some(2), Some(3)], render, SPREAD)?;
-    // A sum of some ten thousand terms in another order never is the same in every pixel.
+    // A sum of some ten thousand terms in another order is never the same in every pixel.
     let unchanged = errors.iter().skip(2).filter(|&&error| error == 0.0).count();
     exam.record("", "sums that no order changes", unchanged as f64, 0.0);
     Ok(())
@@ -106,7 +106,7 @@ fn one_light_as_sixteen(exam: &mut Examiner) -> Result<()> {
     same_sums(exam, &scene, &lit_by(&scene, vec![part; 16]), 24)
 }
 
-/// The sums of two scenes that differ in the order of terms alone.
+/// Compares the sums of two scenes that differ only in the order of terms.
 fn same_sums(exam: &mut Examiner, one: &Scene, other: &Scene, rsm_size: u32) -> Result<()> {
     for sum in VplSum::ALL {
         let [one, other] = [one, other].map(|scene| with_sum(scene, sum, rsm_size));
@@ -116,7 +116,7 @@ fn same_sums(exam: &mut Examiner, one: &Scene, other: &Scene, rsm_size: u32) -> 
     Ok(())
 }
 
-/// The errors of the indirect light by each of some ways to render it, relative to the first.
+/// The errors of the indirect light for several ways to render it, relative to the first way.
 fn spread<W: std::fmt::Debug>(
     exam: &mut Examiner,
     ways: impl IntoIterator<Item = W>,
@@ -152,7 +152,7 @@ fn tiles_of_every_size(exam: &mut Examiner) -> Result<()> {
     spread(exam, kernels, render, SPREAD).map(drop)
 }
 
-/// Bit for bit.
+/// The results must be equal bit for bit.
 fn submissions_of_every_length(exam: &mut Examiner) -> Result<()> {
     let targets = [1, 10, 10_000].map(Duration::from_millis);
     let render = |renderer: &mut Renderer, scene: &Scene, target: &Duration| {
@@ -165,7 +165,7 @@ fn submissions_of_every_length(exam: &mut Examiner) -> Result<()> {
     spread(exam, targets, render, 0.0).map(drop)
 }
 
-/// Grey surfaces under a light whose bands differ by 1e9 each way: every band is the same image, times its power.
+/// Grey surfaces under a light whose bands differ by factors of 1e9 up and down: every band must be the same image times its power.
 fn dim_band(exam: &mut Examiner) -> Result<()> {
     let mut scene = room();
     for material in &mut scene.materials {
@@ -177,7 +177,8 @@ fn dim_band(exam: &mut Examiner) -> Result<()> {
         let frame = exam.render(&scene)?;
         let pixels = values(&frame, Layer::Radiance).as_chunks::<3>().0;
         for band in 1..3 {
-            // A band beside the first, both over their power: the power's own rounding to f32 and a few more.
+            // Compares a band with the first band, each divided by its power. The power itself is rounded to f32, plus a few more
+            // roundings.
             let (mut off, mut all) = (0.0, 0.0);
             for pixel in pixels {
                 let [first, other] = [0, band].map(|band| f64::from(pixel[band]) / powers[band]);
@@ -191,7 +192,7 @@ fn dim_band(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// Bands over, within and below what 16 bits hold, written and read again.
+/// Bands above, within and below the range of 16-bit floats, written and read again.
 fn half_floats(exam: &mut Examiner) -> Result<()> {
     let mut scene = room();
     scene.lights = vec![amplified(&scene.lights[0], [1e9, 1.0, 1e-9])];
@@ -206,7 +207,7 @@ fn half_floats(exam: &mut Examiner) -> Result<()> {
     let path = std::env::temp_dir().join(format!("camlux-half-{}.exr", std::process::id()));
     write_exr(OutputFile::create(&path)?, &frame, &options)?;
     let read = LayeredImage::read(&path);
-    // Nobody will miss it.
+    // A leftover file does no harm.
     let _ = std::fs::remove_file(&path);
     let read = read?;
     let stored = read.values(Layer::Direct).unwrap_or_default();
@@ -215,7 +216,7 @@ fn half_floats(exam: &mut Examiner) -> Result<()> {
         .zip(values(&frame, Layer::Direct))
         .map(|(stored, value)| {
             let expected = value.min(65504.0);
-            // Below 6e-5, 16 bits have steps of 6e-8 and no more.
+            // Below 6e-5, 16-bit floats have a constant step of 6e-8.
             (stored - expected) / expected.max(6.2e-5)
         });
     let error = largest(&apart.collect::<Vec<_>>());

@@ -1,4 +1,4 @@
-//! Modulated light: phases that wrap, that cancel, that many waves lie in; no direct light, and too much light.
+//! Modulated light: phases that wrap or cancel, paths of many wavelengths, pixels without direct light, and too much light.
 
 use glam::{DVec3, dvec3};
 
@@ -90,7 +90,7 @@ fn period(exam: &mut Examiner) -> Result<()> {
             let due = wrap_count(distance_m, frequency_hz);
             let what = format!("{} MHz, {what}", frequency_hz * 1e-6);
             let off_m = (range_m - (distance_m - f64::from(due) * period_m)).abs();
-            // The light's place and the wall's are rounded to 6e-8 of the scene's size.
+            // The positions of light and wall are rounded to 6e-8 of the scene's size.
             exam.record(&what, "range, m", off_m, 1e-7 * distance_m + 1e-5);
             let is_wrong = f64::from(u8::from(wraps != Some(due)));
             exam.record(&what, "wrong count of wraps", is_wrong, 0.0);
@@ -99,7 +99,7 @@ fn period(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// Two lights half a wave behind each other, so far away that they cancel all over the scene.
+/// Two lights half a wavelength behind each other, so far away that they cancel in the whole scene.
 fn antiphase(exam: &mut Examiner) -> Result<()> {
     let frequency_hz = 50e6;
     let half_wave_m = 0.5 * SPEED_OF_LIGHT_M_S / frequency_hz;
@@ -118,7 +118,7 @@ fn antiphase(exam: &mut Examiner) -> Result<()> {
     let lit = lit.sum::<f64>().sqrt();
     let direct = phasors(&frame, TofQuantity::PhasorDirect);
     let left = direct.iter().map(|z| z.magnitude().powi(2)).sum::<f64>();
-    // Their distances have 24 bits from the scene's centre on, and their irradiances differ by as much as the walls are apart over 50 km.
+    // Their distances have 24 bits from the scene's centre on. Their irradiances differ by the ratio of the scene's size to 50 km.
     exam.record("", "Z over direct light", left.sqrt() / lit, 1e-4);
     let truth = exam.sampled_enough(&scene)?;
     let scene = with_rays(&scene, TARGET_ERROR);
@@ -129,7 +129,7 @@ fn antiphase(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// relRMSE of Z of the bounce without the truth's own noise and away from edges, over 1 % of the light at least.
+/// relRMSE of Z of the bounce, without the reference's noise and without edges, relative to at least 1 % of the light.
 fn phasor_error(frame: &Frame, truth: &Frame) -> f64 {
     let edges = truth.ids(Layer::Edge).unwrap_or_default();
     let found = phasors(frame, TofQuantity::PhasorIndirect);
@@ -161,7 +161,7 @@ fn bounce_alone(exam: &mut Examiner) -> Result<()> {
     let in_shadow = |i: &usize| direct[*i][0] == 0.0 && indirect[*i][0] > 0.0;
     let shadow: Vec<usize> = (0..direct.len()).filter(in_shadow).collect();
     let is_wrong = |&&i: &&usize| {
-        // By way of some Q light comes from farther than along half of the straight paths.
+        // Light over some Q comes from farther away than half of the straight path.
         let has_range = range[i] > half_paths[i] && f64::from(range[i]) < unambiguous_range_m(20e6);
         !(has_range && mpi[i].is_nan() && amplitude[i] > 0.0)
     };
@@ -201,7 +201,7 @@ fn saturated(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// How far the range of direct light is off half its path at most, modulo c/(2f); infinite where nothing is lit.
+/// The largest difference between the range of direct light and half its path, modulo c/(2f); infinite if nothing is lit.
 fn worst_range_m(frame: &Frame, frequency_hz: f64) -> f64 {
     let half_paths = values(frame, Layer::HalfPath);
     let direct = phasors(frame, TofQuantity::PhasorDirect);
@@ -220,12 +220,12 @@ fn far_light(exam: &mut Examiner) -> Result<()> {
     let two_walls = two_walls(light, dvec3(1.6, 1.3, 0.9), dvec3(0.2, 0.4, 0.0));
     let scene = with_tof(two_walls, &[frequency_hz]);
     let frame = exam.render(&scene)?;
-    // Half a path of 25 km has steps of 2 mm as an f32.
+    // Half a path of 25 km has steps of 2 mm in f32.
     let worst_m = worst_range_m(&frame, frequency_hz);
     exam.record("", "range, m", worst_m, 2e-3);
     let z = Layer::Tof(0, TofQuantity::PhasorDirect);
     let truth = exam.unsampled(&scene)?;
-    // The phase of 100 MHz turns by 4 rad/m, over positions that are rounded to 6e-8 m.
+    // At 100 MHz the phase turns by 4 rad/m; positions are rounded to 6e-8 m.
     let error = exam.error_against(&truth, &scene, z)?;
     exam.record("", "direct Z", error, DIRECT_BOUND);
     Ok(())
@@ -237,7 +237,7 @@ fn many_waves(exam: &mut Examiner) -> Result<()> {
     let two_walls = two_walls(light, dvec3(1.6, 1.3, 0.9), dvec3(0.2, 0.4, 0.0));
     let mut scene = with_tof(moved(&two_walls, 5e3, DVec3::ZERO), &[frequency_hz]);
     let worst_m = worst_range_m(&exam.render(&scene)?, frequency_hz);
-    // Positions are rounded to 6e-8 of the scene's size, there and in the layer that this is held against.
+    // Positions are rounded to 6e-8 of the scene's size, both in the frame and in the layer that it is compared with.
     exam.record("", "range, m", worst_m, 2e-3);
     scene.indirect = Some(IndirectLight::FinalGather {
         target_error: TARGET_ERROR,

@@ -1,4 +1,4 @@
-//! Light that has no way, one narrow way, or a million of them.
+//! Light with no path, with one narrow path, or with a million paths.
 
 use std::f64::consts::PI;
 
@@ -74,18 +74,18 @@ pub const CASES: &[Case] = &[
     .long(),
 ];
 
-/// Unit sphere with k_d = ½, a light of π W/sr at its centre: direct 0.5, bounce 0.25, average 1/(6π).
+/// Unit sphere with k_d = ½ and a light of π W/sr at its centre: direct 0.5, bounce 0.25, average 1/(6π).
 fn sphere_from_its_centre(exam: &mut Examiner, rsm_size: u32) -> Result<()> {
     let ball = rounded(sphere(DVec3::ZERO, 1.0, 64, GREY), DVec3::ZERO);
     let eye_m = dvec3(0.3, 0.2, 0.4);
     let light = amplified(&point_light(DVec3::ZERO), [PI; 3]);
     let mut scene = scene_of(vec![ball], light, eye_m, -eye_m);
     scene.camera.resolution_px = [12, 12];
-    // Facets of 1.4° lie up to 7.5e-5 of the radius inside the sphere: twice that in 1/d², twice for P and Q.
+    // Facets of 1.4° are up to 7.5e-5 of the radius inside the sphere: twice that in 1/d², twice for P and Q.
     const FACETS: f64 = 3e-4;
-    // Of some thousand samples.
+    // Bound for the mean of some thousand samples.
     const MEAN_BOUND: f64 = 1e-2;
-    // The average tends to its limit with the square of the texels.
+    // The average approaches its limit with the square of the number of texels along an edge.
     let of_sums = FACETS + 2.0 / f64::from(rsm_size).powi(2);
     let truths = [
         (1.0 / (6.0 * PI), of_sums),
@@ -103,7 +103,7 @@ fn sphere_from_its_centre(exam: &mut Examiner, rsm_size: u32) -> Result<()> {
             let error = error_of(image, &vec![closed; image.len()]);
             exam.record(estimator, layer.name(), error, bound);
             if estimator == "final-gather" && layer == Layer::Indirect {
-                // What is lost everywhere alike shows in no noise.
+                // Light that is lost everywhere alike does not appear as noise.
                 let mean =
                     image.iter().map(|&value| f64::from(value)).sum::<f64>() / image.len() as f64;
                 exam.record(estimator, "mean", (mean / closed - 1.0).abs(), MEAN_BOUND);
@@ -117,7 +117,7 @@ fn sphere_from_its_centre(exam: &mut Examiner, rsm_size: u32) -> Result<()> {
     Ok(())
 }
 
-/// A lit plate that looks up, and another one below it.
+/// A lit plate that faces up, and another one below it.
 fn no_vpl_above_the_horizon(exam: &mut Examiner) -> Result<()> {
     let plate = |name: &str, y: f64, half: f64| {
         let [z, x] = [DVec3::Z, DVec3::X].map(|axis| 2.0 * half * axis);
@@ -144,7 +144,7 @@ fn no_vpl_at_all(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// A spot in a closed case without thickness, in the middle of what the camera sees.
+/// A spot in a closed case of zero thickness, in the middle of the view.
 fn every_vpl_hidden(exam: &mut Examiner) -> Result<()> {
     let size = dvec3(0.4, 0.5, 0.3);
     let corner = dvec3(-0.2, -0.2, -0.1);
@@ -160,7 +160,7 @@ fn every_vpl_hidden(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// Two rooms, a lamp in the one and the camera in the other, and a slit of 3 cm between them.
+/// Two rooms with a slit of 3 cm between them; the lamp is in one room, the camera in the other.
 fn through_a_slit(exam: &mut Examiner) -> Result<()> {
     let mut scene = lit_by(&empty_room(), vec![point_light(dvec3(-0.5, 0.2, 0.1))]);
     for z in [-1.0, 0.015] {
@@ -170,7 +170,7 @@ fn through_a_slit(exam: &mut Examiner) -> Result<()> {
     }
     scene.camera.position_m = dvec3(0.9, 0.1, 0.8);
     scene.camera.look_at_m = dvec3(0.3, -0.2, -0.5);
-    // Found seldom from either end: the reference, too, needs a thousand samples a pixel and more.
+    // The path is rarely found from either end: the reference, too, needs more than a thousand samples per pixel.
     exam.bounce_against(&exam.sampled(&scene, 1024)?, "slit of 3 cm", &scene, 0.1)
 }
 
@@ -181,7 +181,7 @@ fn single_convex_object(exam: &mut Examiner) -> Result<()> {
     let smooth = rounded(ball.clone(), DVec3::ZERO);
     for (what, body, bound_of_sums) in [
         ("cube", cube, 0.0),
-        // Its cells are flat to rounding only, as in `receiver_and_vpl_in_one_plane`.
+        // Its cells are flat only up to rounding, as in `receiver_and_vpl_in_one_plane`.
         ("ball of facets", ball, 1e-7),
         ("smooth ball", smooth, 0.0),
     ] {
@@ -192,7 +192,7 @@ fn single_convex_object(exam: &mut Examiner) -> Result<()> {
     Ok(())
 }
 
-/// Two plates of 2 m, lit and seen from the side on which they open.
+/// Two plates of 2 m, lit and seen from their open side.
 fn wedge(exam: &mut Examiner, opening_deg: f64) -> Result<()> {
     let opening = opening_deg.to_radians();
     let slant = dvec3(opening.cos(), opening.sin(), 0.0);
@@ -206,11 +206,11 @@ fn wedge(exam: &mut Examiner, opening_deg: f64) -> Result<()> {
     let mut scene = scene_of(meshes, light, eye_m, dvec3(0.0, 0.5 * opening, 0.0));
     let fov_y_deg = 2.0 * opening_deg;
     scene.camera.lens = Lens::FovY { fov_y_deg };
-    // The light's height over the plates is rounded by 6e-8 m, and what they receive is in proportion to it; P's is, too, on the
-    // plate that is not along the axes.
+    // The light's height over the plates is rounded by 6e-8 m, and the irradiance is proportional to that height. On the plate that is not
+    // along the axes, P's height is rounded, too.
     let of_height = 2.0 * 6e-8 / opening;
     exam.direct("", &scene, DIRECT_BOUND + of_height)?;
-    // In the narrow one there are no VPLs, and so the sums are 0.
+    // The narrow wedge has no VPLs, so that the sums are 0.
     if opening_deg > 0.1 {
         exam.sums("", &scene, 24, KERNEL_BOUND + of_height)?;
     }

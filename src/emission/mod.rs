@@ -1,8 +1,7 @@
 //! The emission domain of a light, cut into the faces and texels of its reflective shadow map (RSM).
 //!
-//! The GPU draws the faces; the tables made here say how much of the light's emission each texel stands for. Their sums are
-//! exact: the texels of a point or spot light carry the power P_L, those of a directional light the power that crosses the
-//! disc over the scene.
+//! The GPU draws the faces. The tables made here state how much of the light's emission each texel represents. Their sums are exact: the
+//! texels of a point or spot light carry the power P_L, those of a directional light the power that crosses the disc over the scene.
 
 mod pattern;
 mod projected;
@@ -18,7 +17,7 @@ use pattern::PatternTexels;
 use projected::projected_face;
 use texels::ConeFace;
 
-/// Widest outer half angle for which a spot light or a pattern gets one perspective face. Beyond it, texels at the rim would be more
+/// Widest outer half angle for which a spot light or a pattern gets one perspective face. With a wider one, texels at the rim would be more
 /// than eight times smaller (cos³ 60°) than those at the axis.
 const SINGLE_FACE_OUTER_HALF_ANGLE_DEG: f64 = 60.0;
 
@@ -39,7 +38,7 @@ pub enum Projection {
 
 /// One square face. `right`, `up`, `forward` are orthonormal with right = forward × up, as for the camera.
 ///
-/// The centre of texel (x, y) lies half_extent·(u·right + v·up) off the middle, u = 2(x+½)/size − 1, v = 1 − 2(y+½)/size.
+/// The centre of texel (x, y) is half_extent·(u·right + v·up) from the middle, with u = 2(x+½)/size − 1 and v = 1 − 2(y+½)/size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EmissionFace {
     pub right: DVec3,
@@ -49,23 +48,23 @@ pub struct EmissionFace {
     pub half_extent: f64,
 }
 
-/// What one texel stands for.
+/// The emission that one texel represents.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TexelEmission {
-    /// The part of the texel that lies inside the emission domain: solid angle ΔΩ in sr, for a directional light
-    /// perpendicular area ΔA_perp in m². 0 outside.
+    /// The part of the texel that is inside the emission domain: solid angle ΔΩ in sr, or for a directional light perpendicular area
+    /// ΔA_perp in m². 0 outside.
     pub measure: f64,
     /// Mean of s(θ) over that part; 1 for point and directional lights, 0 where the measure is 0.
     pub falloff: f64,
 }
 
-/// The emission domain of a light: sphere, cone, or the disc that a scene shows to a directional light.
+/// The emission domain of a light: sphere, cone, or for a directional light the disc of the scene as the light sees it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EmissionDomain {
     pub projection: Projection,
     /// L; for a directional light the centre of the face, outside the scene on the light's side.
     pub origin_m: DVec3,
-    /// Distance from the origin within which the whole scene lies, measured along the rays.
+    /// Distance from the origin that contains the whole scene, measured along the rays.
     pub depth_range_m: f64,
     /// Texels along one edge of a face.
     pub size: u32,
@@ -80,12 +79,14 @@ impl EmissionDomain {
     /// Cuts the emission of a validated light into faces of `size`² texels.
     ///
     /// - Point: six faces along the world axes, in the order +x −x +y −y +z −z.
-    /// - Spot: one face around the axis, or for wide cones those faces of a cube aligned with the axis that it reaches.
-    /// - Pattern: likewise, the faces of a cube aligned with its plane C = 0, too. Of a projector one face, which its image lies in.
-    /// - Area: as a spot light in its middle that sends as much with the cosine; every point of it sends alike.
-    /// - Directional: one orthographic face. The domain is the disc that the bounding sphere shows to the light and not the
-    ///   square of the face: `rsm-average` divides by the domain, and the square would make the result depend on how the
-    ///   face is turned about the light's direction.
+    /// - Spot: one face around the axis. For wide cones, the faces of a cube aligned with the axis, without those that the cone does not
+    ///   reach.
+    /// - Pattern: as for a spot light, but the cube is also aligned with the plane C = 0. A projector has one face, which contains its
+    ///   image.
+    /// - Area: as for a spot light in its middle with the same power and a cosine falloff; every point of the area emits the same.
+    /// - Directional: one orthographic face. The domain is the disc of the bounding sphere as the light sees it, not the square of the
+    ///   face: `rsm-average` divides by the domain, and with the square the result would depend on the rotation of the face about the
+    ///   light's direction.
     pub fn new(light: &Light, size: u32, scene: &BoundingSphere) -> Self {
         let perspective = |origin_m: DVec3, faces, texels, axial_intensity| EmissionDomain {
             projection: Projection::Perspective,
@@ -172,8 +173,8 @@ impl EmissionDomain {
         }
     }
 
-    /// The face, column and row of the cell at a place of a face, 0 to 1 over its columns and rows; or, beyond its edges, of the cell
-    /// of another face in that direction. A face has so many cells along an edge. `None` where no face shows the place.
+    /// The face, column and row of the cell at a place of a face, 0 to 1 over its columns and rows. A place beyond the face's edges gives
+    /// the cell of another face in that direction. A face has `cells_per_edge` cells along an edge. `None` if no face shows the place.
     pub fn cell_at(&self, face: usize, place: [f64; 2], cells_per_edge: u32) -> Option<[u32; 3]> {
         let of = &self.faces[face];
         let [right, down] = place.map(|place| of.half_extent * (2.0 * place - 1.0));
@@ -214,7 +215,7 @@ impl EmissionDomain {
     }
 }
 
-/// A face from two of its axes.
+/// Makes a face from two of its axes.
 fn face(forward: DVec3, up: DVec3, half_extent: f64) -> EmissionFace {
     EmissionFace {
         right: forward.cross(up),
@@ -238,7 +239,7 @@ fn cube_faces(axis: DVec3, side: DVec3) -> [EmissionFace; 6] {
     ]
 }
 
-/// One face of a narrow pattern, or those of a cube about its axes that it reaches; and their texels.
+/// Faces and texels of a pattern: one face if it is narrow, otherwise the faces of a cube about its axes that it reaches.
 fn pattern_faces(
     axes: &PatternAxes,
     size: u32,

@@ -1,6 +1,6 @@
-//! Texels of the faces around a light with a measured pattern, exact for its interpolant.
+//! Texels of the faces around a light with a measured pattern, exact for the interpolated pattern.
 //!
-//! As around a spot light (`texels.rs`), but that the integral up to γ depends on the azimuth, too: between two planes of the pattern linearly.
+//! As for a spot light (`texels.rs`), but the integral up to γ also depends on the azimuth: linearly between two planes of the pattern.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -10,7 +10,7 @@ use super::TexelEmission;
 use super::texels::{Arc, ConeFace, Grid, Integral};
 use crate::scene::{Pattern, PatternIntegral};
 
-/// The pattern, with what its texels are integrated from.
+/// The pattern and its integral, from which the texels are computed.
 pub(super) struct PatternTexels<'p> {
     pattern: &'p Pattern,
     integral: PatternIntegral<'p>,
@@ -24,8 +24,8 @@ impl<'p> PatternTexels<'p> {
         }
     }
 
-    /// Texels of a face about the axis γ = 0; of a cube's `half_extent` is 1. A side's middle lies in the plane `turn_rad`; the others have the plane
-    /// C = 0 upwards.
+    /// Texels of a face about the axis γ = 0; a cube's faces have a `half_extent` of 1. The middle of a side is in the plane `turn_rad`. On
+    /// the other faces, the plane C = 0 is upwards.
     pub fn face(
         &self,
         size: u32,
@@ -40,7 +40,7 @@ impl<'p> PatternTexels<'p> {
                 });
                 grid.texels(|x, row| edges(row, x) - edges(row + 1, x))
             }
-            // Seen from inside, azimuths run counterclockwise in front and clockwise behind.
+            // Seen from inside, azimuths run counterclockwise on the front face and clockwise on the back face.
             ConeFace::Front => self.polar_face(&grid, false),
             ConeFace::Back => {
                 let mut texels = self.polar_face(&grid, true);
@@ -50,9 +50,9 @@ impl<'p> PatternTexels<'p> {
         }
     }
 
-    /// A face with a pole in its middle, columns to the right as azimuths run counterclockwise.
+    /// A face with a pole in its middle. Columns to the right assume that azimuths run counterclockwise.
     fn polar_face(&self, grid: &Grid, is_behind: bool) -> Vec<TexelEmission> {
-        // Along a line at this height over the pole, and to its right, from one place to another.
+        // The integral over `span` of a line at this distance from the pole.
         let edge = |distance: f64, foot_rad: f64, span: [f64; 2]| {
             let reach = if is_behind { -1.0 } else { 1.0 };
             self.edge(
@@ -78,19 +78,19 @@ impl<'p> PatternTexels<'p> {
         })
     }
 
-    /// The integral over the azimuth along a great circle, whose foot lies in the plane `foot_rad`; counted from the nearer pole.
+    /// The integral over the azimuth along a great circle, counted from the nearer pole. The foot of the circle is in the plane `foot_rad`.
     fn edge(&self, arc: &Arc, foot_rad: f64, span: [f64; 2], is_behind: bool) -> Integral {
         let gammas_rad = &self.pattern.gammas_rad;
         let ends = [gammas_rad[0], self.pattern.widest_rad()];
         let turned = |psi_rad: f64| (foot_rad + psi_rad).rem_euclid(TAU);
         let up_to = |gamma_rad: f64, plane_rad: f64| {
             let clipped = gamma_rad.clamp(ends[0], ends[1]);
-            // The difference of their cosines, as a product: nothing cancels in narrow beams.
+            // The difference of the cosines as a product, so that nothing cancels in narrow beams.
             let half_sines = [0.5 * (clipped + ends[0]), 0.5 * (clipped - ends[0])].map(f64::sin);
             let solid_angle = 2.0 * half_sines[0] * half_sines[1];
             DVec2::new(solid_angle, self.integral.within(gamma_rad, plane_rad))
         };
-        // Nodes that the edge crosses: of γ between its ends and its foot, of C within its turn.
+        // Nodes that the edge crosses: γ nodes between its ends and its foot, C nodes within its turn.
         let [first, last] = span.map(f64::atan);
         let foot = 0f64.clamp(first, last);
         let thetas = [first, last, foot].map(|psi_rad| arc.theta_rad(psi_rad));
@@ -120,7 +120,7 @@ fn arc(rise: f64, reach: f64) -> Arc {
     Arc { rise, reach }
 }
 
-/// The integrals along the lines of a grid, each cut into the spans between the lines across.
+/// The integrals along the lines of a grid, for each span between crossing lines.
 fn edges(
     grid: &Grid,
     integral: impl Fn(f64, [f64; 2]) -> Integral,

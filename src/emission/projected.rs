@@ -1,10 +1,10 @@
-//! Texels of the face of a projector, exact for its image.
+//! Texels of a projector's face, exact for its image.
 
 use super::{TexelEmission, texels::Grid};
 use crate::model::rectangle_solid_angle;
 use crate::scene::{Intrinsics, ProjectedImage};
 
-/// Texels of a face about the axis, whose up is that of the image.
+/// Texels of a face about the axis, with the up direction of the image.
 pub(super) fn projected_face(
     image: &ProjectedImage,
     size: u32,
@@ -14,7 +14,7 @@ pub(super) fn projected_face(
     let sums = sums_over(image);
     let [columns, rows] = image.size_px.map(|size| size as usize);
     let Intrinsics { fx, fy, cx, cy } = image.intrinsics;
-    // ∫∫ of the image from its upper left corner to a point of the screen: bilinear within each pixel.
+    // ∫∫ of the image from its upper left corner to a point of the screen. It is bilinear within each pixel.
     let within = |u: f64, v: f64| {
         let place = |pixels: f64, count: usize| {
             let pixels = pixels.clamp(0.0, count as f64);
@@ -52,7 +52,7 @@ pub(super) fn projected_face(
         .collect()
 }
 
-/// Sums over all pixels above and to the left, at each corner of a pixel.
+/// For each corner of a pixel, the sum over all pixels above and to the left.
 fn sums_over(image: &ProjectedImage) -> Vec<f64> {
     let columns = image.size_px[0] as usize;
     let mut sums = vec![0.0; columns + 1];

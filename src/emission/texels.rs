@@ -1,10 +1,9 @@
 //! Measure and mean falloff of the texels of one face.
 //!
-//! Everything is integrated along the edges of the texels. With θ the angle from the axis, φ the azimuth about it and
-//! G(θ) = ∫₀^θ s·sin θ' dθ' in closed form ([`ConeIntegral`]), Green's theorem gives ∫ s dω = ∮ G(θ) dφ around a texel. On an
-//! edge, θ is a smooth function of φ but for the points where the emission has kinks, which are known; so a
-//! low-order Gauss rule between them reaches rounding error. As neighbours share their edges, the sums over a face
-//! telescope: they are exact whatever the size. Nothing is normalised afterwards.
+//! All integrals run along the edges of the texels. With θ the angle from the axis, φ the azimuth about it and G(θ) = ∫₀^θ s·sin θ' dθ' in
+//! closed form ([`ConeIntegral`]), Green's theorem gives ∫ s dω = ∮ G(θ) dφ around a texel. On an edge, the integrand is a smooth function
+//! of φ except at the kinks of the emission, which are known. So a low-order Gauss rule between them reaches rounding error. Neighbours
+//! share their edges, so the sums over a face telescope: they are exact at any size. Nothing is normalised afterwards.
 
 use std::f64::consts::PI;
 
@@ -13,25 +12,25 @@ use glam::DVec2;
 use super::TexelEmission;
 use crate::model::{ConeIntegral, rectangle_solid_angle};
 
-/// Where a face of a cube lies about a spot light's axis.
+/// How a face of a cube is oriented to a spot light's axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ConeFace {
     /// The axis leaves through its centre.
     Front,
-    /// The axis, drawn backwards, leaves through its centre.
+    /// The reversed axis leaves through its centre.
     Back,
     /// Parallel to the axis, which is its up direction.
     Side,
 }
 
-/// An integral over a texel or along an edge: x of 1, y of the falloff s.
+/// An integral over a texel or along an edge: x is the integral of 1, y the integral of the falloff s.
 pub(super) type Integral = DVec2;
 
 /// Texels of one face of a cube around a point light.
 pub(super) fn cube_face(size: u32) -> Vec<TexelEmission> {
     let grid = Grid::new(size, 1.0);
     grid.texels(|x, row| {
-        // All in one quadrant, so that mirrored texels are exactly equal.
+        // Compute all in one quadrant, so that mirrored texels are exactly equal.
         let [x, row] = [x, row].map(|i| grid.span(grid.size - 1 - grid.outward(i)));
         DVec2::splat(rectangle_solid_angle(x, row))
     })
@@ -61,7 +60,7 @@ pub(super) fn cone_face(
                 arc(p, 1.0).integrate(t.map(|t| t / p), &kinks_rad, &[], |theta, _| within(theta))
             },
         ),
-        // G is counted from the opposite pole here: around it, ∮ dφ is not 0.
+        // Here G is counted from the pole at the back, because around that pole ∮ dφ is not 0.
         ConeFace::Back => centred_face(
             &grid,
             |_, far| PI - far.atan() < outer_rad,
@@ -78,7 +77,7 @@ pub(super) fn cone_face(
     }
 }
 
-/// Texels of a directional light's face: areas inside the disc of that radius, in closed form (∮ ½ρ² dφ).
+/// Texels of a directional light's face: areas inside the disc with this radius, in closed form (∮ ½ρ² dφ).
 pub(super) fn disc_face(size: u32, half_extent_m: f64, radius_m: f64) -> Vec<TexelEmission> {
     centred_face(
         &Grid::new(size, half_extent_m),
@@ -95,16 +94,16 @@ pub(super) fn disc_face(size: u32, half_extent_m: f64, radius_m: f64) -> Vec<Tex
     )
 }
 
-/// Texels of a face with the axis through its centre. `edge(p, [t0, t1])` is the integral over the azimuth along an edge at
-/// distance p > 0 from the centre, t measured from the foot of the perpendicular. `reached(near, far)` tells from the
-/// distances of a texel's nearest and farthest point whether it is in the domain at all.
+/// Texels of a face with the axis through its centre. `edge(p, [t0, t1])` is the integral over the azimuth along an edge at distance p > 0
+/// from the centre, with t measured from the foot of the perpendicular. `reached(near, far)` decides whether a texel is in the domain at
+/// all, from the distances of its nearest and farthest point.
 fn centred_face(
     grid: &Grid,
     reached: impl Fn(f64, f64) -> bool,
     edge: impl Fn(f64, [f64; 2]) -> Integral,
 ) -> Vec<TexelEmission> {
-    // An edge's integral changes sign with p, is the same for mirrored t, and the same for columns as for rows: so
-    // an eighth of the edges is all there is to compute.
+    // An edge's integral changes sign with p, is the same for mirrored t, and is the same for columns and rows. So an eighth of the edges
+    // is enough.
     let size = grid.size;
     let first_line = size.div_ceil(2);
     let half = size - size / 2;
@@ -135,8 +134,8 @@ fn centred_face(
     })
 }
 
-/// Texels of a face parallel to the axis. `edge(b, [a0, a1])` is the integral over the azimuth along an edge at height b;
-/// the upright edges lie on meridians and add nothing. `reached` gets the largest cot θ in a texel.
+/// Texels of a face parallel to the axis. `edge(b, [a0, a1])` is the integral over the azimuth along an edge at height b; the upright edges
+/// are on meridians and add nothing. `reached` gets the largest cot θ in a texel.
 fn side_face(
     grid: &Grid,
     reached: impl Fn(f64) -> bool,
@@ -176,7 +175,7 @@ impl Grid {
         }
     }
 
-    /// Coordinate of line i of 0..=size. From integers, so that mirrored lines have exactly mirrored coordinates.
+    /// Coordinate of line i of 0..=size. Computed from integers, so that mirrored lines have exactly mirrored coordinates.
     pub fn line(&self, i: usize) -> f64 {
         self.half_extent * ((2 * i) as f64 - self.size as f64) / self.size as f64
     }
@@ -186,7 +185,7 @@ impl Grid {
         [self.line(i), self.line(i + 1)]
     }
 
-    /// Smallest and largest distance of that interval from the centre.
+    /// Smallest and largest distance of an interval from the centre.
     fn distances(&self, i: usize) -> [f64; 2] {
         let [start, end] = self.span(self.outward(i));
         [start.max(0.0), end]
@@ -197,13 +196,13 @@ impl Grid {
         i.max(self.size - 1 - i)
     }
 
-    /// Texels row by row from the top out of `integral(x, row)`, rows counted from the bottom.
+    /// Texels row by row from the top, from `integral(x, row)` with rows counted from the bottom.
     pub fn texels(&self, integral: impl Fn(usize, usize) -> Integral) -> Vec<TexelEmission> {
         let mut texels = Vec::with_capacity(self.size * self.size);
         for row in (0..self.size).rev() {
             for x in 0..self.size {
                 let (measure, weighted) = integral(x, row).into();
-                // The part may be so small that only rounding is left of the two integrals.
+                // For a very small part, only rounding may be left of the two integrals.
                 let falloff = (weighted / measure).clamp(0.0, 1.0);
                 texels.push(if measure > 0.0 {
                     TexelEmission { measure, falloff }
@@ -218,8 +217,8 @@ impl Grid {
 
 /// A great circle, on which tan θ = rise/(reach·cos ψ) with ψ the azimuth from the point nearest to a pole.
 ///
-/// Integrals over ψ are taken in τ, with cosh τ = 1/cos ψ: distances along an edge are sinh τ, and an integrand smooth in θ
-/// has no singularity within ½π of the real axis, so that a fixed step in τ does for edges of any distance from the pole.
+/// Integrals over ψ use τ, with cosh τ = 1/cos ψ. Distances along an edge are sinh τ. An integrand smooth in θ has no singularity within ½π
+/// of the real axis, so a fixed step in τ works for edges at any distance from the pole.
 pub(super) struct Arc {
     pub rise: f64,
     pub reach: f64,
@@ -231,7 +230,7 @@ impl Arc {
         self.rise.atan2(self.reach * psi_rad.cos())
     }
 
-    /// ∫ f(θ, ψ) dψ between sinh τ = start and sinh τ = end, where f may have kinks at some θ and at some ψ.
+    /// ∫ f(θ, ψ) dψ between sinh τ = start and sinh τ = end. f may have kinks at some θ and some ψ.
     pub fn integrate(
         &self,
         span: [f64; 2],
@@ -245,7 +244,7 @@ impl Arc {
             cuts.push(turn_rad.tan().asinh().max(start).min(end));
         }
         for kink_rad in kinks_rad {
-            // NaN where the circle never meets it; `max` then puts the cut at the start.
+            // NaN if the circle never reaches this kink; `max` then puts the cut at the start.
             let crossing = (self.reach * kink_rad.sin() / (self.rise * kink_rad.cos())).acosh();
             cuts.push((-crossing).max(start).min(end));
             cuts.push(crossing.max(start).min(end));
@@ -265,7 +264,7 @@ impl Arc {
     }
 }
 
-/// Longest interval of τ for one application of the Gauss rule: its error is below 10⁻¹⁵ of the integrand there.
+/// Longest interval of τ for one application of the Gauss rule. Its error there is below 10⁻¹⁵ of the integrand.
 const GAUSS_STEP: f64 = 0.3;
 
 /// Positive nodes on [−1, 1] and weights of the six-point Gauss–Legendre rule.

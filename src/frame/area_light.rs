@@ -1,4 +1,4 @@
-//! Direct light of a light with an area: that of more and more points of it, by rays, until the target error is met.
+//! Direct light of a light with an area: adds more and more of its points, tested with rays, until the target error is met.
 
 use std::ops::Range;
 
@@ -16,18 +16,18 @@ use crate::{
     },
 };
 
-/// Points of a half at first.
+/// Number of points of a half at first.
 const FIRST_POINTS: u32 = 8;
-/// What the difference of halves is multiplied by: light that falls everywhere alike is off everywhere alike, so that the difference is one number drawn
-/// at random.
+/// Factor on the difference of the halves. Where light falls evenly, it is wrong by the same amount everywhere, so the
+/// difference is a single random number.
 const CAUTION: f64 = 1.5;
-/// Points at most: a pixel in a penumbra is then off by a tenth of a percent of the light.
+/// Most points. A pixel in a penumbra is then wrong by a tenth of a percent of the light.
 const MAX_POINTS: u32 = 1024;
-/// Points between which the device has time for something else.
+/// Points per submission. Between submissions the device has time for other work.
 const POINTS_PER_SUBMISSION: u32 = 32;
 
-/// Adds a light to the images of direct light, as the G-buffer shows it. Another `seed`, other points. Returns an estimate of the
-/// relRMSE of that light, from the difference of two halves of the points.
+/// Adds a light to the images of direct light, as the G-buffer shows it. Another `seed` gives other points.
+/// Returns an estimate of the relRMSE of that light, from the difference of two halves of the points.
 pub(super) fn shade(
     context: &Context,
     surfaces: &Surfaces,
@@ -37,7 +37,7 @@ pub(super) fn shade(
     seed: u32,
     progress: &mut ProgressReport,
 ) -> Result<f64> {
-    // Samples of a pixel are off independently.
+    // The errors of a pixel's samples are independent.
     let target_error =
         context.plan.area_light_error.unwrap_or_default() / share.unwrap_or(1.0).sqrt();
     let seed = hash(seed ^ hash(number as u32));
@@ -67,7 +67,7 @@ pub(super) fn shade(
         shade_points(1, points..2 * points)?;
         points *= 2;
         let apart = sums.merge(context)?;
-        // Halves may agree by chance: at twice the points the error is half as large at best.
+        // Halves may agree by chance. Twice the points at best halve the error.
         let error = CAUTION * apart.max(0.5 * before);
         if error <= target_error || points == MAX_POINTS {
             break error;

@@ -1,8 +1,9 @@
-//! The buffers of a frame that nobody needs any more. The system clears fresh memory at its first touch, which takes longer than to fill it.
+//! Buffers of a frame that are no longer needed, for reuse. The system clears fresh memory at its first touch, which takes longer
+//! than filling it.
 
 use crate::output::{Frame, LayerData};
 
-/// The values of one frame at most.
+/// The values of at most one frame.
 #[derive(Default)]
 pub(crate) struct BufferPool {
     floats: Vec<Vec<f32>>,
@@ -21,12 +22,12 @@ impl BufferPool {
         pool
     }
 
-    /// So many values, whatever they are.
+    /// This many values, with arbitrary contents.
     pub fn floats(&mut self, count: usize) -> Vec<f32> {
         take(&mut self.floats, count)
     }
 
-    /// So many values, whatever they are.
+    /// This many values, with arbitrary contents.
     pub fn ids(&mut self, count: usize) -> Vec<u32> {
         take(&mut self.ids, count)
     }

@@ -6,8 +6,7 @@ use super::{
 };
 use crate::Result;
 
-/// Nothing before the first frame and after one that failed. Whether something is there shows in a frame's time and in nothing
-/// else.
+/// Empty before the first frame and after one that failed. Its contents affect only the time of a frame.
 #[derive(Default)]
 pub(crate) struct FrameCache {
     pub scene: SceneResources,
@@ -15,7 +14,7 @@ pub(crate) struct FrameCache {
     pub images: Cached<FrameImagesKey, FrameImages>,
 }
 
-/// A value and all that it was made from.
+/// A value and the key that it was made from.
 pub(crate) struct Cached<K, T>(Option<(K, T)>);
 
 impl<K, T> Default for Cached<K, T> {
@@ -29,7 +28,7 @@ impl<K: PartialEq, T> Cached<K, T> {
         Cached(Some((key, value)))
     }
 
-    /// Drops a value that was made from another key. Before anything is made, so that old and new are never there together.
+    /// Drops a value that was made from another key. Call this before making anything, so that old and new never exist together.
     pub fn drop_unless(&mut self, key: &K) {
         self.0.take_if(|(made_from, _)| made_from != key);
     }

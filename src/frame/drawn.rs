@@ -1,4 +1,4 @@
-//! A frame that was drawn: its images on the device, and the way from there to layers, or to a host that goes on with them.
+//! A drawn frame: its images on the device, and how they become layers or go to a host.
 
 use std::{fmt, sync::Arc};
 
@@ -11,7 +11,7 @@ use crate::{
     vulkan::{Image, SharedMemory, Timeline, copy_to_shared},
 };
 
-/// What `draw` has made, and what there is to say of it.
+/// What `draw` has made, with its statistics and description.
 pub(crate) struct DrawnFrame {
     pub images: FrameImages,
     pub space: LocalSpace,
@@ -20,7 +20,7 @@ pub(crate) struct DrawnFrame {
 }
 
 impl DrawnFrame {
-    /// Reads the layers, or those of a list, into buffers of a pool as far as they fit.
+    /// Reads the layers, or those of a list, into buffers of a pool where they fit.
     pub fn read(
         &self,
         device: &Device,
@@ -37,10 +37,10 @@ impl DrawnFrame {
     }
 }
 
-/// A frame whose images are on the device, for whoever shares it: the host of [`Device::of_host`]. Clones share it.
+/// A frame whose images stay on the device, for a host that shares the device ([`Device::of_host`]). Clones share the images.
 ///
-/// The images are there until the last clone is dropped, which must not be before the device has done what the host wants of
-/// them. Other frames do not touch them.
+/// The images exist until the last clone is dropped. Drop it only after the device has finished the host's work on them.
+/// Other frames do not touch them.
 #[derive(Clone)]
 pub struct DeviceFrame {
     shared: Arc<Shared>,
@@ -53,8 +53,9 @@ struct Shared {
     ready_at: u64,
 }
 
-/// An image of a frame, on the device. Its layout is `GENERAL`, its usage `SAMPLED`, `STORAGE`, `TRANSFER_SRC` and `TRANSFER_DST`, its
-/// sharing mode exclusive to the queue family that camlux submits to. A host that changes the layout changes it back.
+/// An image of a frame, on the device. Its layout is `GENERAL`. Its usage is `SAMPLED`, `STORAGE`, `TRANSFER_SRC` and
+/// `TRANSFER_DST`. Its sharing mode is exclusive to the queue family that camlux submits to.
+/// A host that changes the layout must change it back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DeviceImage {
     pub image: vk::Image,
@@ -81,9 +82,9 @@ impl DeviceFrame {
         }
     }
 
-    /// The image of a layer: radiance, direct, indirect, stderr and energy in R, G and B in the layer's unit; N in X, Y and Z; P in X, Y
-    /// and Z in [`DeviceFrame::local_space`] with `id.instance` as the fourth. `None` for layers that are made on the way to
-    /// the host, and for those that the scene does not have.
+    /// The image of a layer. Radiance, direct, indirect, stderr and energy have R, G and B in the layer's unit. N has X, Y and Z.
+    /// P has X, Y and Z in [`DeviceFrame::local_space`], and `id.instance` as the fourth value.
+    /// `None` for layers that are made on the way to the host, and for those that the scene does not have.
     pub fn image(&self, layer: Layer) -> Option<DeviceImage> {
         let image = self.image_of(layer)?;
         let (raw, format) = image.handle();
@@ -109,11 +110,12 @@ impl DeviceFrame {
         }
     }
 
-    /// Copies the image of a layer, as [`DeviceFrame::image`] has it, to memory that others import: row by row from the top, without gaps, 16 bytes a
-    /// pixel. Returns when it is there; `false` where no such image is on the device.
+    /// Copies the image of a layer, as from [`DeviceFrame::image`], to memory that others import. The image is stored row by row from
+    /// the top, without gaps, 16 bytes a pixel. Returns after the copy is complete; `false` if no such image is on the device.
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) for memory where it does not fit, at an offset that is no multiple of 16, or of another device.
+    /// [`Error::Input`](crate::Error::Input) if the image does not fit into the memory, if the offset is not a multiple of 16,
+    /// or if the memory is of another device.
     pub fn copy_to(&self, layer: Layer, to: &SharedMemory, offset_bytes: u64) -> Result<bool> {
         let Some(image) = self.image_of(layer) else {
             return Ok(false);
@@ -122,28 +124,28 @@ impl DeviceFrame {
         Ok(true)
     }
 
-    /// The timeline semaphore that the host's work has to wait on, and for which value.
+    /// The timeline semaphore that the host's work has to wait for, and its value.
     pub fn ready(&self) -> (vk::Semaphore, u64) {
         (self.shared.timeline.raw(), self.shared.ready_at)
     }
 
-    /// The space of the positions.
+    /// The local space of the positions.
     pub fn local_space(&self) -> LocalSpace {
         self.shared.drawn.space
     }
 
-    /// What it cost, but for the way to the host.
+    /// The cost of the frame, without the way to the host.
     pub fn stats(&self) -> &FrameStats {
         &self.shared.drawn.stats
     }
 
-    /// What [`Frame::warnings`] says but for what only the layers show.
+    /// The warnings of [`Frame::warnings`], except those that need the layers.
     pub fn warnings(&self) -> Vec<String> {
         let missed = self.stats().missed_target(self.description());
         missed.into_iter().collect()
     }
 
-    /// How it was made.
+    /// How the frame was made.
     pub fn description(&self) -> &FrameDescription {
         &self.shared.drawn.description
     }

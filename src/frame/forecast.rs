@@ -1,31 +1,31 @@
-//! How long a frame will take, from one like it that was rendered.
+//! Predicts how long a frame will take, from a similar frame that was rendered.
 
 use crate::{Scene, output::FrameStats, scene::IndirectLight};
 
-/// Rays of final gathering but those of the error estimate grow with this power of the pixels: smooth light takes hardly more for a
-/// larger image, fine detail as many more as there are pixels (measured: 0.3 to 1).
+/// Rays of final gathering, except those of the error estimate, grow with this power of the pixels. Smooth light needs hardly more
+/// for a larger image; for fine detail, the rays grow with the pixels (measured: 0.3 to 1).
 const PIXELS_POWER: f64 = 0.5;
-/// And fall with this power of the error that is allowed (measured: 0.7 to 1.75).
+/// They fall with this power of the allowed error (measured: 0.7 to 1.75).
 const ERROR_POWER: f64 = -1.3;
-/// What the error of a frame is estimated at, over its target, as a rule (measured: 0.5 to 0.8).
+/// Usual estimated error of a frame, over its target (measured: 0.5 to 0.8).
 const USUAL_ERROR: f64 = 0.7;
 
 /// A frame that was rendered.
 pub(crate) struct RenderedFrame {
     scene: Scene,
-    /// Of passes that gather indirect light, and of the others.
+    /// Time of the passes that gather indirect light, and of the others.
     gather_ms: f64,
     other_ms: f64,
-    /// Share of the rays of final gathering that estimated the error: as many whatever the image's size.
+    /// Share of the rays of final gathering that estimated the error. Their number does not depend on the image's size.
     estimate_share: f64,
-    /// Share of those that looked at more pixels, which is chance.
+    /// Share of the rays that estimated the error on further pixels, which depends on chance.
     further_share: f64,
-    /// Of final gathering.
+    /// Only of final gathering.
     estimated_error: Option<f64>,
 }
 
 impl RenderedFrame {
-    /// The frame of these statistics, for whose error so many of its rays were cast.
+    /// Creates it from a frame's statistics and the numbers of rays that estimated its error.
     pub fn new(
         scene: &Scene,
         stats: &FrameStats,
@@ -49,7 +49,8 @@ impl RenderedFrame {
         }
     }
 
-    /// GPU time of a frame, milliseconds, where it is like this one: of as many triangles and lights, by the same estimator.
+    /// GPU time of a frame, milliseconds; `None` if the frame is not like this one.
+    /// It must have the same number of triangles and lights, and the same estimator.
     pub fn foretell_ms(&self, scene: &Scene) -> Option<f64> {
         // The same scene takes the same samples.
         if self.scene.hash() == scene.hash() {
@@ -71,13 +72,13 @@ impl RenderedFrame {
         is_alike.then_some(self.other_ms * pixels + gather_ms)
     }
 
-    /// Of indirect light, over that of this frame.
+    /// Work for indirect light, over that of this frame.
     fn work(&self, before: &IndirectLight, now: &IndirectLight, pixels: f64) -> Option<f64> {
         if let (Some(before), Some(now)) = (before.target_error(), now.target_error()) {
             let share = self.estimate_share;
             let of_rest = 1.0 - share - self.further_share;
             let of_image = share + of_rest * pixels.powf(PIXELS_POWER);
-            // By chance a frame may have done more than was asked for, or less.
+            // By chance this frame may have done more than requested, or less.
             let met = self.estimated_error.map(|error| error / USUAL_ERROR);
             return Some(of_image * (now / met.unwrap_or(before)).powf(ERROR_POWER));
         }

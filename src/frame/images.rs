@@ -1,4 +1,4 @@
-//! The images that a frame ends with.
+//! The images that hold the result of a frame.
 
 use crate::{
     Result,
@@ -10,43 +10,43 @@ use crate::{
     vulkan::{Allocate, Device, ImageShape, Recorder},
 };
 
-/// Of the camera's size.
+/// The images of a frame, at the camera's resolution.
 pub(crate) struct FrameImages<A: Allocate = Device> {
     pub key: FrameImagesKey,
     pub gbuffer: GBuffer<A>,
     pub direct: A::Image,
-    /// With time of flight: Z of the direct light but for the way to C, of two frequencies a layer.
+    /// Z of the direct light, with two frequencies per layer; only with time of flight. Without pixel samples it lacks the path to C.
     pub direct_phasors: Option<A::Image>,
-    /// With indirect light.
+    /// Only with indirect light.
     pub indirect: Option<A::Image>,
-    /// With time of flight of the bounce: as `direct_phasors`.
+    /// As `direct_phasors`; only with time of flight of the bounce.
     pub indirect_phasors: Option<A::Image>,
-    /// Standard error of `indirect` per band, W/sr/m²; where it is wanted.
+    /// Standard error of `indirect` per band, W/sr/m²; only if requested.
     pub indirect_stderr: Option<A::Image>,
-    /// Where pixels are averaged over their area.
+    /// Only if pixels are averaged over their area.
     pub sampled: Option<SampledImages<A>>,
-    /// With a sensor.
+    /// Only with a sensor.
     pub energy: Option<A::Image>,
-    /// Direct and indirect together: for a host alone.
+    /// Direct and indirect together; only for a host that uses it on the device.
     pub radiance: Option<A::Image>,
-    /// Where lights have an area.
+    /// Only if lights have an area.
     pub area_light: Option<AreaLightImages<A>>,
 }
 
-/// What averaging pixels takes. The images of a frame then hold the means, but for the G-buffer, which shows their centres.
+/// What averaging over pixels needs. A frame's other images then hold the means, except the G-buffer, which shows pixel centres.
 pub(crate) struct SampledImages<A: Allocate = Device> {
     /// What one sample of each pixel shows.
     pub gbuffer: GBuffer<A>,
-    /// As the pixel_filter pass fills it: depths in local units.
+    /// As the pixel_filter pass fills it; depths in local units.
     pub footprint: A::Image,
-    /// With indirect light: that of the pixels' centres, and what their lobes reflect for k_d = k_s = 1; and its phasors.
+    /// Only with indirect light: its radiance at the pixels' centres, what their lobes reflect for k_d = k_s = 1, and its phasors.
     pub centre_indirect: Option<A::Image>,
     pub gathered: Option<A::Image>,
     pub centre_phasors: Option<A::Image>,
 }
 
 impl SampledImages {
-    /// All samples of a pixel, each of which is seen in the same G-buffer.
+    /// All samples of a pixel. Each is drawn to the same G-buffer.
     pub fn samples<'s>(&'s self, context: &Context) -> impl Iterator<Item = PixelSample<'s>> {
         let sampling = context.plan.pixel_sampling;
         let offsets_px = sampling.map_or_else(Vec::new, |sampling| sampling.offsets_px());
@@ -84,7 +84,7 @@ impl<A: Allocate> SampledImages<A> {
     }
 }
 
-/// Which images there are, and how large.
+/// Which images there are, and their sizes.
 #[derive(Clone, PartialEq)]
 pub(crate) struct FrameImagesKey {
     resolution_px: [u32; 2],
@@ -98,7 +98,7 @@ pub(crate) struct FrameImagesKey {
     has_radiance: bool,
     has_area_light: bool,
     is_sampled: bool,
-    /// With `is_sampled`, that of what is gathered.
+    /// Shape of the image of gathered light; used with `is_sampled`.
     gathered_shape: ImageShape,
 }
 
@@ -122,7 +122,7 @@ impl FrameImagesKey {
 }
 
 impl<A: Allocate> FrameImages<A> {
-    /// Images without contents.
+    /// Allocates images without contents.
     pub fn new(allocate: &A, plan: &Plan, key: FrameImagesKey) -> Result<FrameImages<A>> {
         let shape = ImageShape::plain(key.resolution_px);
         let image = |name| allocate.image(name, shape);
@@ -159,7 +159,7 @@ impl<A: Allocate> FrameImages<A> {
 }
 
 impl FrameImages {
-    /// Zeros, to which light after light is added, and which stay where there is nothing to gather.
+    /// Clears the images to zero. Lights are then added one after the other; zeros stay where there is nothing to gather.
     pub fn record_clears(&self, recorder: &mut Recorder) {
         let others = self.indirect.iter().chain(&self.indirect_stderr);
         let others = others.chain(&self.indirect_phasors);

@@ -1,4 +1,4 @@
-//! What the lights of a scene see and the VPLs they make: what frames share until a light or a surface changes.
+//! What the lights of a scene see, and their VPLs. Frames share these until a light or a surface changes.
 
 use super::{cache::Cached, scene_resources::SceneResources};
 use crate::{
@@ -14,18 +14,18 @@ use crate::{
 
 /// Lights, their maps and their VPLs.
 pub(crate) struct Lights {
-    /// The VPLs of all lights; where sums are taken of them.
+    /// The VPLs of all lights; only if sums are taken over them.
     pub vpls: Option<VplLists>,
-    /// One set a light, or one that the lights use in turn.
+    /// One set per light, or one that the lights use one after the other.
     map_sets: Vec<MapSet>,
     /// In the order of the scene.
     lights: Vec<Cached<LightKey, LitLight>>,
 }
 
-/// All that the room for maps and lists, and the form of what lies in it, depend on.
+/// Everything that the room for maps and lists, and their layout, depends on.
 #[derive(PartialEq)]
 pub(crate) struct LightsKey {
-    /// The sum, `None` for final gathering; and the size of the emission domain.
+    /// The sum (`None` for final gathering), and the size of the emission domain.
     indirect: Option<(Option<VplSum>, u32)>,
     own_map_size: Option<u32>,
     max_faces: u32,
@@ -35,22 +35,22 @@ pub(crate) struct LightsKey {
     has_phasors: bool,
 }
 
-/// What a light and its VPLs depend on; `generation` is that of the surfaces.
+/// What a light and its VPLs depend on. `generation` is that of the surfaces.
 #[derive(PartialEq)]
 struct LightKey {
     light: Light,
     plan: LightPlan,
-    /// Of its modulation.
+    /// Frequencies of the light's modulation.
     frequencies_hz: Vec<f64>,
     generation: u64,
 }
 
-/// Room for what a light sees, and what it shows.
+/// The maps of a light, and the keys of what they show.
 struct MapSet {
-    /// Where VPLs are taken from it.
+    /// Only if VPLs are taken from it.
     rsm: Option<Rsm>,
     rsm_shows: Cached<LightKey, ()>,
-    /// Where neither RSMs nor rays serve the shadow test.
+    /// Only if neither RSMs nor rays serve the shadow test.
     shadow_map: Option<ShadowMap>,
     shadow_map_shows: Cached<LightKey, ()>,
 }
@@ -58,11 +58,11 @@ struct MapSet {
 /// A light on the device.
 struct LitLight {
     device: DeviceLight,
-    /// After [`Lights::take_vpls`].
+    /// Set by [`Lights::take_vpls`].
     listed: Option<ListedVpls>,
 }
 
-/// What of a light has to be made in this frame.
+/// What has to be made of a light in this frame.
 pub(crate) struct Dirty<'l> {
     pub rsm: Option<&'l Rsm>,
     pub shadow_map: Option<&'l ShadowMap>,
@@ -87,7 +87,7 @@ impl LightsKey {
 }
 
 impl Lights {
-    /// Room for the lights of the context's scene.
+    /// Allocates room for the lights of the context's scene.
     pub fn new(context: &Context) -> Result<Lights> {
         let Context { device, plan, .. } = *context;
         let map_set = |_| {
@@ -105,14 +105,14 @@ impl Lights {
         })
     }
 
-    /// Fills what is new, before anything reads it.
+    /// Clears new lists before anything reads them.
     pub fn record_clears(&self, recorder: &mut Recorder) {
         if let Some(vpls) = &self.vpls {
             vpls.clear(recorder);
         }
     }
 
-    /// Puts the light of this number on the device, and says what else of it is to be made.
+    /// Puts the light with this index on the device. Returns it, and what else of it has to be made.
     pub fn update<'l>(
         &'l mut self,
         context: &Context,
@@ -192,7 +192,7 @@ impl Lights {
         Ok((&lit.device, maps.rsm.as_ref(), maps.shadow_map.as_ref()))
     }
 
-    /// After the submission that listed a light's VPLs.
+    /// Reads how many VPLs a light has. Call it after the submission that listed them.
     pub fn take_vpls(&mut self, index: usize) -> Result<()> {
         let (Some(vpls), Some(lit)) = (&self.vpls, self.lights[index].get_mut()) else {
             return Ok(());
@@ -205,18 +205,18 @@ impl Lights {
         Ok(())
     }
 
-    /// Where the VPLs of a light lie; `None` without a list.
+    /// Where the VPLs of a light are in the lists; `None` if they are not listed.
     pub fn vpls_of(&self, index: usize) -> Option<ListedVpls> {
         self.lights.get(index)?.get()?.listed
     }
 
-    /// Where the VPLs of all lights lie.
+    /// Where the VPLs of all lights are in the lists.
     pub fn listed(&self) -> Vec<ListedVpls> {
         let lights = 0..self.lights.len();
         lights.filter_map(|index| self.vpls_of(index)).collect()
     }
 
-    /// VPLs that carry flux, over all lights.
+    /// Number of VPLs that carry flux, over all lights.
     pub fn vpl_count(&self) -> u64 {
         self.listed().iter().map(|l| u64::from(l.count())).sum()
     }

@@ -44,19 +44,19 @@ pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
 use scene_resources::SceneResources;
 
-/// Is called for each light once its maps are drawn and its VPLs are listed, with its number.
+/// Called for each light, with its index, once its maps are drawn and its VPLs are listed.
 pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lights, usize) -> Result<()> + 'o;
 
-/// The frame: G-buffer; for each light its maps, direct light and VPLs; the gather; the sensor.
+/// Draws a frame: G-buffer; for each light its maps, direct light and VPLs; the gather; the sensor.
 ///
-/// What in the cache still fits is used again. Where the frame fails, the cache must be given up.
+/// Reuses what still fits in the cache. If the frame fails, the cache must be discarded.
 pub(crate) fn draw(
     context: &Context,
     cache: &mut FrameCache,
     progress: &mut ProgressReport,
     mut observe: Option<&mut Observer>,
 ) -> Result<(ErrorEstimates, u64)> {
-    // Whatever no longer fits goes before anything is made.
+    // Drop what no longer fits before anything is made.
     let images_key = FrameImagesKey::new(context.plan, context.stays_on_device);
     let lights_key = LightsKey::new(context);
     cache.images.drop_unless(&images_key);
@@ -131,7 +131,7 @@ pub(crate) fn draw(
     let of_samples = pixel_samples::average(context, scene, lights, images, progress)?;
     estimates.area_light_error = of_samples.or(area_light_error);
 
-    // Radiance is the same sum as energy, for a host that reads it on the device.
+    // Radiance is the same sum as energy. It is for a host that reads it on the device.
     let plan = context.plan;
     let (joule, aperture) = (plan.joule_per_irradiance, plan.irradiance_per_radiance);
     let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
@@ -159,7 +159,7 @@ pub(crate) fn draw(
     Ok((estimates, vpl_count))
 }
 
-/// Fills a G-buffer with what the camera sees through points of the pixels that lie so far from their centres.
+/// Fills a G-buffer with what the camera sees through points at `offset_px` from the pixels' centres.
 fn see(
     recorder: &mut Recorder,
     context: &Context,
@@ -179,7 +179,7 @@ fn see(
     }
 }
 
-/// Draws what a light sees, where that is not there.
+/// Draws the maps of a light that have to be made.
 fn draw_maps(
     recorder: &mut Recorder,
     context: &Context,

@@ -1,4 +1,4 @@
-//! What the pixels show over their area: depths and direct light, sample by sample. `indirect::pixel_samples` has the bounce.
+//! Averages depths and direct light over the pixels' area, sample by sample. `indirect::pixel_samples` averages the bounce.
 
 use super::{
     FrameImages, ProgressReport, area_light, draw_maps, lights::Lights,
@@ -13,8 +13,8 @@ use crate::{
     },
 };
 
-/// Fills the images of direct light and of depths with those of all samples. Returns the estimated relRMSE
-/// of the direct light of lights with an area, the largest of any; `None` without one.
+/// Fills the images of direct light and of depths with the means of all samples. Returns the estimated relRMSE of the direct light of
+/// lights with an area, the largest of any; `None` without such a light.
 pub(super) fn average(
     context: &Context,
     scene: &SceneResources,
@@ -33,7 +33,7 @@ pub(super) fn average(
     };
     for (index, sample) in sampled.samples(context).enumerate() {
         let done = sample.share * index as f64;
-        // The bounce, where there is one, was half of it.
+        // If there is a bounce, it was the first half of the samples' work.
         let done = match context.plan.indirect {
             Some(_) => 0.5 + 0.5 * done,
             None => done,

@@ -1,10 +1,10 @@
-//! Progress of a frame, and its cancelling.
+//! Progress and cancelling of a frame.
 
 use std::ops::ControlFlow;
 
 use crate::{Error, Result};
 
-/// How far a render is.
+/// The progress of a render.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// 0 to 1, by estimated work.
@@ -20,7 +20,7 @@ pub(crate) struct ProgressReport<'a> {
     light_count: usize,
     /// Share of the work that is done light by light.
     lights_share: f64,
-    /// Share of all work that the pixels' samples take.
+    /// Share of all work that is for the pixels' samples.
     samples_share: f64,
     attempt: i32,
     is_last: bool,
@@ -28,11 +28,11 @@ pub(crate) struct ProgressReport<'a> {
     last: Progress,
 }
 
-/// Of that share, where indirect light is gathered, for all lights together.
+/// Share of the work for all lights together, if indirect light is gathered.
 const LIGHTS_SHARE_BEFORE_GATHER: f64 = 0.05;
-/// Of a frame, where pixels are averaged over samples.
+/// Share of a frame's work for the pixels' samples, if pixels are averaged over samples.
 const SAMPLES_SHARE: f64 = 0.3;
-/// Attempts that need another one.
+/// Share of attempts that need another one.
 const FAILED_ATTEMPTS: f64 = 0.2;
 
 impl<'a> ProgressReport<'a> {
@@ -69,21 +69,21 @@ impl<'a> ProgressReport<'a> {
     /// `fraction` is the share of the current light's work that is done.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] where the caller wants no more.
+    /// [`Error::Cancelled`] if the caller cancels.
     pub fn report(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         let of_lights = (self.light as f64 + fraction) / self.light_count.max(1) as f64;
         self.tell(pass, self.lights_share * of_lights)
     }
 
-    /// Whether the caller wants to go on, where nothing is known of how far the work is.
+    /// Asks whether the caller wants to go on, when the progress of the work is unknown.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] where the caller wants no more.
+    /// [`Error::Cancelled`] if the caller cancels.
     pub fn ask(&mut self) -> Result<()> {
         self.report_share(self.last.pass, self.last.fraction.into())
     }
 
-    /// From here on indirect light is gathered, for the `attempt`-th time, counted from 0. After the last none can follow.
+    /// From here on indirect light is gathered, for the `attempt`-th time, counted from 0. No attempt follows the last one.
     pub fn begin_attempt(&mut self, attempt: u32, is_last: bool) {
         self.attempt = attempt as i32;
         self.is_last = is_last;
@@ -92,7 +92,7 @@ impl<'a> ProgressReport<'a> {
     /// `fraction` is the share of the attempt that is done.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] where the caller wants no more.
+    /// [`Error::Cancelled`] if the caller cancels.
     pub fn report_attempt(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         let left = FAILED_ATTEMPTS.powi(self.attempt);
         let of_left = if self.is_last {
@@ -110,13 +110,13 @@ impl<'a> ProgressReport<'a> {
     /// `fraction` is the share of the pixels' samples that is done.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] where the caller wants no more.
+    /// [`Error::Cancelled`] if the caller cancels.
     pub fn report_sample(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         let before = 1.0 - self.samples_share;
         self.report_share(pass, before + self.samples_share * fraction)
     }
 
-    /// `fraction` is that of what comes before the pixels' samples.
+    /// `fraction` is the share that is done of the work before the pixels' samples.
     fn tell(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         self.report_share(pass, (1.0 - self.samples_share) * fraction)
     }

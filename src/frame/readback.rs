@@ -1,4 +1,4 @@
-//! From images on the device to the frame's layers.
+//! Converts images on the device to the frame's layers.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use crate::{
     vulkan::{Image, Readback},
 };
 
-/// The layers of a frame, or those of a list, in buffers of a pool as far as they fit. Images that no layer is made of stay where they are.
+/// Reads the layers of a frame, or those of a list, into buffers of a pool where they fit. Images that no layer needs are not read.
 pub(crate) fn read_layers(
     device: &Device,
     description: &FrameDescription,
@@ -38,7 +38,7 @@ pub(crate) fn read_layers(
         paths = tof.map(|camera| Paths::of(pixels, description, camera.tof, space));
     }
     if let (Some(paths), true) = (&mut paths, images.sampled.is_some()) {
-        // Each sample has gone its own way.
+        // With samples, the phasors already contain each sample's own path to C.
         paths.to_camera_m.fill(0.0);
     }
 
@@ -135,7 +135,7 @@ pub(crate) fn read_layers(
     Ok(layers)
 }
 
-/// Mean and least depth of each pixel's samples, metres, from what the pixel_filter pass has found.
+/// Mean and least depth of each pixel's samples, metres, from the footprints of the pixel_filter pass.
 fn sample_depths(footprints: &[[f32; 4]], space: &LocalSpace) -> (Vec<f32>, Vec<f32>) {
     let in_metres = |depth: f64| (depth * space.metres_per_unit) as f32;
     let depths = footprints
@@ -150,11 +150,11 @@ fn sample_depths(footprints: &[[f32; 4]], space: &LocalSpace) -> (Vec<f32>, Vec<
     depths.unzip()
 }
 
-/// What time of flight has to know of each pixel's geometry, in f64: a wavelength of modulation may be much shorter than the scene.
+/// Path lengths of each pixel for time of flight. They are f64: a wavelength of modulation may be much shorter than the scene.
 struct Paths {
     /// |PC|; 0 for the background.
     to_camera_m: Vec<f64>,
-    /// Half of |LP| + |PC| of the nearest modulated light; infinite for the background.
+    /// Half of |LP| + |PC| for the nearest modulated light; infinite for the background.
     half_m: Vec<f64>,
 }
 
@@ -189,7 +189,7 @@ impl Paths {
     }
 }
 
-/// Adds the layers of time of flight. The phasors, direct and indirect, lack the way to C.
+/// Adds the layers of time of flight. The phasors, direct and indirect, lack the paths `to_camera_m`.
 fn add_time_of_flight(
     layers: &mut Vec<(Layer, LayerData)>,
     camera: TofCamera,
@@ -210,7 +210,7 @@ fn add_time_of_flight(
     layers.push((Layer::HalfPath, LayerData::Float(half_paths.collect())));
     for (frequency, &frequency_hz) in tof.frequencies_hz.iter().enumerate() {
         let at = count * (frequency / 2);
-        // Where no bounce is modulated there is no image of it.
+        // If no bounce is modulated, there is no image of its phasors.
         let (direct, indirect) = (&direct[at..], indirect.get(at..).unwrap_or_default());
         let own = |pixel: [f32; 4]| {
             let [re, im] = match (frequency % 2, pixel) {
@@ -241,7 +241,7 @@ fn add_time_of_flight(
     }
 }
 
-/// What the image of positions and meshes tells: P, its distances from the camera (m), and ids.
+/// What the image of positions and mesh ids holds: P, its distances from the camera (m), and ids.
 struct Geometry {
     position: Vec<f32>,
     depth: Vec<f32>,
@@ -270,7 +270,7 @@ impl Geometry {
             range: pool.floats(count),
             mesh_ids: pool.ids(count),
         };
-        // Differences are taken in local space: in the world's they could cancel.
+        // Differences are taken in local space: in world space they could cancel.
         let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
         let forward = camera.basis().forward;
         let share = pixels_of_a_thread(count);

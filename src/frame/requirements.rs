@@ -1,4 +1,4 @@
-//! What a frame takes of a device, declared by those who allocate it, and checked before any work starts.
+//! What a frame needs of a device. Those who allocate it declare it, and it is checked before any work starts.
 
 use super::{
     images::{FrameImages, FrameImagesKey},
@@ -20,13 +20,13 @@ use crate::{
     },
 };
 
-/// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
+/// Most triangles that a pixel can tell apart: whole numbers that are exact in f32.
 const MAX_TRIANGLES: u64 = 1 << 24;
-/// Those that a ray can tell apart, of all instances.
+/// Most triangles, of all instances, that a ray can tell apart.
 const MAX_PLACED_TRIANGLES: u64 = 1 << 28;
-/// The maps of all lights are kept where they take no more than the device's memory over this.
+/// The maps of all lights are kept if they take no more than the device's memory divided by this.
 const MAPS_SHARE_OF_MEMORY: u64 = 8;
-/// About what the samples of pixels for the error estimate take, and those of a pilot, whatever the scene.
+/// Approximate memory of the samples of pixels for the error estimate, and of those of a pilot, for any scene.
 const SAMPLE_BYTES: u64 = 640 << 10;
 const PILOT_BYTES: u64 = 1792 << 10;
 const WORD_BYTES: u64 = 4;
@@ -36,7 +36,8 @@ impl Plan {
     /// Plans a frame of a valid scene.
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene, [`Error::DeviceLimit`](crate::Error::DeviceLimit) where the device cannot hold what the scene asks for.
+    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene,
+    /// [`Error::DeviceLimit`](crate::Error::DeviceLimit) if the device cannot hold what the scene needs.
     pub fn new(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         let mut plan = Plan::for_scene(scene, device)?;
         let unlimited = Requirements::without_limits(plan.image_block_rows);
@@ -50,7 +51,7 @@ impl Plan {
 
         let requirements = Requirements::new(device);
         declare(&plan, scene, &requirements)?;
-        // The host's memory and the device's are one.
+        // The host's memory is also the device's.
         let layers = match device.kind {
             DeviceKind::Cpu | DeviceKind::Integrated => plan.layer_bytes(),
             _ => 0,
@@ -59,8 +60,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The most bytes of device memory that a frame of the scene holds at a time: an upper bound, but for what the driver adds to
-    /// images, and close to what is held (`tests/hard/device_memory.rs`).
+    /// Upper bound of the device memory that a frame of the scene holds at any time, bytes. It does not include what the driver adds
+    /// to images. It is close to what is held (`tests/hard/device_memory.rs`).
     pub fn device_memory_bytes(&self, scene: &Scene) -> u64 {
         let unlimited = Requirements::without_limits(self.image_block_rows);
         // Without limits nothing is refused.
@@ -68,7 +69,7 @@ impl Plan {
         declared.map_or(u64::MAX, |()| unlimited.total())
     }
 
-    /// Bytes of the frame's layers, which lie in the host's memory.
+    /// Bytes of the frame's layers, which are stored in the host's memory.
     pub fn layer_bytes(&self) -> u64 {
         let parts = FrameParts {
             has_sensor: self.joule_per_irradiance.is_some(),
@@ -87,7 +88,7 @@ impl Plan {
     }
 }
 
-/// Everything that a frame holds when it holds most.
+/// Declares everything that a frame holds when it holds most.
 fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()> {
     let images = requirements.of(GrowsWith::Resolution);
     FrameImages::new(&images, plan, FrameImagesKey::new(plan, false))?;
@@ -99,12 +100,12 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
         VplLists::for_plan(&vpls, plan)?;
     }
     light::declare(&requirements.of(GrowsWith::Rsm), plan)?;
-    // While light is gathered, or on the way to the host.
+    // Gathering and the way to the host do not hold memory at the same time.
     requirements.either_later(
         |requirements| gathering(plan, requirements),
         |requirements| {
             let readback = requirements.of(GrowsWith::Resolution);
-            // Those of phasors have buffers of their own.
+            // Images of phasors have buffers of their own.
             let phasor_layers = plan.tof.map_or(0, TofPlan::pair_count)
                 + plan.bounced_tof().map_or(0, TofPlan::pair_count);
             let bytes = plan.pixel_count() * PIXEL_BYTES * u64::from(1 + phasor_layers);
@@ -114,7 +115,7 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
     surfaces(plan, scene, requirements)
 }
 
-/// What one light sees.
+/// Declares what one light sees.
 fn maps(plan: &Plan, requirements: &Requirements) -> Result<()> {
     Rsm::for_plan(&requirements.of(GrowsWith::Rsm), plan)?;
     ShadowMap::for_plan(&requirements.of(GrowsWith::Resolution), plan)?;
@@ -148,7 +149,7 @@ fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
     Ok(())
 }
 
-/// The scene for the raster passes and for rays.
+/// Declares the scene for the raster passes and for rays.
 fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()> {
     let of_scene = || requirements.of(GrowsWith::Scene);
     surface::declare(&of_scene(), scene, plan)?;
@@ -171,7 +172,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         let without_rays = without_rays.iter().filter(|(has_rays, _)| *has_rays);
         let without_rays: Vec<&str> = without_rays.map(|&(_, without)| without).collect();
         let without_rays = match &without_rays[..] {
-            // A rasteriser that is too coarse.
+            // Rays are used because the rasteriser is too coarse.
             [] => String::new(),
             some => format!("use {}, ", some.join(" and ")),
         };

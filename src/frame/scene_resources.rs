@@ -1,4 +1,4 @@
-//! The surfaces of a scene on the device: what frames share until a mesh, a material or a texture changes.
+//! The surfaces of a scene on the device. Frames share them until a mesh, a material or a texture changes.
 
 use std::sync::Arc;
 
@@ -20,20 +20,20 @@ use crate::{
     vulkan::Buffer,
 };
 
-/// Surfaces as the passes see them, in parts that change apart.
+/// Surfaces as the passes see them, in parts that change independently.
 #[derive(Default)]
 pub(crate) struct SceneResources {
     textures: Cached<TexturesKey, Arc<Textures>>,
     geometry: Cached<GeometryKey, Arc<Geometry>>,
     surfaces: Cached<SurfacesKey, Surfaces>,
-    /// Only where something casts rays.
+    /// Only if something casts rays.
     ray_tree: Cached<RayTreeKey, RayTriangles>,
     mesh_trees: MeshTrees,
-    /// Only where what they hit is shaded.
+    /// Only if what the rays hit is shaded.
     hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
-    /// Only where the camera's lens distorts the image.
+    /// Only if the camera's lens distorts the image.
     lens_rays: Cached<(Lens, [u32; 2]), Arc<Buffer>>,
-    /// Of the surfaces: another number, other surfaces.
+    /// Generation of the surfaces. Another number means other surfaces.
     pub generation: u64,
 }
 
@@ -58,12 +58,12 @@ struct RayTreeKey {
     kernel: Option<RayKernel>,
     space: LocalSpace,
     geometry: SameGeometry,
-    /// The alpha texture of each material, and the textures, where there are cut-outs.
+    /// The alpha texture of each material, and the textures; only if there are cut-outs.
     cutouts: Option<(Vec<Option<usize>>, TexturesKey)>,
 }
 
-/// Equal where all are the very same: values that cannot change as long as they are kept. Others are taken for different ones
-/// without a look at them.
+/// Equal if all are the same objects: values that cannot change as long as they are kept. Other objects count as different,
+/// without comparing their values.
 #[derive(Clone)]
 struct SameValues<T>(Vec<Shared<T>>);
 
@@ -74,7 +74,7 @@ impl<T> PartialEq for SameValues<T> {
     }
 }
 
-/// Equal where the very same meshes lie at the same places, in the same order, and are shared alike.
+/// Equal if the same mesh objects are at the same places, in the same order, and are shared alike.
 #[derive(PartialEq)]
 struct GeometryKey {
     instances: Vec<SameInstance>,
@@ -89,7 +89,7 @@ impl PartialEq for SameInstance {
     }
 }
 
-/// Equal where the device holds the same meshes, wherever those are that instances share.
+/// Equal if the device holds the same meshes. The places of the meshes that instances share do not matter.
 #[derive(Clone)]
 struct HeldMeshes(Arc<Geometry>);
 
@@ -99,7 +99,7 @@ impl PartialEq for HeldMeshes {
     }
 }
 
-/// Equal where all meshes are the same and lie at the same places.
+/// Equal if all meshes are the same and are at the same places.
 struct SameGeometry(Arc<Geometry>);
 
 impl PartialEq for SameGeometry {
@@ -109,7 +109,7 @@ impl PartialEq for SameGeometry {
 }
 
 impl SceneResources {
-    /// Copies to the device what has changed since the frame before.
+    /// Copies to the device what has changed since the previous frame.
     pub fn update(&mut self, context: &Context) -> Result<()> {
         let Context {
             commands,
@@ -214,7 +214,7 @@ impl SceneResources {
         tree.ok_or_else(|| Error::internal("there are no triangles for rays"))
     }
 
-    /// The rays of the camera's lens, where it distorts the image.
+    /// The rays of the camera's lens, if it distorts the image.
     pub fn lens_rays(&self) -> Option<&Buffer> {
         self.lens_rays.get().map(Arc::as_ref)
     }

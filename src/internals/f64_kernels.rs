@@ -1,7 +1,7 @@
-//! The frame's kernels again, in f64: the formulas of [`model`] on what the raster passes handed to the kernels.
+//! The frame's kernels in f64: the formulas of [`model`] on the same inputs that the raster passes hand to the kernels.
 //!
-//! The difference between a frame and what these give is the *kernel error*: rounding, and nothing else. How far the formulas
-//! are from the light that arrives, the *model error*, is another question.
+//! The difference between a frame and these results is the *kernel error*, which is rounding only. The *model error*, the difference
+//! between the formulas and the light that arrives, is a separate question.
 
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ use crate::{
     scene::{Bands, Light, VplSum},
 };
 
-/// The VPLs of a light: one for each texel of its RSM that shows a surface and lies in the emission domain.
+/// The VPLs of a light: one for each texel of its RSM that shows a surface and is in the emission domain.
 pub fn vpls(light: &Light, kept: &LightIntermediates) -> Vec<Vpl> {
     let total = kept.domain.total_measure();
     let texels = kept.rsm.iter().zip(&kept.domain.texels);
@@ -44,9 +44,9 @@ pub fn indirect(scene: &Scene, sum: VplSum, kept: &Intermediates) -> Vec<Bands> 
     indirect_at(scene, sum, kept, &every_pixel)
 }
 
-/// Indirect radiance from all lights in W/sr/m² for some pixels, named by their index row by row from the top, in the
-/// order in which they are named; 0 for the background. One value is a sum over all VPLs: a pair takes tens of ns of a
-/// core, so that an image against a fine RSM would take minutes. All cores work.
+/// Indirect radiance from all lights in W/sr/m² for some pixels, given by their index row by row from the top, in the given order; 0 for
+/// the background. Each value is a sum over all VPLs. A pair takes tens of ns of a core, so a whole image against a fine RSM would take
+/// minutes. All cores work.
 pub fn indirect_at(
     scene: &Scene,
     sum: VplSum,
@@ -64,7 +64,7 @@ pub fn indirect_at(
     pixels.par_iter().map(shade).collect()
 }
 
-/// Z of the indirect light of modulated lights, W/sr/m², of a scene with time of flight; else as [`indirect_at`] does.
+/// Z of the indirect light of modulated lights, W/sr/m²; 0 in a scene without time of flight. Pixels as for [`indirect_at`].
 pub fn indirect_phasors_at(
     scene: &Scene,
     sum: VplSum,

@@ -1,5 +1,5 @@
-//! What the passes of a frame hand to each other, read back and turned into f64: for tests against the model, and for a
-//! look inside. Positions are exactly those that the kernels computed with.
+//! Data that the passes of a frame hand to each other, read back and converted to f64, for tests against the model and for inspection.
+//! Positions are exactly those that the kernels used.
 
 use glam::{DVec2, DVec3};
 
@@ -12,7 +12,7 @@ use crate::{
     vulkan::{Image, Readback},
 };
 
-/// What was kept of a frame.
+/// Data kept from a frame.
 #[derive(Debug, Clone, Default)]
 pub struct Intermediates {
     pub space: LocalSpace,
@@ -22,30 +22,30 @@ pub struct Intermediates {
     pub lights: Vec<LightIntermediates>,
 }
 
-/// A point of a surface as the G-buffer or an RSM holds it.
+/// A point of a surface in the G-buffer or an RSM.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePoint {
     /// World position.
     pub position_m: DVec3,
-    /// Unit shading normal, on the side that is seen.
+    /// Unit shading normal, on the visible side.
     pub normal: DVec3,
-    /// Unit normal of the triangle, on the side that is seen, within 1.1e-3 rad.
+    /// Unit normal of the triangle, on the visible side, within 1.1e-3 rad.
     pub geometric_normal: DVec3,
     pub brdf: Brdf,
 }
 
-/// What was kept of one light.
+/// Data kept from one light.
 #[derive(Debug, Clone)]
 pub struct LightIntermediates {
     /// Faces and texels of the emission domain.
     pub domain: EmissionDomain,
     /// The RSM, in the order of the domain's texels; empty without indirect light.
     pub rsm: Vec<Option<RsmTexel>>,
-    /// VPLs that were extracted: on matte and on glossy surfaces.
+    /// Number of VPLs extracted on matte and on glossy surfaces.
     pub vpl_counts: [u32; 2],
-    /// Edge of a face of the map that the shadow test reads, texels; 0 where it casts rays.
+    /// Edge length of a face of the map that the shadow test reads, texels; 0 if the test casts rays.
     pub shadow_size: u32,
-    /// World positions that the shadow test reads, face by face, row by row from the top; empty where it casts rays.
+    /// World positions that the shadow test reads, face by face, row by row from the top; empty if the test casts rays.
     pub shadow_map: Vec<Option<DVec3>>,
 }
 
@@ -112,7 +112,7 @@ pub(super) fn read_gbuffer(
     Ok((0..images[0].len()).map(seen).collect())
 }
 
-/// The pixels of images of one shape.
+/// The pixels of several images of one shape.
 fn read_images(device: &Device, images: &[&Image]) -> Result<Vec<Vec<[f32; 4]>>> {
     let Some(first) = images.first() else {
         return Ok(Vec::new());
@@ -124,7 +124,7 @@ fn read_images(device: &Device, images: &[&Image]) -> Result<Vec<Vec<[f32; 4]>>>
         .collect()
 }
 
-/// A pixel of the images of a G-buffer or an RSM.
+/// A pixel of a G-buffer's or an RSM's images.
 fn surface_point(space: &LocalSpace, images: &[Vec<[f32; 4]>], i: usize) -> SurfacePoint {
     let [x, y, z, _] = images[0][i];
     let [nx, ny, nz, packed_normal] = images[1][i];
@@ -142,7 +142,7 @@ fn surface_point(space: &LocalSpace, images: &[Vec<[f32; 4]>], i: usize) -> Surf
     }
 }
 
-/// The unit vector that `pack_direction` of `shaders/hit.wgsl` packed.
+/// Decodes a unit vector packed by `pack_direction` of `shaders/hit.wgsl`.
 fn unpack_direction(packed: f32) -> DVec3 {
     let packed = f64::from(packed);
     let row = (packed / 4096.0).floor();

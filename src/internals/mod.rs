@@ -1,4 +1,4 @@
-//! A look inside a frame, for tests, benches, the doctor and the report. Unstable: no part of the interface.
+//! The inside of a frame, for tests, benches, the doctor and the report. Unstable: not part of the public interface.
 
 pub mod f64_kernels;
 mod intermediates;
@@ -20,7 +20,7 @@ use crate::{
 };
 
 impl Renderer {
-    /// Renders a frame and keeps what its passes hand to each other. Everything is made anew.
+    /// Renders a frame and keeps the data that its passes hand to each other. Nothing is reused from earlier frames.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -44,8 +44,8 @@ impl Renderer {
         Ok((drawn.read(&self.device, BufferPool::default(), None)?, kept))
     }
 
-    /// Renders a frame whose plain sums take the VPLs of each light in an order that `seed` decides, to see what the order makes of
-    /// a sum. The draws of rays need the order of the RSM's texels and keep it. Everything is made anew.
+    /// Renders a frame whose plain sums take the VPLs of each light in an order given by `seed`, to show the effect of the order on a sum.
+    /// Sampled rays need the order of the RSM's texels and keep it. Nothing is reused from earlier frames.
     ///
     /// # Errors
     /// As [`Renderer::render`].
@@ -65,7 +65,7 @@ impl Renderer {
     }
 }
 
-/// Puts a light's VPLs, matte and glossy, into an order that a seed decides.
+/// Shuffles a light's VPLs, matte and glossy, in an order given by a seed.
 fn shuffle(commands: &CommandPool, vpls: &VplLists, listed: ListedVpls, seed: u64) -> Result<()> {
     let lists = [
         (Some(&vpls.matte), listed.lengths.matte),
@@ -78,7 +78,7 @@ fn shuffle(commands: &CommandPool, vpls: &VplLists, listed: ListedVpls, seed: u6
         let texels_per_layer = texels.len() / list.shape.layer_count() as usize;
         for layer in texels.chunks_exact_mut(texels_per_layer) {
             let of_light = &mut layer[listed.first as usize..][..length as usize];
-            // A VPL has a texel in each layer: all of them in the same order.
+            // A VPL has a texel in each layer, so all layers get the same order.
             fastrand::Rng::with_seed(seed).shuffle(of_light);
         }
         let buffer = Buffer::upload(commands.device(), "shuffled VPLs", &texels)?;

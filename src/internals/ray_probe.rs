@@ -1,4 +1,4 @@
-//! Rays by the hundred from points of surfaces: the kernels of `shaders/trace.wgsl` alone, for tests and benches.
+//! Many rays from points of surfaces: the kernels of `shaders/trace.wgsl` alone, for tests and benches.
 
 use std::sync::Arc;
 
@@ -12,30 +12,30 @@ use crate::{
     vulkan::{Buffer, BufferUse, CommandPool, Pipelines, TexelList, shaders::RayProbeParameters},
 };
 
-/// Points of a row of their image.
+/// Points in a row of their image.
 const ROW_POINTS: u32 = 512;
-/// Workgroups of a row of a dispatch.
+/// Workgroups in a row of a dispatch.
 const ROW_GROUPS: u32 = 1024;
-/// Packets of a workgroup.
+/// Packets in a workgroup.
 const GROUP_PACKETS: u32 = 8;
 
 /// A point of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayPoint {
     pub position_m: DVec3,
-    /// Unit normal of the triangle, on the side from which the ray leaves or comes.
+    /// Unit normal of the triangle, on the side that the ray leaves from or arrives at.
     pub geometric_normal: DVec3,
 }
 
-/// What the closest hit of a ray is.
+/// The closest hit of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayHit {
     pub distance_m: f64,
-    /// Counted through all meshes of the scene.
+    /// Index counted over all meshes of the scene.
     pub triangle: usize,
 }
 
-/// What rays found, and how long they took.
+/// Results of rays, and the time they took.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probed<T> {
     /// In the order of the rays.
@@ -57,8 +57,8 @@ impl RayProbe {
     /// Uploads a valid scene.
     ///
     /// # Errors
-    /// [`Error::NoDevice`](crate::Error::NoDevice) where the kernel does not run on the device;
-    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
+    /// [`Error::NoDevice`](crate::Error::NoDevice) if the device cannot run the kernel; [`Error::Memory`](crate::Error::Memory) and
+    /// [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
     pub fn new(device: &Device, scene: &Scene, kernel: RayKernel) -> Result<RayProbe> {
         let space = LocalSpace::of(scene.bounding_box());
         let commands = CommandPool::new(device);
@@ -80,10 +80,10 @@ impl RayProbe {
         })
     }
 
-    /// Whether something is between a point and an end: as many ends for each point, a multiple of 64.
+    /// Whether something is between each point and its ends. Every point has the same number of ends, a multiple of 64.
     ///
     /// # Errors
-    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
+    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
     pub fn any_hit(&self, points: &[RayPoint], ends: &[RayPoint]) -> Result<Probed<bool>> {
         let texel = |end: &RayPoint| {
             let [x, y, z] = self.space.to_local(end.position_m);
@@ -98,10 +98,10 @@ impl RayProbe {
         })
     }
 
-    /// The closest hit along unit directions: as many for each point, a multiple of 64.
+    /// The closest hit along unit directions. Every point has the same number of directions, a multiple of 64.
     ///
     /// # Errors
-    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
+    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
     pub fn closest_hit(
         &self,
         points: &[RayPoint],
@@ -172,7 +172,7 @@ impl RayProbe {
     }
 }
 
-/// As `pack_direction` of `shaders/hit.wgsl`.
+/// Same as `pack_direction` of `shaders/hit.wgsl`.
 fn pack_direction(direction: DVec3) -> f32 {
     let flat = direction.truncate() / direction.abs().element_sum();
     let sign = |v: f64| if v >= 0.0 { 1.0 } else { -1.0 };

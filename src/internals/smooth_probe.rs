@@ -1,4 +1,4 @@
-//! The kernel of `shaders/smooth.wgsl` alone, on gathers that a test makes up.
+//! The kernel of `shaders/smooth.wgsl` alone, on gathers that a test provides.
 
 use std::sync::Arc;
 
@@ -10,15 +10,15 @@ use crate::{
     },
 };
 
-/// The state of a pixel that was gathered: kind 2 of `shaders/refinement.wgsl` in the lowest bits of 1.
+/// State of a gathered pixel: the bits of 1.0 with kind 2 of `shaders/refinement.wgsl` in the lowest ones.
 const GATHERED: f32 = f32::from_bits(0x3f80_0002);
 
-/// A lobe's light at a pixel, as its samples have it.
+/// A lobe's light at a pixel, estimated from its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GatheredLobe {
     /// W/sr/m² for a reflectance of 1.
     pub mean: [f32; 3],
-    /// Of one sample, all bands together.
+    /// Variance of one sample, all bands together.
     pub variance: f32,
 }
 
@@ -29,28 +29,28 @@ pub struct GatheredPixel {
     pub normal: [f32; 3],
     /// k_s and s.
     pub ks_shininess: [f32; 4],
-    /// Of 64 samples. 0: it was not gathered.
+    /// Packets of 64 samples. 0: the pixel was not gathered.
     pub packets: u32,
     pub diffuse: GatheredLobe,
     pub specular: GatheredLobe,
 }
 
-/// How the noise of gathers falls, and how far they lie apart.
+/// How the noise of gathers falls, and the spacing of gathered pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SmoothOptions {
     pub size_px: [u32; 2],
     pub stride_px: u32,
     pub is_specular: bool,
-    /// Variance of a packet over that of as many samples at random.
+    /// Variance of a packet, relative to the same number of random samples.
     pub evenness: f32,
-    /// The variance falls with this power of the packets.
+    /// The exponent with which the variance falls with the number of packets.
     pub variance_rate: f32,
 }
 
-/// The diffuse and the specular light of each pixel as the pass leaves it, row by row. A pixel that is `None` has no surface.
+/// The diffuse and the specular light of each pixel after the pass, row by row. A pixel that is `None` has no surface.
 ///
 /// # Errors
-/// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
+/// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
 pub fn smooth(
     device: &Device,
     pixels: &[Option<GatheredPixel>],

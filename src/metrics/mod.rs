@@ -1,9 +1,8 @@
-//! How far an image is from a reference, and how much of that is the reference's own noise.
+//! Compares an image with a reference, and estimates how much of the difference is the noise of the two.
 //!
-//! Metrics are taken over the valid pixels but those on edges, all bands together. x is a value of the image, t of the reference; both may
-//! carry noise with a known standard error, τ and σ, and d = x − t. [`RelativeErrors`] are those of d as it is, noise
-//! included. [`NoiseCorrection`] takes out what the noise alone gives: a claim below the noise is no claim, and the type
-//! [`CorrectedRmse`] has no way to make one.
+//! Metrics cover the valid pixels that are not on edges, all bands together. x is a value of the image and t of the reference. Both may
+//! carry noise with a known standard error, τ and σ, and d = x − t. [`RelativeErrors`] uses d as it is, with the noise. [`NoiseCorrection`]
+//! removes what the noise alone explains. Its type [`CorrectedRmse`] cannot express an error below the noise.
 //!
 //! Sums are compensated sums in f64.
 
@@ -14,9 +13,10 @@ pub use noise::{CorrectedRmse, NoiseCorrection, ZScores};
 use crate::error::{Error, Result};
 use crate::model::CompensatedSum;
 
-/// Tiles of an image along its shorter edge, over which the local norm takes the mean.
+/// Tiles of an image along its shorter edge. The local norm is a mean over these tiles.
 const LOCAL_TILES: u32 = 8;
-/// Below this, over the root mean square of the image, a tile counts as if it were as bright: its error is not seen beside the rest.
+/// A tile darker than this, relative to the root mean square of the image, counts as if it were this bright: its error is not visible
+/// beside the rest.
 pub(crate) const LOCAL_FLOOR: f64 = 1e-3;
 
 /// Edge of the tiles of the local norm, pixels.
@@ -24,10 +24,10 @@ pub(crate) fn local_tile_px([width, height]: [u32; 2]) -> u32 {
     width.min(height).div_ceil(LOCAL_TILES).max(1)
 }
 
-/// relRMSE by the local norm: the root of the mean over tiles, 8 along the image's shorter edge, of Σ(x − t)²/Σt², the noise of the
-/// reference taken out. A tile below 10⁻³ of the root mean square of the reference counts as if it were as bright as that.
+/// relRMSE by the local norm: the root of the mean over tiles, 8 along the image's shorter edge, of Σ(x − t)²/Σt², without the noise of the
+/// reference. A tile below 10⁻³ of the root mean square of the reference counts as if it were that bright.
 ///
-/// The slices hold 3 values a pixel of an image of that size, row by row.
+/// The slices hold 3 values per pixel of an image of this size, row by row.
 pub fn local_error(
     image: &[f32],
     reference: &[f32],
@@ -55,34 +55,34 @@ pub fn local_error(
     (errors.sum::<f64>() / tiles.len() as f64).max(0.0).sqrt()
 }
 
-/// Two images to be compared, in memory. All slices hold width · height · `channels` values, channels interleaved, but
-/// `valid` and `edges`, which have one entry a pixel. The reference is f32, as files are, or f64, as the model is.
+/// Two images to compare, in memory. All slices hold width · height · `channels` values, channels interleaved, except `valid` and `edges`,
+/// which have one entry per pixel. The reference is f32, as in files, or f64, as in the model.
 #[derive(Debug, Clone, Copy)]
 pub struct Pixels<'a, T = f32> {
     pub image: &'a [f32],
     pub reference: &'a [T],
     /// τ of each value, in the unit of `image`; `None` for an image without noise.
     pub image_standard_error: Option<&'a [f32]>,
-    /// σ of each value, in the unit of `reference`; `None` where it is not known.
+    /// σ of each value, in the unit of `reference`; `None` if it is unknown.
     pub reference_standard_error: Option<&'a [f32]>,
     /// Which pixels count.
     pub valid: &'a [bool],
-    /// Which pixels show one of two surfaces by chance, as many as `valid` has: nothing can be judged there, and they count
-    /// for no figure but [`Comparison::edge_pixels`]. `None`: it is not known.
+    /// Which pixels show one of two surfaces by chance, with the same length as `valid`. Nothing can be judged there, so these pixels count
+    /// only for [`Comparison::edge_pixels`]. `None` if it is unknown.
     pub edges: Option<&'a [bool]>,
-    /// Values a pixel.
+    /// Values per pixel.
     pub channels: usize,
 }
 
-/// An image against a reference.
+/// The comparison of an image with a reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// Values that were compared: those of the valid pixels but the ones below.
+    /// Number of compared values: those of the valid pixels, except the ones below.
     pub value_count: usize,
     /// Valid pixels on edges, which are left out.
     pub edge_pixels: usize,
-    /// Values of valid pixels that are left out because the image, or its standard error, is not a finite number (or the
-    /// latter negative). A correct image has none.
+    /// Values of valid pixels that are left out because the image or its standard error is not finite, or the standard error is negative. A
+    /// correct image has none.
     pub non_finite_image: usize,
     /// The same for the reference. A value may count for both.
     pub non_finite_reference: usize,
@@ -90,11 +90,11 @@ pub struct Comparison {
     pub image_mean: f64,
     /// Mean of t; 0 where nothing was compared.
     pub reference_mean: f64,
-    /// `None` where there is nothing to be relative to: nothing was compared, or Σ|t| is 0, as in a black reference.
+    /// `None` if nothing was compared, or if Σ|t| is 0, as in a black reference: there is nothing to be relative to.
     pub errors: Option<RelativeErrors>,
-    /// `None` without `errors`, and where no standard error was given.
+    /// `None` without `errors`, or if no standard error was given.
     pub noise: Option<NoiseCorrection>,
-    /// `None` where fewer than two values have a standard error over 0.
+    /// `None` if fewer than two values have a standard error above 0.
     pub z_scores: Option<ZScores>,
 }
 
@@ -103,7 +103,7 @@ pub struct Comparison {
 pub struct RelativeErrors {
     /// sqrt(Σd²/Σt²)
     pub rmse: f64,
-    /// Σd/Σ|t|: of light, whose t are not negative, Σx/Σt − 1.
+    /// Σd/Σ|t|. For light, whose t are not negative, this is Σx/Σt − 1.
     pub bias: f64,
     /// Σ|d|/Σ|t|
     pub mean_absolute: f64,
@@ -173,9 +173,9 @@ struct Sample {
     pixel: usize,
     x: f64,
     t: f64,
-    /// σ: standard error of t, 0 where it has none.
+    /// σ: standard error of t, 0 if it has none.
     sigma: f64,
-    /// τ: standard error of x, 0 where it has none.
+    /// τ: standard error of x, 0 if it has none.
     tau: f64,
 }
 
@@ -210,7 +210,7 @@ impl Sample {
     }
 }
 
-/// Nearest rank, of at least one sample.
+/// The 99th percentile by nearest rank, of at least one sample.
 fn percentile_99(samples: &[Sample], offset: f64) -> f64 {
     let mut errors: Vec<f64> = samples
         .iter()

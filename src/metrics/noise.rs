@@ -1,60 +1,59 @@
-//! What a comparison says when the noise is taken out of it.
+//! The results of a comparison with the noise removed.
 
 use std::{f64::consts::PI, ops::RangeInclusive};
 
 use super::{Sample, sum};
 
-/// How many standard errors a claim has to be away from nothing: 97.7 % of a normal distribution lie below +2.
+/// How many standard errors a claim must be above 0: 97.7 % of a normal distribution are below +2.
 const CONFIDENCE: f64 = 2.0;
 
 /// A comparison without the noise of its images.
 ///
-/// It holds as far as the standard errors do, for noise that is about normal, independent between the two images and
-/// between pixels. The bands of a pixel are taken to carry the same noise, as they do where a path is followed for all of
-/// them; where they do not, the uncertainties given here are too large rather than too small.
+/// It is valid if the standard errors are, for noise that is about normal, and independent between the two images and between pixels. The
+/// bands of a pixel are assumed to carry the same noise, as they do if one path is followed for all of them. Otherwise the uncertainties
+/// given here are too large rather than too small.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseCorrection {
     /// sqrt(Σ(σ²+τ²)/Σt²): the relative RMSE that an image without error shows.
     pub floor: f64,
-    /// What is left of the relative RMSE without the noise.
+    /// The relative RMSE without the noise.
     pub rmse: CorrectedRmse,
-    /// Standard error of [`RelativeErrors::bias`](super::RelativeErrors::bias) = b: with the noise of a pixel's bands summed,
+    /// Standard error of [`RelativeErrors::bias`](super::RelativeErrors::bias) = b, with the noise of a pixel's bands summed:
     /// sqrt(Σ_pixels ((Στ)² + (1+b)²(Σσ)²)) / Σ|t|.
     pub bias_standard_error: f64,
     /// sqrt(2/π)·Σ sqrt(σ²+τ²)/Σ|t|: the mean absolute error that an image without error shows.
     pub mean_absolute_floor: f64,
 }
 
-/// sqrt(R²) with R² = A/B, A = Σd² − Σ(σ²+τ²), B = Σt² − Σσ²: the relative RMSE of the images' true values, for E d² is
-/// the square of the true difference + σ² + τ², and E t² that of the true value + σ².
+/// The relative RMSE of the images' true values: sqrt(R²) with R² = A/B, A = Σd² − Σ(σ²+τ²), B = Σt² − Σσ². For E d² is the square of the
+/// true difference, plus σ² + τ², and E t² is the square of the true value, plus σ².
 ///
-/// The variance of R² is that of Σq/B with q = d² − R²·t². The noise of a pixel is σz in t and τw in x with one normal z and
-/// one w for its bands, so that q has the variance 4(Σσe')² + 4(Στe)² + 2((1−R²)Σσ²)² + 2(Στ²)² + 4(Σστ)², sums over the
-/// pixel's bands, e the true difference and e' = e + R²·(true value). With u = d + R²·t, its unbiased estimate from what is
-/// seen is 4(Σσu)² + 4(Στd)² − 2((1−R²)Σσ²)² − 2(Στ²)² − 4(Σστ)²; the sum of these over the pixels is taken, but not less than
-/// what the variance is for e = e' = 0.
+/// The variance of R² is that of Σq/B with q = d² − R²·t². The noise of a pixel is σz in t and τw in x, with one normal z and one normal w
+/// for its bands. So q has the variance 4(Σσe')² + 4(Στe)² + 2((1−R²)Σσ²)² + 2(Στ²)² + 4(Σστ)². The sums are over the pixel's bands, e is
+/// the true difference, and e' = e + R²·(true value). With u = d + R²·t, the unbiased estimate of this variance from the data is 4(Σσu)² +
+/// 4(Στd)² − 2((1−R²)Σσ²)² − 2(Στ²)² − 4(Σστ)². camlux sums it over the pixels, and uses at least the variance for e = e' = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CorrectedRmse {
-    /// R² is at least two of its standard errors over 0.
+    /// R² is at least two of its standard errors above 0.
     Estimate {
         value: f64,
-        /// That of R², over 2R.
+        /// The standard error of R², divided by 2R.
         standard_error: f64,
     },
-    /// The noise hides the error, which is most probably below this: sqrt(max(R², 0) + 2 standard errors of R²).
+    /// The noise hides the error, which is most probably below this bound: sqrt(max(R², 0) + 2 standard errors of R²).
     Below(f64),
-    /// B is not two of its standard errors over 0: the reference shows no light beyond its own noise.
+    /// B is not two of its standard errors above 0: the reference shows no light beyond its own noise.
     ReferenceIsNoise,
 }
 
-/// d/sqrt(σ²+τ²) over the values with σ²+τ² > 0. For images that differ by their noise only and whose standard errors are
-/// right, the mean is 0 within 1/sqrt(number of pixels) and the variance about 1.
+/// d/sqrt(σ²+τ²) over the values with σ²+τ² > 0. If the images differ by their noise only and the standard errors are right, the mean is 0
+/// within 1/sqrt(number of pixels) and the variance about 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZScores {
     /// At least 2.
     pub value_count: usize,
     pub mean: f64,
-    /// Unbiased: over `value_count` − 1.
+    /// Unbiased: divided by `value_count` − 1.
     pub variance: f64,
 }
 
@@ -62,14 +61,14 @@ pub struct ZScores {
 pub(super) struct Sums {
     pub x: f64,
     pub t: f64,
-    /// Σ|t|, over 0.
+    /// Σ|t|, above 0.
     pub magnitude: f64,
     pub tt: f64,
     pub dd: f64,
 }
 
 impl NoiseCorrection {
-    /// For Σ|t| > 0.
+    /// Requires Σ|t| > 0.
     pub(super) fn new(samples: &[Sample], sums: &Sums) -> Self {
         let variance = sum(samples, Sample::variance);
         let deviation = sum(samples, |sample| sample.variance().sqrt());
@@ -90,7 +89,7 @@ impl NoiseCorrection {
 }
 
 impl CorrectedRmse {
-    /// From A and B.
+    /// From A (`squared_error`) and B (`true_squares`).
     fn new(pixels: &[PixelSums], squared_error: f64, true_squares: f64) -> Self {
         let least = sum(pixels, |p| 2.0 * p.sigma_sigma.powi(2));
         let seen = sum(pixels, |p| 4.0 * p.sigma_t.powi(2)) - least;
@@ -115,7 +114,7 @@ impl CorrectedRmse {
         let value = share.sqrt();
         CorrectedRmse::Estimate {
             value,
-            // Both are 0 for equal images without noise.
+            // Equal images without noise have a value and a standard error of 0.
             standard_error: if value > 0.0 {
                 standard_error / (2.0 * value)
             } else {
@@ -124,7 +123,7 @@ impl CorrectedRmse {
         }
     }
 
-    /// The number to sort or draw by: the value, or the bound that takes its place; `None` where there is neither.
+    /// The number for sorting or plotting: the value, or else the bound; `None` if there is neither.
     pub fn value_or_bound(self) -> Option<f64> {
         match self {
             CorrectedRmse::Estimate { value, .. } => Some(value),
@@ -163,10 +162,10 @@ impl PixelSums {
 }
 
 impl ZScores {
-    /// In which range [`ZScores::deviation`] lies where the standard errors are right.
+    /// The range of [`ZScores::deviation`] if the standard errors are right.
     pub const CALIBRATED: RangeInclusive<f64> = 0.8..=1.25;
 
-    /// The standard deviation about 0, sqrt(mean of z²): what an error that all values share adds to their spread counts as well.
+    /// The standard deviation about 0, sqrt(mean of z²). It also includes an error that all values share.
     pub fn deviation(&self) -> f64 {
         let count = self.value_count as f64;
         let squares = (count - 1.0) * self.variance + count * self.mean * self.mean;

@@ -19,8 +19,8 @@ pub fn spot_falloff(theta_rad: f64, cone: SpotCone) -> f64 {
 
 /// Integrals of a spot light's cone from the axis outwards, in closed form.
 ///
-/// Values are per radian of azimuth: times 2π they are solid angles. Relative accuracy is that of f64 from cones of
-/// 10⁻³° and below up to the whole sphere.
+/// Values are per radian of azimuth; multiply by 2π for solid angles. The relative accuracy is that of f64, from cones of 10⁻³° and below
+/// up to the whole sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConeIntegral {
     /// θ_i
@@ -48,7 +48,7 @@ impl ConeIntegral {
         versine(theta_rad.min(self.outer_rad))
     }
 
-    /// ∫ s(θ')·sin θ' dθ' from 0 to min(θ, θ_o): the same weighted by the falloff, sr/rad.
+    /// ∫ s(θ')·sin θ' dθ' from 0 to min(θ, θ_o): that solid angle weighted by the falloff, sr/rad.
     pub fn falloff_within(&self, theta_rad: f64) -> f64 {
         let theta_rad = theta_rad.min(self.outer_rad);
         if theta_rad <= self.inner_rad {
@@ -65,8 +65,8 @@ impl ConeIntegral {
         let t = theta_rad - self.inner_rad;
         let x = FRAC_PI_2 * t / w;
         if w < 1.0 {
-            // The antiderivative, with differences of cosines written as products so that nothing cancels for narrow
-            // cones. Its denominator vanishes at w = ½π.
+            // The antiderivative. Differences of cosines are written as products, so that nothing cancels for narrow cones. Its denominator
+            // vanishes at w = ½π.
             let half_x_sin = (0.5 * x).sin();
             let sum = FRAC_PI_2 * w * x.sin() * theta_rad.sin()
                 - 2.0
@@ -76,8 +76,8 @@ impl ConeIntegral {
                         + (self.inner_rad + 0.5 * t).sin() * (0.5 * t).sin());
             sum / (FRAC_PI_2 * FRAC_PI_2 - w * w)
         } else {
-            // Product to sum, then ∫₀ᵗ sin(a + b·t') dt' = t·sin(a + b·t/2)·sinc(b·t/2): regular at w = ½π, where b of the
-            // second term is 0, but its two terms cancel for small w.
+            // Product to sum, then ∫₀ᵗ sin(a + b·t') dt' = t·sin(a + b·t/2)·sinc(b·t/2). This is regular at w = ½π, where b of the second
+            // term is 0, but the two terms cancel for small w.
             let mean_sine = |half_turn: f64| (self.inner_rad + half_turn).sin() * sinc(half_turn);
             0.5 * t * (mean_sine(0.5 * (t + x)) + mean_sine(0.5 * (t - x)))
         }

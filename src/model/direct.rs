@@ -1,12 +1,12 @@
-//! Light that reaches the camera by way of one surface.
+//! Light that reaches the camera from one surface.
 
 use glam::DVec3;
 
 use super::{Brdf, direction_to_light, irradiance_facing};
 use crate::scene::{Bands, Light};
 
-/// L_{P→C} in W/sr/m² = f_P(l, n_P, v)·L_{L→P}·cosθ_{P→L}: direct radiance of one light, without the visibility V(L,P),
-/// which is a factor of 0 or 1 that the caller gives.
+/// L_{P→C} in W/sr/m² = f_P(l, n_P, v)·L_{L→P}·cosθ_{P→L}: direct radiance of one light, without the visibility V(L,P). The caller applies
+/// that factor of 0 or 1.
 pub fn direct_radiance(
     light: &Light,
     brdf: &Brdf,

@@ -1,4 +1,4 @@
-//! Light that reaches the camera by way of two surfaces: the single bounce, by either sum.
+//! Light that reaches the camera from two surfaces: the single bounce, by either sum.
 
 use std::f64::consts::PI;
 
@@ -18,13 +18,13 @@ pub struct Vpl {
     pub to_light: DVec3,
     /// f_Q
     pub brdf: Brdf,
-    /// L_{L→Q}, irradiance of a surface at Q that faces the light, W/m².
+    /// L_{L→Q}, irradiance at Q of a surface that faces the light, W/m².
     pub irradiance_facing_w_m2: Bands,
     /// I·ΔΩ, or E_L·ΔA_perp for a directional light: power that the light sends into the texel, W.
     pub incident_power_w: Bands,
     /// |LQ|
     pub from_light_m: f64,
-    /// Of the surface that the texel shows, m².
+    /// Area of the surface that the texel shows, m².
     pub area_m2: f64,
     /// ΔΩ_Q/ΣΔΩ, the texel's share of the light's emission domain: 1/|RSM| for equal texels.
     pub domain_share: f64,
@@ -48,14 +48,14 @@ pub struct Receiver {
 /// - `rsm-average` (CamSim): (ΔΩ_Q/ΣΔΩ)·f_P(PQ, n_P, v)·[f_Q(QL, n_Q, QP)·L_{L→Q}·cosθ_{Q→L}]·cosθ_{P→Q}
 /// - `instant-radiosity` (Keller 1997): f_P·f_Q·I·ΔΩ·cosθ_{P→Q}·cosθ_{Q→P}/d_{PQ}²
 ///
-/// f_Q is 0 for a P below Q's horizon. A VPL at P itself, where no direction PQ exists, adds 0.
+/// f_Q is 0 if P is below Q's horizon. A VPL at P itself, where no direction PQ exists, adds 0.
 pub fn vpl_contribution(sum: VplSum, vpl: &Vpl, receiver: &Receiver) -> Bands {
     let p_to_q_m = vpl.position_m - receiver.position_m;
     let distance_squared_m2 = p_to_q_m.length_squared();
     let to_vpl = p_to_q_m.normalize_or_zero();
     let cos_p = receiver.normal.dot(to_vpl).max(0.0);
     let cos_q = vpl.normal.dot(-to_vpl).max(0.0);
-    // Also where P = Q: the direction is then zero.
+    // Also true if P = Q, because the direction is then zero.
     if cos_q <= 0.0 {
         return [0.0; 3];
     }
@@ -82,7 +82,7 @@ pub fn vpl_contribution(sum: VplSum, vpl: &Vpl, receiver: &Receiver) -> Bands {
 
 /// Indirect radiance of P towards the camera, W/sr/m²: the sum over the VPLs of every light.
 ///
-/// `visible` is V(P,Q). Only `instant-radiosity` asks for it: `rsm-average` has no such factor.
+/// `visible` is V(P,Q). Only `instant-radiosity` uses it: `rsm-average` has no such factor.
 pub fn indirect_radiance(
     sum: VplSum,
     vpls: &[Vpl],
@@ -102,11 +102,11 @@ pub fn indirect_radiance(
     sums.map(|sum| sum.value())
 }
 
-/// What time of flight makes of a VPL's light at P: e^{+i·2πf·(|LQ| + |QP|)/c}, of a mean over the VPL's area.
+/// The time-of-flight factor of a VPL's light at P: e^{+i·2πf·(|LQ| + |QP|)/c}, averaged over the VPL's area.
 ///
-/// Over that area the paths differ by up to a gradient g = |(QL + QP)∥| of their length, along the surface. The mean over a square of edge e
-/// is sinc(x), x = π·f/c·e·g, times the phasor of its centre; e^{−x²/6} follows that to fourth order, and tends to 0 where the paths of
-/// one VPL cover all phases.
+/// Over that area, the path length changes along the surface with a gradient of up to g = |(QL + QP)∥|. The mean over a square of edge e is
+/// sinc(x), x = π·f/c·e·g, times the phasor of its centre. e^{−x²/6} matches it to fourth order, and tends to 0 where the paths of one VPL
+/// cover all phases.
 pub fn vpl_phasor(vpl: &Vpl, receiver: &Receiver, frequency_hz: f64) -> Phasor {
     let q_to_p_m = receiver.position_m - vpl.position_m;
     let halfway = vpl.to_light + q_to_p_m.normalize_or_zero();
@@ -116,7 +116,7 @@ pub fn vpl_phasor(vpl: &Vpl, receiver: &Receiver, frequency_hz: f64) -> Phasor {
     Phasor::of_path((-x * x / 6.0).exp(), length_m, frequency_hz)
 }
 
-/// Z of the indirect light as the pixels see it, but for the way from P to the camera, W/sr/m²: the sum over the VPLs of modulated lights.
+/// Z of the indirect light as the pixels see it, without the way from P to the camera, W/sr/m²: the sum over the VPLs of modulated lights.
 pub fn indirect_phasor(
     sum: VplSum,
     vpls: &[Vpl],

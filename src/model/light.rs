@@ -16,14 +16,14 @@ pub fn axial_intensity(power_w: Bands, cone: SpotCone) -> Bands {
     power_w.map(|power_w| power_w / effective_solid_angle_sr)
 }
 
-/// I_0 in W/sr: radiant intensity of a lamp where its pattern is 1, such that ∫ I_0·p dω = P_L.
+/// I_0 in W/sr: radiant intensity of a lamp in directions where its pattern is 1, such that ∫ I_0·p dω = P_L.
 pub fn peak_intensity(power_w: Bands, pattern: &RadiationPattern) -> Bands {
     let effective_solid_angle_sr = pattern.total();
     power_w.map(|power_w| power_w / effective_solid_angle_sr)
 }
 
-/// I in W/sr towards `direction` (from the light, any length but zero). `None` for a directional light: its rays are
-/// parallel, so that only its irradiance is finite. Of an area that of its middle, with all of its power.
+/// I in W/sr towards `direction` (from the light, any length but zero). `None` for a directional light: its rays are parallel, so only its
+/// irradiance is finite. For an area light, the intensity of its middle, with all of its power.
 pub fn radiant_intensity(light: &Light, direction: DVec3) -> Option<Bands> {
     match light {
         Light::Point { power_w, .. } => Some(power_w.map(|power_w| power_w / (4.0 * PI))),
@@ -51,8 +51,9 @@ pub fn radiant_intensity(light: &Light, direction: DVec3) -> Option<Bands> {
     }
 }
 
-/// L_{L→P} in W/m²: irradiance of a surface at P that faces the light. I_{L→P}/d_{LP}² for point and spot lights, E_L for
-/// directional ones. Of a light with an area as if all of it came from its middle. 0 at the light's own position, where no direction to the light exists.
+/// L_{L→P} in W/m²: irradiance of a surface at P that faces the light. I_{L→P}/d_{LP}² for point and spot lights, E_L for directional
+/// lights. For an area light, as if all of its light came from its middle. 0 at the light's own position, where no direction to the light
+/// exists.
 pub fn irradiance_facing(light: &Light, p_m: DVec3) -> Bands {
     match *light {
         Light::Directional {
@@ -74,7 +75,7 @@ pub fn irradiance_facing(light: &Light, p_m: DVec3) -> Bands {
     }
 }
 
-/// Unit vector from P to the light (PL); against the direction of travel for a directional light; zero at the light's own
+/// Unit vector from P to the light (PL). For a directional light it points against the direction of travel. It is zero at the light's own
 /// position.
 pub fn direction_to_light(light: &Light, p_m: DVec3) -> DVec3 {
     match *light {
@@ -86,8 +87,8 @@ pub fn direction_to_light(light: &Light, p_m: DVec3) -> DVec3 {
     }
 }
 
-/// Angle between two vectors of any length, rad. By the arctangent: the arccosine of a dot product has lost half the
-/// digits of a 10⁻³° cone.
+/// Angle between two vectors of any length, rad. Uses the arctangent, because the arccosine of a dot product loses half the digits for a
+/// 10⁻³° cone.
 fn angle_between(a: DVec3, b: DVec3) -> f64 {
     let (a, b) = (a.normalize_or_zero(), b.normalize_or_zero());
     a.cross(b).length().atan2(a.dot(b))

@@ -1,10 +1,9 @@
-//! The illumination model in f64, one formula at a time: what the GPU kernels are tested against.
+//! The illumination model in f64, one formula at a time. The GPU kernels are tested against it.
 //!
-//! Symbols: light L, surface point P seen by a pixel (normal n_P), lit surface point Q that acts as a virtual point light
-//! (normal n_Q), camera C. Direction arguments are unit vectors that point away from the surface. Normals are those of the
-//! side that is looked at or lit: surfaces are two-sided, and the caller turns the normal.
-//! Source: "CamSim illumination model", after Lambers et al. 2015 and Bulczak et al. 2018. The last step, from the
-//! irradiance of a pixel to its energy, is [`Sensor`](crate::scene::Sensor).
+//! Symbols: light L, surface point P seen by a pixel (normal n_P), lit surface point Q that acts as a virtual point light (normal n_Q),
+//! camera C. Direction arguments are unit vectors that point away from the surface. Normals are on the side that is seen or lit: surfaces
+//! are two-sided, and the caller turns the normal. Source: "CamSim illumination model", after Lambers et al. 2015 and Bulczak et al. 2018.
+//! The last step, from the irradiance of a pixel to its energy, is in [`Sensor`](crate::scene::Sensor).
 
 mod brdf;
 mod cone;

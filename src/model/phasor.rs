@@ -1,4 +1,4 @@
-//! Time of flight: what a path's length does to the light of a modulated source, and how phase images sample that.
+//! Time of flight: how a path's length changes the light of a modulated source, and how phase images sample it.
 
 use std::f64::consts::{PI, TAU};
 use std::iter::Sum;
@@ -8,12 +8,12 @@ use crate::scene::TimeOfFlight;
 
 /// c, m/s.
 pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
-/// Of differences that cancel, at most so much is left by rounding.
+/// The relative rounding error of differences that cancel, at most.
 const CANCELLED: f64 = 1e-12;
 /// h, J·s.
 pub const PLANCK_CONSTANT_J_S: f64 = 6.626_070_15e-34;
 
-/// Z = Σ over paths of L·e^{+i·2πf·d/c}: the light of a modulated source, each path with its own length d. In the unit of L.
+/// Z = Σ over paths of L·e^{+i·2πf·d/c}: the light of a modulated source, with a length d for each path. In the unit of L.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Phasor {
     /// Real part.
@@ -31,7 +31,7 @@ impl Phasor {
 
     /// L·e^{+i·2πf·d/c} of one path.
     pub fn of_path(radiance: f64, length_m: f64, frequency_hz: f64) -> Phasor {
-        // In turns first: beyond a thousand of them 2π has lost digits.
+        // Compute in turns first: with more than a thousand turns, the product with 2π has lost digits.
         let turns = frequency_hz / SPEED_OF_LIGHT_M_S * length_m;
         Phasor::of_angle(TAU * turns.fract()) * radiance
     }
@@ -94,8 +94,7 @@ impl Mul<f64> for Phasor {
     }
 }
 
-/// Half the length of the paths that a phasor stands for: r = c·φ/(4πf) with φ = arg Z in [0, 2π), so from 0 to c/(2f), metres. `None`
-/// where Z is 0.
+/// Half the length of a phasor's paths: r = c·φ/(4πf) with φ = arg Z in [0, 2π), so from 0 to c/(2f), metres. `None` if Z is 0.
 pub fn range_m(phasor: Phasor, frequency_hz: f64) -> Option<f64> {
     let phase_rad = phasor.argument_rad()?.rem_euclid(TAU);
     // A tiny negative angle is rounded to 2π.
@@ -103,14 +102,14 @@ pub fn range_m(phasor: Phasor, frequency_hz: f64) -> Option<f64> {
     Some(SPEED_OF_LIGHT_M_S / (4.0 * PI * frequency_hz) * phase_rad)
 }
 
-/// How much farther than by its direct light alone a pixel seems to be: c/(4πf)·arg(Z·Z̄_direct), from −c/(4f) to c/(4f), metres. `None` where
+/// How much farther a pixel seems to be than by its direct light alone: c/(4πf)·arg(Z·Z̄_direct), from −c/(4f) to c/(4f), metres. `None` if
 /// either is 0.
 pub fn multipath_error_m(total: Phasor, direct: Phasor, frequency_hz: f64) -> Option<f64> {
     let turn_rad = (total * direct.conjugate()).argument_rad()?;
     Some(SPEED_OF_LIGHT_M_S / (4.0 * PI * frequency_hz) * turn_rad)
 }
 
-/// The farthest range that a frequency tells from 0: c/(2f), metres.
+/// The unambiguous range of a frequency: c/(2f), metres.
 pub fn unambiguous_range_m(frequency_hz: f64) -> f64 {
     SPEED_OF_LIGHT_M_S / (2.0 * frequency_hz)
 }
@@ -120,15 +119,15 @@ pub fn wrap_count(half_length_m: f64, frequency_hz: f64) -> u32 {
     (half_length_m / unambiguous_range_m(frequency_hz)) as u32
 }
 
-/// Electrons that the energy `energy_j` of light frees: η·λ·E/(h·c).
+/// Electrons that light of the energy `energy_j` frees: η·λ·E/(h·c).
 pub fn electrons(energy_j: f64, wavelength_m: f64, quantum_efficiency: f64) -> f64 {
     quantum_efficiency * wavelength_m * energy_j / (PLANCK_CONSTANT_J_S * SPEED_OF_LIGHT_M_S)
 }
 
-/// How the phase images of one frequency sample a phasor. The signs of the convention are here and nowhere else.
+/// How the phase images of one frequency sample a phasor. Only this type defines the sign convention.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseSampling {
-    /// K, 0 to 1: of the demodulation.
+    /// K, the demodulation contrast, 0 to 1.
     contrast: f64,
     /// e^{iτ_i}
     delays: Vec<Phasor>,
@@ -144,7 +143,7 @@ impl PhaseSampling {
         }
     }
 
-    /// That of one of a camera's frequencies.
+    /// The sampling of one of a camera's frequencies.
     pub fn of(tof: &TimeOfFlight, frequency: usize) -> PhaseSampling {
         PhaseSampling::new(tof.phase_count, tof.contrasts[frequency])
     }
@@ -154,8 +153,8 @@ impl PhaseSampling {
         TAU * f64::from(phase) / f64::from(phase_count)
     }
 
-    /// What the two taps collect in phase image i: A_i, B_i = ½(Q ± K·Re(Q_Z·e^{+iτ_i})). `energy` is Q, of all light, and `phasor` Q_Z, of the
-    /// modulated light, in the same unit.
+    /// What the two taps collect in phase image i: A_i, B_i = ½(Q ± K·Re(Q_Z·e^{+iτ_i})). `energy` is Q of all light, and `phasor` is Q_Z
+    /// of the modulated light, in the same unit.
     pub fn taps(&self, energy: f64, phasor: Phasor, phase: usize) -> [f64; 2] {
         let half_difference = 0.5 * self.contrast * (phasor * self.delays[phase]).re;
         [
@@ -164,8 +163,8 @@ impl PhaseSampling {
         ]
     }
 
-    /// K·Q_Z from the differences D_i = A_i − B_i of all phase images, by least squares: 2/N·Σ D_i·e^{−iτ_i}. Its magnitude is the
-    /// amplitude, its argument the phase; of four images φ = atan2(D_3 − D_1, D_0 − D_2).
+    /// K·Q_Z by least squares from the differences D_i = A_i − B_i of all phase images: 2/N·Σ D_i·e^{−iτ_i}. Its magnitude is the amplitude
+    /// and its argument the phase. For four images, φ = atan2(D_3 − D_1, D_0 − D_2).
     pub fn demodulate(&self, differences: impl IntoIterator<Item = f64>) -> Phasor {
         let scale = 2.0 / self.delays.len() as f64;
         let mut sum = Phasor::default();
@@ -174,7 +173,7 @@ impl PhaseSampling {
             sum = sum + delay.conjugate() * (scale * difference);
             largest = f64::max(largest, difference.abs());
         }
-        // What is left where they cancel is the rounding of the delays, and has a phase like any other.
+        // If the differences cancel, only the rounding of the delays is left, and its phase means nothing.
         match sum.magnitude() > CANCELLED * largest {
             true => sum,
             false => Phasor::default(),

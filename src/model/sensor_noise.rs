@@ -1,4 +1,5 @@
-//! What makes of the light on a pixel a number: shot noise, dark current, read noise, full well, gain, rounding (EMVA 1288, release 4.0).
+//! How a sensor turns light on a pixel into a number: shot noise, dark current, read noise, full well, gain, rounding (EMVA 1288, release
+//! 4.0).
 
 use std::convert::Infallible;
 
@@ -7,7 +8,7 @@ use rand_distr::{Distribution, Poisson, StandardNormal};
 
 use crate::scene::SensorNoise;
 
-/// One reading of one tap. Random numbers depend on this and the seed alone: not on threads, nor on what else is rendered.
+/// One reading of one tap. Random numbers depend only on this and the seed, not on threads or on what else is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     pub frame: u32,
@@ -18,17 +19,17 @@ pub struct Reading {
 }
 
 impl SensorNoise {
-    /// What is read of a tap in which light frees so many electrons on average, electrons. May be below 0, by read noise.
+    /// The reading of a tap in which light frees `expected_e` electrons on average, electrons. Read noise may make it negative.
     pub fn electrons(&self, expected_e: f64, exposure_time_s: f64, reading: Reading) -> f64 {
         let mut random = Philox::new(self.seed, reading);
         let mean = expected_e + self.dark_e_per_s * exposure_time_s;
-        // No distribution: no electron.
+        // A mean without a distribution frees no electron.
         let freed = Poisson::new(mean).map_or(0.0, |poisson| poisson.sample(&mut random));
         let noise: f64 = StandardNormal.sample(&mut random);
         freed.min(self.full_well_e) + self.read_noise_e * noise
     }
 
-    /// The number that stands for so many electrons.
+    /// The number that stands for this many electrons.
     pub fn digital_number(&self, electrons: f64) -> f64 {
         let number = self.black_level_dn + self.gain_dn_per_e * electrons;
         let most = f64::from(self.bits).exp2() - 1.0;
@@ -36,7 +37,7 @@ impl SensorNoise {
     }
 }
 
-/// Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", 2011): a number is a function of key and counter.
+/// Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", 2011): each number is a function of key and counter.
 struct Philox {
     key: [u32; 2],
     counter: [u32; 4],

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 /// Solid angle in sr of the triangle a, b, c seen from the origin (van Oosterom & Strackee 1983).
 ///
-/// The triple product is taken over the triangle's edges, which keeps the relative accuracy of small triangles: that of
-/// three nearly parallel vectors cancels.
+/// The triple product uses the triangle's edges, which keeps the relative accuracy of small triangles. The triple product of three nearly
+/// parallel vectors would cancel.
 pub fn triangle_solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     let (a_length, b_length, c_length) = (a.length(), b.length(), c.length());
     let triple = a.dot((b - a).cross(c - a)).abs();

@@ -1,6 +1,6 @@
 //! Summation that does not lose digits over millions of terms.
 
-/// Sum with its rounding error carried along (Neumaier 1974): exact to an ulp or so for terms of one sign.
+/// Sum that carries its rounding error (Neumaier 1974): exact to about an ulp for terms of one sign.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct CompensatedSum {
     sum: f64,

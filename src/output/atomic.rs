@@ -1,4 +1,4 @@
-//! A file that appears under its name whole, or not at all.
+//! A file that appears under its name complete, or not at all.
 
 use std::ffi::OsString;
 use std::fmt::Display;
@@ -10,15 +10,14 @@ use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
 
-/// An output file under construction: a temporary file beside the target that [`commit`](Self::commit) moves over it.
+/// An output file under construction: a temporary file beside the target. [`commit`](Self::commit) moves it over the target.
 ///
-/// Create it before the work that fills it, so that a place that cannot be written is reported before that work. Dropped
-/// without a commit it leaves the target as it was and removes the temporary file; a killed process leaves the temporary
-/// file, never half a target.
+/// Create it before the work that fills it, so that an unwritable place is reported before that work. If it is dropped without a commit,
+/// the target stays as it was and the temporary file is removed. A killed process leaves the temporary file, but never half a target.
 #[derive(Debug)]
 pub struct OutputFile {
     path: PathBuf,
-    /// `path` behind its symbolic links, so that a commit replaces the file and not the link to it.
+    /// `path` with its symbolic links resolved, so that a commit replaces the file and not the link to it.
     target: PathBuf,
     pub(super) temporary: NamedTempFile,
 }
@@ -41,7 +40,7 @@ impl OutputFile {
         let temporary = tempfile::Builder::new()
             .prefix(&prefix)
             .suffix(".part")
-            // Not the private file that `tempfile` makes by itself: the finished one is for whom the user's umask says.
+            // `tempfile` itself would make a private file. The finished file must have the permissions of the user's umask.
             .make_in(folder_of(&target), |path| File::create_new(path))
             .map_err(|error| creation_error(&path, &error))?;
         Ok(OutputFile {
@@ -56,31 +55,31 @@ impl OutputFile {
         &self.path
     }
 
-    /// Gives the finished file its name, replacing what was there. It is in the system's file cache then; nothing waits
-    /// for the disk.
+    /// Gives the finished file its name and replaces the previous file. The file is then in the system's file cache; nothing waits for the
+    /// disk.
     ///
     /// # Errors
-    /// [`Error::Output`] when the file cannot be renamed; the target is as it was then.
+    /// [`Error::Output`] when the file cannot be renamed; the target then stays as it was.
     pub fn commit(self) -> Result<()> {
         let persisted = self.temporary.persist(&self.target);
         persisted.map_err(|failed| write_error(&self.path, &failed.error))?;
         Ok(())
     }
 
-    /// The error to return when a write to this file failed.
+    /// The error to return when a write to this file fails.
     pub(super) fn failed(&self, error: &dyn Display) -> Error {
         write_error(&self.path, error)
     }
 
-    /// The error to return when what is to be written cannot be.
+    /// The error to return when the data cannot be written.
     pub(super) fn refused(&self, problem: impl Into<String>, hint: &str) -> Error {
         output_error(&self.path, problem, hint)
     }
 
-    /// Writes these bytes behind what is there, and gives the file its name.
+    /// Appends these bytes and gives the file its name.
     ///
     /// # Errors
-    /// [`Error::Output`] where either fails; then what had the name before is still there.
+    /// [`Error::Output`] if either fails; the previous file of that name is then still there.
     pub fn commit_with(mut self, bytes: &[u8]) -> Result<()> {
         self.temporary
             .write_all(bytes)
@@ -89,7 +88,7 @@ impl OutputFile {
     }
 }
 
-/// Follows links to the file that is to be replaced, and refuses what a rename must not replace.
+/// Resolves links to the file that is replaced, and refuses targets that a rename must not replace.
 fn resolve_target(path: &Path) -> Result<PathBuf> {
     let Ok(metadata) = fs::metadata(path) else {
         return Ok(path.to_owned());
@@ -126,7 +125,7 @@ fn creation_error(path: &Path, error: &io::Error) -> Error {
         folder.display().to_string()
     };
     let (problem, hint) = match error.kind() {
-        // Where a system shows its state as files, as in /proc.
+        // Systems that show their state as files, such as /proc.
         io::ErrorKind::NotFound if folder.is_dir() => {
             let hint = format!("name a folder on a disk instead of {name}");
             ("its folder takes no new files", hint)

@@ -1,4 +1,4 @@
-//! OpenEXR output: one file, one part, channel names with the layer as prefix.
+//! OpenEXR output: one file with one part. Channel names have the layer as prefix.
 
 use std::io::Seek;
 
@@ -18,22 +18,22 @@ use super::frame::{Frame, Layer, LayerData};
 use super::header::{self, Attribute};
 use crate::error::Result;
 
-/// What to put into an OpenEXR file. The default is every layer of the frame as 32-bit float.
+/// The contents of an OpenEXR file. The default is every layer of the frame as 32-bit float.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExrOptions {
-    /// Store `radiance`, `direct`, `indirect` and `N` as 16-bit float: 11 significant bits, from 6·10⁻⁸ up to 65 504;
-    /// what is larger is stored as 65 504 and what is smaller as 0. The other layers stay 32-bit: an energy is around
-    /// 10⁻¹⁵ J, and 11 bits of a distance of 3 m are steps of 2 mm.
+    /// Store `radiance`, `direct`, `indirect` and `N` as 16-bit float: 11 significant bits, from 6·10⁻⁸ up to 65 504. Larger values are
+    /// stored as 65 504 and smaller ones as 0. The other layers stay 32-bit: an energy is around 10⁻¹⁵ J, and 11 bits of a distance of 3 m
+    /// are steps of 2 mm.
     pub half: bool,
     /// The layers to write; `None` for all.
     pub layers: Option<Vec<Layer>>,
-    /// How pixels are packed; what is read back is the same.
+    /// How pixels are packed. Reading returns the same values.
     pub compression: ExrCompression,
-    /// More for the header: names, which go behind `camlux.`, and values.
+    /// Further header attributes: names, which get the prefix `camlux.`, and values.
     pub attributes: Vec<(String, Attribute)>,
 }
 
-/// How the pixels of a file are packed: without loss, each of them.
+/// How the pixels of a file are packed. All ways are lossless.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum ExrCompression {
     #[default]
@@ -47,7 +47,7 @@ pub enum ExrCompression {
 }
 
 impl ExrCompression {
-    /// All, in the order of the documentation.
+    /// All of them, in the order of the documentation.
     pub const ALL: [ExrCompression; 5] = [
         ExrCompression::None,
         ExrCompression::Rle,
@@ -56,7 +56,7 @@ impl ExrCompression {
         ExrCompression::Piz,
     ];
 
-    /// The name that other programs have for it.
+    /// The name that other programs use.
     pub fn name(self) -> &'static str {
         self.names().0
     }
@@ -78,13 +78,13 @@ impl ExrCompression {
 }
 
 impl ExrOptions {
-    /// Whether this layer, where the frame has it, goes into the file.
+    /// Whether the file contains this layer if the frame has it.
     pub fn picks(&self, layer: Layer) -> bool {
         let picked = self.layers.as_ref();
         picked.is_none_or(|layers| layers.contains(&layer))
     }
 
-    /// What the file will not hold as it is, a sentence for each layer: values over the range of 16 bits, and below it.
+    /// Warnings about values that the file cannot hold as they are, one sentence per layer: values above and below the range of 16 bits.
     pub fn warnings(&self, frame: &Frame) -> Vec<String> {
         let mut warnings = Vec::new();
         for (layer, data) in &frame.layers {
@@ -114,30 +114,30 @@ impl ExrOptions {
 
 /// Writes the frame as an OpenEXR file and gives the file its name.
 ///
-/// The file has one part with the channels of [`Layer::channel_names`] (ids as UINT), and the frame's description in its
-/// header: standard attributes `software`, `worldToCamera`, `worldToNDC` and `expTime`, the rest under `camlux.`, such
-/// as `camlux.unit.radiance` = `W/sr/m^2`. `docs/output.md` lists them.
+/// The file has one part with the channels of [`Layer::channel_names`] (ids as UINT). Its header holds the frame's description: standard
+/// attributes `software`, `worldToCamera`, `worldToNDC` and `expTime`, the rest under `camlux.`, such as `camlux.unit.radiance` =
+/// `W/sr/m^2`. `docs/output.md` lists them.
 ///
-/// Unless another is chosen, the pixels are stored uncompressed, for any compression costs more time than the disk space is worth while the next
-/// frame waits. Measured with 22 channels of 800 × 800 (a Cornell box of 200 × 200 repeated, which flatters ZIP and
-/// PXR24), release build, 2 cores, into the file cache:
+/// By default the pixels are stored uncompressed: any compression takes more time than the saved disk space is worth while the next frame
+/// waits. Measured with 22 channels of 800 × 800 (a Cornell box of 200 × 200 repeated, which favours ZIP and PXR24), release build, 2
+/// cores, into the file cache:
 ///
 /// | | none | RLE | ZIP, 1 line | ZIP, 16 lines | PXR24 (drops 8 bits) | PIZ |
 /// |---|---|---|---|---|---|---|
 /// | ms | 31–57 | 115 | 210–300 | 280 | 190–220 | 530–580 |
 /// | MB | 56 | 39 | 7 | 7 | 3 | 26 |
 ///
-/// The same frame, written with the same options, gives the same bytes.
+/// The same frame written with the same options gives the same bytes.
 ///
 /// # Errors
-/// [`Error::Output`](crate::Error::Output) when a layer is requested that the frame does not have, when the frame's layers do not fit its
-/// resolution, and when the file cannot be written. There is no file under the final name then, or the one from before.
+/// [`Error::Output`](crate::Error::Output) when the frame lacks a requested layer, when the frame's layers do not fit its resolution, and
+/// when the file cannot be written. The final name then has no file, or still the previous one.
 pub fn write_exr(mut output: OutputFile, frame: &Frame, options: &ExrOptions) -> Result<()> {
     fill(&mut output, frame, options)?;
     output.commit()
 }
 
-/// A file as it was written.
+/// Identifies a written file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WrittenExr {
     /// BLAKE3 of the file, 64 hexadecimal digits.
@@ -145,10 +145,10 @@ pub struct WrittenExr {
     pub bytes: u64,
 }
 
-/// Like [`write_exr`], and tells what the file can be known by.
+/// Like [`write_exr`], and returns the file's hash and size.
 ///
 /// # Errors
-/// Those of [`write_exr`].
+/// The same as [`write_exr`].
 pub fn write_exr_hashed(
     mut output: OutputFile,
     frame: &Frame,
@@ -185,7 +185,7 @@ fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<
     exr_header_order::sort(&mut output.temporary).map_err(|error| output.failed(&error))
 }
 
-/// The channels of the layers that are picked.
+/// The channels of the selected layers.
 fn channels<'f>(
     output: &OutputFile,
     frame: &'f Frame,
@@ -212,7 +212,7 @@ fn channels<'f>(
                     offset,
                     stride: names.len(),
                 },
-                // Not a colour to be quantised by a lossy compression.
+                // The values are quantities, so a lossy compression must quantise them linearly and not as colours.
                 quantize_linearly: true,
                 sampling: Vec2(1, 1),
             });
@@ -236,8 +236,8 @@ fn sample_type(layer: Layer, half: bool) -> SampleType {
     }
 }
 
-/// The values of a channel: every `stride`-th of a layer, from `offset` on. They are read in place: a copy of each channel would
-/// take as long as the writing.
+/// The values of a channel: every `stride`-th of a layer, from `offset` on. They are read in place, because copying each channel would
+/// take as long as writing.
 #[derive(Clone, Copy)]
 struct ChannelSamples<'f> {
     layer: &'f LayerData,
@@ -282,7 +282,7 @@ impl ChannelSamples<'_> {
         line: LineRefMut<'_>,
         to_bytes: impl Fn(T) -> [u8; N],
     ) {
-        // Lines are whole rows of the image, for its blocks are.
+        // A line is a whole row of the image, because the blocks are.
         let row_values = line.location.sample_count * self.stride;
         let row = &layer[line.location.position.y() * row_values..][..row_values];
         let (stored, _) = line.value.as_chunks_mut::<N>();

@@ -1,12 +1,12 @@
-//! Puts the attributes of an OpenEXR header in one order: the `exr` crate keeps them in a map of the standard library, whose order
-//! differs from one run to the next.
+//! Sorts the attributes of an OpenEXR header. The `exr` crate keeps them in a map of the standard library, whose order differs from run to
+//! run.
 
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 
 /// Magic number and version.
 const PREAMBLE_BYTES: u64 = 8;
 
-/// Sorts the attributes of a finished file of one part by their names. Their lengths stay, so nothing behind them moves.
+/// Sorts the attributes of a finished one-part file by name. Their lengths do not change, so nothing after them moves.
 pub(super) fn sort(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
     file.seek(SeekFrom::Start(PREAMBLE_BYTES))?;
     let mut attributes = read_attributes(&mut BufReader::new(&mut *file))?;
@@ -16,13 +16,13 @@ pub(super) fn sort(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
     file.flush()
 }
 
-/// Each attribute as it stands in the file: name, type, length, value.
+/// The bytes of each attribute in the file: name, type, length, value.
 fn read_attributes(reader: &mut impl BufRead) -> io::Result<Vec<Vec<u8>>> {
     let mut attributes = Vec::new();
     loop {
         let mut bytes = Vec::new();
         reader.read_until(0, &mut bytes)?;
-        // A name without letters ends the header.
+        // An empty name ends the header.
         if bytes.len() <= 1 {
             return Ok(attributes);
         }

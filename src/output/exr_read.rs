@@ -1,4 +1,4 @@
-//! OpenEXR input: an image with named layers, to be compared with another one.
+//! OpenEXR input: an image with named layers, for comparison with another image.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,12 +17,12 @@ pub struct LayeredImage {
 }
 
 impl LayeredImage {
-    /// Reads a scan-line or tiled file with one part of flat pixels, at its full resolution, of any compression that the
-    /// `exr` crate knows (all but HTJ2K). The memory that is touched is bounded by what the file really holds.
+    /// Reads a scan-line or tiled file with one part of flat pixels, at its full resolution. It accepts every compression that the `exr`
+    /// crate knows (all but HTJ2K). The memory used is bounded by the file's real contents.
     ///
     /// # Errors
-    /// [`Error::Input`] when there is no such file or it cannot be read, when it is not OpenEXR or damaged, and for what
-    /// camlux does not read: several parts, deep pixels, subsampled channels, a data window that is not the display window.
+    /// [`Error::Input`] when the file is missing or cannot be read, when it is not OpenEXR or is damaged, and for what camlux does not
+    /// read: several parts, deep pixels, subsampled channels, a data window that differs from the display window.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let own_layer = |channel: &str| {
@@ -49,7 +49,7 @@ impl LayeredImage {
         self.resolution_px
     }
 
-    /// Every layer, by the alphabet.
+    /// Every layer, in alphabetical order.
     pub fn layers(&self) -> &[ImageLayer] {
         &self.layers
     }
@@ -59,13 +59,13 @@ impl LayeredImage {
         self.layers.iter().find(|layer| layer.name == name)
     }
 
-    /// The pixels of a layer of camlux; `None` where the image lacks it, or has other channels under its name.
+    /// The pixels of a camlux layer; `None` if the image lacks it, or has other channels under its name.
     pub fn values(&self, layer: Layer) -> Option<&[f32]> {
         let found = self.layer(layer.name())?;
         (found.channel_names == layer.channel_names()).then_some(&found.values)
     }
 
-    /// L*_{P→C}, W/sr/m², channels R, G, B: the layer `radiance`, or else `direct` + `indirect`; `None` without either.
+    /// L*_{P→C}, W/sr/m², channels R, G, B: the layer `radiance`, otherwise `direct` + `indirect`; `None` without either.
     pub fn total_radiance(&self) -> Option<Vec<f32>> {
         if let Some(radiance) = self.values(Layer::Radiance) {
             return Some(radiance.to_vec());
@@ -75,8 +75,8 @@ impl LayeredImage {
         Some(direct.iter().zip(indirect).map(|(d, i)| d + i).collect())
     }
 
-    /// Which pixels show a surface, row by row from the top: those with `valid.A` over 0.5; in a file without it, with an
-    /// `id.instance` over 0; without that, with a finite `depth`; and without any of them, all.
+    /// Which pixels show a surface, row by row from the top. The first of these layers in the file decides: `valid.A` over 0.5,
+    /// `id.instance` over 0, finite `depth`. Without any of them, all pixels count.
     pub fn surface_pixels(&self) -> Vec<bool> {
         let single = |name: &str| {
             self.layer(name)
@@ -97,19 +97,19 @@ impl LayeredImage {
         vec![true; self.resolution_px.map(|px| px as usize).iter().product()]
     }
 
-    /// Which pixels show one of two surfaces by chance, row by row from the top: those with an `edge` over 0. `None` without
+    /// Pixels where rounding decides which of two surfaces they show, row by row from the top: those with an `edge` over 0. `None` without
     /// that layer.
     pub fn edge_pixels(&self) -> Option<Vec<bool>> {
         let edge = self.values(Layer::Edge)?;
         Some(edge.iter().map(|&value| value > 0.0).collect())
     }
 
-    /// An attribute of the header that is a text, a number or a list of f64, by its full name, such as `camlux.scene_hash`.
+    /// A header attribute that is a text, a number or a list of f64, by its full name, such as `camlux.scene_hash`.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.get(name).map(String::as_str)
     }
 
-    /// Every attribute that is a text, a number or a list of f64: name, value.
+    /// Name and value of every attribute that is a text, a number or a list of f64.
     pub fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
         self.attributes
             .iter()

@@ -1,4 +1,4 @@
-//! The result of a render: named layers of pixels, how they were computed, and what it cost.
+//! The result of a render: named layers of pixels, how they were computed, and their cost.
 
 use super::atomic::output_error;
 use super::tof::TofCamera;
@@ -8,8 +8,9 @@ use crate::scene::{
     Camera, ChargeUnit, DEFAULT_TARGET_ERROR, IndirectLight, Light, Scene, Sensor, TimeOfFlight,
 };
 
-/// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre. Where pixels are averaged
-/// over [samples](crate::scene::PixelSampling), light is the mean over them, and P, normals, ids, `depth` and `range` are still the centre's.
+/// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre. If pixels are
+/// averaged over [samples](crate::scene::PixelSampling), light is the mean over the samples, but P, normals, ids, `depth` and `range` are
+/// those of the centre.
 ///
 /// Background pixels (no P) hold 0, except depths and `range`, which hold +∞.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -18,50 +19,52 @@ pub enum Layer {
     Radiance,
     /// L_{P→C} = Σ over lights of f_P(l, n_P, v) · L_{L→P} · cosθ_{P→L} · V(L,P), W/sr/m², channels R, G, B.
     Direct,
-    /// Single bounce over the reflective shadow maps by the [`IndirectLight`](crate::scene::IndirectLight) that
-    /// [`FrameDescription::indirect`] names, W/sr/m², channels R, G, B.
+    /// Single bounce over the reflective shadow maps, computed by the [`IndirectLight`](crate::scene::IndirectLight) in
+    /// [`FrameDescription::indirect`], W/sr/m², channels R, G, B.
     Indirect,
-    /// Standard error of `indirect`, and so of `radiance`, W/sr/m², channels R, G, B: of a reference image, and of a frame by final
-    /// gathering whose scene asks for it.
+    /// Standard error of `indirect`, and so of `radiance`, W/sr/m², channels R, G, B. Reference images have it, and frames by final
+    /// gathering whose scene requests it.
     StandardError,
     /// Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime, joules, channels R, G, B.
     Energy,
-    /// P in world space, metres, channels X, Y, Z; rounded to f32, so at 10⁵ m from the origin it has steps of 8 mm,
-    /// where `depth` and `range` keep theirs.
+    /// P in world space, metres, channels X, Y, Z; rounded to f32, so at 10⁵ m from the origin it has steps of 8 mm. `depth` and `range`
+    /// keep their precision there.
     Position,
-    /// n_P in world space, unit length, on the side of the camera, channels X, Y, Z.
+    /// n_P in world space, unit length, on the camera's side, channels X, Y, Z.
     Normal,
     /// Component of P − C along the viewing axis, metres.
     Depth,
     /// |P − C|, metres.
     Range,
-    /// Mean of the depths of a pixel's samples, metres; of those that show a surface. Only where pixels are averaged over
+    /// Mean depth of the pixel's samples that show a surface, metres. Only present if pixels are averaged over
     /// [samples](crate::scene::PixelSampling).
     MeanDepth,
-    /// The least depth of a pixel's samples, metres. As [`Layer::MeanDepth`].
+    /// The smallest depth of a pixel's samples, metres. Present under the same condition as [`Layer::MeanDepth`].
     NearestDepth,
     /// 0: background, else 1 + index into [`Scene::meshes`].
     InstanceId,
     /// 0: background, else 1 + index into [`Scene::materials`].
     MaterialId,
-    /// 1: the pixel's centre lies within 1/128 pixel of an edge, so that rounding decides which of two surfaces it shows; else
-    /// 0. Only a reference image has it, and [`Comparison`](crate::metrics::Comparison) can leave these pixels out.
+    /// 1: the pixel's centre is within 1/128 pixel of an edge, so rounding decides which of two surfaces it shows; otherwise 0. Only
+    /// reference images have it. [`Comparison`](crate::metrics::Comparison) can exclude these pixels.
     Edge,
-    /// Half the length of the shortest path L–P–C of a modulated light, metres; +∞ for the background. It is |P − C| where the light is at the
-    /// camera.
+    /// Half the length of the shortest path L–P–C of a modulated light, metres; +∞ for the background. It is |P − C| if the light is at
+    /// the camera.
     HalfPath,
-    /// Optical flow: how far the point that a pixel shows moves in the image to the next frame of a sequence, pixels, channels X (right), Y (down).
-    /// NaN where nothing is seen, where the next frame's lens does not see it, and without a next frame. Only frames of a batch have it.
+    /// Optical flow: movement in the image of the point that a pixel shows, to the next frame of a sequence, pixels, channels X (right), Y
+    /// (down). NaN for the background, where the next frame's lens does not see the point, and without a next frame. Only frames of a
+    /// batch have it.
     Flow,
-    /// Scene flow: how far that point moves in the world, metres, channels X, Y, Z; NaN where nothing is seen, and without a next frame. As [`Layer::Flow`].
+    /// Scene flow: movement of that point in the world, metres, channels X, Y, Z; NaN for the background and without a next frame. Present
+    /// under the same condition as [`Layer::Flow`].
     SceneFlow,
-    /// What time of flight makes of a frequency, by its index into
+    /// A time-of-flight quantity of a frequency, given by its index in
     /// [`TimeOfFlight::frequencies_hz`](crate::scene::TimeOfFlight::frequencies_hz).
     Tof(u8, TofQuantity),
 }
 
 impl Layer {
-    /// Every layer but those of a frequency of time of flight, in the order of the documentation.
+    /// Every layer in the order of the documentation, except those of a time-of-flight frequency.
     const PLAIN: [Layer; 17] = [
         Layer::Radiance,
         Layer::Direct,
@@ -81,7 +84,7 @@ impl Layer {
         Layer::Flow,
         Layer::SceneFlow,
     ];
-    /// Those that a sequence has and a single frame has not.
+    /// Layers that only frames of a sequence have.
     pub const OF_SEQUENCE: [Layer; 2] = [Layer::Flow, Layer::SceneFlow];
 
     /// Every layer, in the order of the documentation.
@@ -109,7 +112,7 @@ impl Layer {
         self.describe().2
     }
 
-    /// The unit in a frame of this time-of-flight camera, which may give charges as numbers.
+    /// The unit in a frame of this time-of-flight camera, which may output charges as digital numbers.
     pub fn unit_by(self, tof: Option<&TimeOfFlight>) -> &'static str {
         let is_charge = matches!(
             self,
@@ -169,15 +172,15 @@ impl Layer {
         )
     }
 
-    /// Whether renders can have the layer, and not a reference image or a sequence alone.
+    /// Whether a render can have the layer; false for layers that only reference images or sequences have.
     pub fn is_rendered(self) -> bool {
         let of_reference = TofQuantity::PhasorStandardError;
         let is_of_others = self == Layer::Edge || Self::OF_SEQUENCE.contains(&self);
         !is_of_others && !matches!(self, Layer::Tof(_, quantity) if quantity == of_reference)
     }
 
-    /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light, `stderr` a scene that
-    /// asks for it, those of time of flight one with a camera for it. No render has `edge`.
+    /// Whether a frame of this scene has the layer. `energy` needs a sensor, `indirect` needs indirect light, `stderr` needs a scene that
+    /// requests it, and time-of-flight layers need a time-of-flight camera. No render has `edge`.
     pub fn is_made_for(self, scene: &Scene) -> bool {
         let stderr = scene.indirect.and_then(|indirect| indirect.stderr_layer());
         self.is_made_with(FrameParts {
@@ -189,10 +192,10 @@ impl Layer {
         })
     }
 
-    /// Refuses a layer that a frame of this scene will not have, before the time for it is spent.
+    /// Refuses, before any rendering, a layer that a frame of this scene will not have.
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) tells what the scene lacks.
+    /// [`Error::Scene`](crate::Error::Scene) names what the scene lacks.
     pub fn check_made_for(self, scene: &Scene) -> Result<()> {
         if self.is_made_for(scene) {
             return Ok(());
@@ -220,7 +223,7 @@ impl Layer {
         })
     }
 
-    /// Whether a frame of these parts has the layer.
+    /// Whether a frame with these parts has the layer.
     pub(crate) fn is_made_with(self, parts: FrameParts) -> bool {
         let has_frequency =
             |frequency: u8| parts.tof.is_some_and(|[n, _]| u32::from(frequency) < n);
@@ -247,15 +250,15 @@ impl Layer {
     }
 }
 
-/// What decides on the layers of a frame.
+/// The parts of a frame that decide its layers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FrameParts {
     pub has_sensor: bool,
     pub has_indirect: bool,
-    /// Of pixels.
+    /// Whether pixels are averaged over samples.
     pub has_samples: bool,
     pub has_stderr: bool,
-    /// Of time of flight: how many frequencies, and how many phase images of each.
+    /// Time of flight: number of frequencies, and of phase images per frequency.
     pub tof: Option<[u32; 2]>,
 }
 
@@ -283,7 +286,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The pixels of a layer; `None` where the frame has no such layer or it holds ids.
+    /// The pixels of a layer; `None` if the frame lacks the layer or the layer holds ids.
     pub fn values(&self, layer: Layer) -> Option<&[f32]> {
         self.layers.iter().find_map(|(kind, data)| match data {
             LayerData::Float(values) if *kind == layer => Some(&values[..]),
@@ -291,7 +294,7 @@ impl Frame {
         })
     }
 
-    /// The ids of a layer; `None` where the frame has no such layer or it holds values.
+    /// The ids of a layer; `None` if the frame lacks the layer or the layer holds values.
     pub fn ids(&self, layer: Layer) -> Option<&[u32]> {
         self.layers.iter().find_map(|(kind, data)| match data {
             LayerData::Id(ids) if *kind == layer => Some(&ids[..]),
@@ -299,8 +302,8 @@ impl Frame {
         })
     }
 
-    /// What is probably not meant and only the finished frame shows, one sentence each: nothing in view, a layer without light and
-    /// why, a target error that was not met. [`Scene::warnings`] has what can be known before.
+    /// Probable mistakes that only the finished frame shows, one sentence each: nothing in view, a layer without light and why, a missed
+    /// target error. [`Scene::warnings`] reports what is known before rendering.
     pub fn warnings(&self) -> Vec<String> {
         let black = self.black_layer();
         let missed = self.stats.missed_target(&self.description);
@@ -310,7 +313,7 @@ impl Frame {
         black.into_iter().chain(missed).chain(full).collect()
     }
 
-    /// How many pixels have a tap that holds no more, of the modulation frequency that has most of them.
+    /// Warns about pixels with a full tap. Gives their number at the modulation frequency that has the most.
     fn full_taps(&self) -> Option<String> {
         let tof = self.description.tof.as_ref()?;
         let full = tof.noise?.full_tap(tof.output);
@@ -333,7 +336,7 @@ impl Frame {
         ))
     }
 
-    /// What has no light, and why.
+    /// Warns about a layer without light, and says why.
     fn black_layer(&self) -> Option<String> {
         let is_black = |layer| {
             let values = self.values(layer);
@@ -380,11 +383,11 @@ impl Frame {
         None
     }
 
-    /// Checks what the writers rely on, for a frame may have been put together by hand: some pixels, no layer twice, and
-    /// in each layer as many values as its pixels have channels.
+    /// Checks what the writers rely on, because a frame may have been assembled by hand: there are pixels, no layer occurs twice, and each
+    /// layer has one value per pixel and channel.
     ///
     /// # Errors
-    /// [`Error::Output`] for `path`, naming the layer.
+    /// [`Error::Output`] for `path`; it names the layer.
     pub(crate) fn check_for_output(&self, path: &std::path::Path) -> Result<()> {
         let refuse = |problem: String| {
             let hint = "write a frame as the renderer returns it";
@@ -424,48 +427,48 @@ impl Frame {
     }
 }
 
-/// What a frame cost.
+/// The cost of a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FrameStats {
     /// Name of the device that rendered it.
     pub device: String,
     /// Name and version of its driver.
     pub driver: String,
-    /// In the order of execution.
+    /// In execution order.
     pub passes: Vec<PassTime>,
     /// Virtual point lights that carry flux, over all lights.
     pub vpl_count: u64,
-    /// How many (pixel, VPL) pairs the gather evaluated.
+    /// Number of (pixel, VPL) pairs that the gather evaluated.
     pub pixel_vpl_pairs: u64,
     /// Rays that the indirect light cast; 0 for plain sums.
     pub ray_count: u64,
-    /// relRMSE of the indirect light against the true bounce, sqrt(Σ(x−t)²/Σt²), as the engine estimates it from the frame
-    /// itself; `None` for sums over VPLs, whose error it cannot know, and where the indirect light is dark.
+    /// relRMSE of the indirect light against the true bounce, sqrt(Σ(x−t)²/Σt²), estimated by the engine from the frame itself. `None` for
+    /// sums over VPLs, whose error it cannot know, and where the indirect light is dark.
     pub estimated_error: Option<f64>,
-    /// What that error is below with a confidence of 95 %, by the estimate's own uncertainty; `None` where there is no such bound.
+    /// 95 % upper bound of that error, from the estimate's own uncertainty; `None` if there is no such bound.
     pub estimated_error_upper: Option<f64>,
-    /// Why final gathering went no further; `None` for sums, and where the indirect light is dark.
+    /// Why final gathering stopped; `None` for sums, and where the indirect light is dark.
     pub stop: Option<StopReason>,
-    /// relRMSE of the indirect light against the sum over VPLs at every pixel, estimated likewise; `None` where no
-    /// interpolation error was requested.
+    /// relRMSE of the indirect light against the sum over VPLs at every pixel, also estimated; `None` if no interpolation error was
+    /// requested.
     pub estimated_interpolation_error: Option<f64>,
-    /// relRMSE of the direct light of lights with an area, estimated from two halves of the points of it: the largest of any such light; `None`
+    /// relRMSE of the direct light of area lights, estimated from two halves of their points: the largest of any area light; `None`
     /// without one.
     pub estimated_area_light_error: Option<f64>,
-    /// Queue submissions of the passes.
+    /// Queue submissions of all passes.
     pub submissions: u32,
-    /// From the call of the renderer to its return.
+    /// From the call of the renderer until it returns.
     pub wall_milliseconds: f64,
 }
 
-/// Why final gathering went no further.
+/// Why final gathering stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
     /// The error is within the target.
     TargetMet,
-    /// `max_ms` or `max_rays` was spent before: this is the best image so far.
+    /// `max_ms` or `max_rays` was spent first: this is the best image so far.
     BudgetSpent,
-    /// More samples are not to be had.
+    /// No further samples are available.
     SamplesExhausted,
 }
 
@@ -481,7 +484,7 @@ impl StopReason {
 }
 
 impl FrameStats {
-    /// Adds what a frame has cost that this one is made of, too. Of errors and reasons to stop, the worse ones count.
+    /// Adds the cost of another frame that is part of this one. For errors and stop reasons, the worse value is kept.
     pub fn include(&mut self, part: &FrameStats) {
         for pass in &part.passes {
             match self.passes.iter_mut().find(|own| own.name == pass.name) {
@@ -511,7 +514,7 @@ impl FrameStats {
         }
     }
 
-    /// The estimated error against the true bounce and its bound, per cent: "estimated 1.93 %, below 2.20 % with 95 % confidence".
+    /// The estimated error against the true bounce and its upper bound, per cent: "estimated 1.93 %, below 2.20 % with 95 % confidence".
     pub fn estimated_error_text(&self) -> String {
         let percent = |error: f64| format!("{:.2} %", 100.0 * error);
         let Some(error) = self.estimated_error else {
@@ -523,7 +526,7 @@ impl FrameStats {
         format!("estimated {}{upper}", percent(error))
     }
 
-    /// That the target error was not met, and why.
+    /// Warns that the target error was missed, and says why.
     pub(crate) fn missed_target(&self, description: &FrameDescription) -> Option<String> {
         let indirect = description.indirect?;
         let requested = 100.0 * indirect.target_error()?;
@@ -546,7 +549,7 @@ impl FrameStats {
         })
     }
 
-    /// That the direct light of a light with an area is off by more than was asked.
+    /// Warns that the error of an area light's direct light is above the target error.
     fn missed_area_light(&self, description: &FrameDescription) -> Option<String> {
         let indirect = description
             .indirect
@@ -559,7 +562,7 @@ impl FrameStats {
         ))
     }
 
-    /// Pairs over the GPU time of the pass named `gather`; `None` without such a pass, or where it took no time.
+    /// Pixel–VPL pairs over the GPU time of the pass `gather`; `None` without such a pass, or if it took no time.
     pub fn pairs_per_second(&self) -> Option<f64> {
         let gather = self.passes.iter().find(|pass| pass.name == "gather")?;
         (gather.milliseconds > 0.0)
@@ -574,21 +577,21 @@ pub struct PassTime {
     pub milliseconds: f64,
 }
 
-/// What a frame shows: goes into the header of the image file. Device and driver are in [`FrameStats`].
+/// Describes a frame, for the header of the image file. Device and driver are in [`FrameStats`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameDescription {
     /// `None`: direct light only, or a reference.
     pub indirect: Option<IndirectLight>,
-    /// Only of a path-sampled image.
+    /// Only present for a path-sampled image.
     pub reference: Option<ReferenceSamples>,
     pub lights: Vec<Light>,
     pub camera: Camera,
     pub sensor: Option<Sensor>,
-    /// Only of an image with its layers.
+    /// Only present for an image with time-of-flight layers.
     pub tof: Option<TimeOfFlight>,
-    /// Of a series: what the sensor's noise depends on beside its seed.
+    /// Index in a series. The sensor's noise depends on it and on the seed.
     pub frame_index: u32,
-    /// Identifies the scene, its meshes and textures included.
+    /// Identifies the scene, including its meshes and textures.
     pub scene_hash: String,
 }
 
@@ -607,7 +610,7 @@ impl FrameDescription {
         }
     }
 
-    /// The time-of-flight camera, where there is one.
+    /// The time-of-flight camera, if there is one.
     pub(crate) fn time_of_flight(&self) -> Option<TofCamera<'_>> {
         let sensor = self.sensor?;
         Some(TofCamera {

@@ -1,4 +1,4 @@
-//! The OpenEXR header of a frame: what was rendered, by what, in which units.
+//! The OpenEXR header of a frame: what was rendered, with which program, in which units.
 
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::LayerAttributes;
@@ -17,17 +17,17 @@ use crate::{
 /// A value in the header of an OpenEXR file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Attribute {
-    /// `string`; what is not ASCII becomes a question mark.
+    /// `string`; non-ASCII characters become question marks.
     Text(String),
     /// `int`
     Int(i32),
-    /// `float`, so rounded to f32: readers show `double` as a list of one.
+    /// `float`, so rounded to f32: readers show a `double` as a list of one.
     Number(f64),
     /// `v2d`
     Vector2([f64; 2]),
     /// `v3d`
     Vector3([f64; 3]),
-    /// `m44d`, row by row for row vectors, as the format's own matrices: the columns for column vectors, one after the other.
+    /// `m44d`, row by row for row vectors, like the format's own matrices. For column vectors, these are the columns one after the other.
     Matrix4([f64; 16]),
 }
 
@@ -56,7 +56,7 @@ impl From<DVec3> for Attribute {
     }
 }
 
-/// A type of the format that the `exr` crate has no variant for.
+/// A value of a type that the `exr` crate has no variant for.
 fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
     AttributeValue::Custom {
         kind: text(kind),
@@ -64,8 +64,8 @@ fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
     }
 }
 
-/// The attributes of a frame's file. Those under `camlux.` keep every digit of positions and
-/// directions; the format's own matrices are f32.
+/// The attributes of a frame's file. Those under `camlux.` keep every digit of positions and directions; the format's own matrices are
+/// f32.
 pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes {
     let FrameDescription {
         indirect,
@@ -81,7 +81,7 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
         software_name: Some(text(concat!("camlux ", env!("CARGO_PKG_VERSION")))),
         exposure: sensor.map(|sensor| sensor.exposure_time_s as f32),
         world_to_camera: Some(matrix(world_to_camera(camera))),
-        // There is no matrix for a lens that bends lines.
+        // No matrix describes a lens that bends lines.
         world_to_normalized_device: camera
             .distortion()
             .is_none()
@@ -112,10 +112,10 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
             }
             for (name, value) in indirect.parameters() {
                 match value {
-                    // That a layer is there is seen without an attribute.
+                    // The file's layers show this without an attribute.
                     None | Some(Parameter::Flag(_)) => {}
                     Some(Parameter::Number(number)) => add(name, Attribute::Number(number)),
-                    // An int has 31 bits only.
+                    // An int has only 31 bits.
                     Some(Parameter::Count(count)) => add(name, Attribute::Number(count as f64)),
                     Some(Parameter::Name(word)) => add(name, word.into()),
                 }
@@ -198,7 +198,7 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     }
     if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
         add("camera.filter", filter.name().into());
-        // A reference has samples of its own.
+        // A reference has its own samples.
         if reference.is_none() {
             add("camera.samples", count(samples));
         }
@@ -214,7 +214,7 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     header
 }
 
-/// The convention, too: data sets are of no use without it.
+/// Adds the convention, too, because the data is useless without it.
 fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&str, Attribute)) {
     let TimeOfFlight {
         frequencies_hz,
@@ -253,7 +253,7 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
             black_level_dn,
             bits,
         } = *noise;
-        // An int has 31 bits only.
+        // An int has only 31 bits.
         add("tof.noise.seed", seed.to_string().as_str().into());
         for (name, value) in [
             ("dark_e_per_s", dark_e_per_s),
@@ -276,10 +276,10 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
     add("tof.convention", TOF_CONVENTION.into());
 }
 
-/// What phasors, phase images and the range of time of flight mean, for a reader of files.
+/// Defines phasors, phase images and the range of time of flight, for readers of files.
 pub const TOF_CONVENTION: &str = "Z = sum over paths of L*exp(+i*2*pi*f*d/c); A, B = (Q +- K*Re(Q_Z*exp(+i*(offset + delay))))/2 electrons; K*Q_Z*exp(+i*offset) = 2/N*sum of (A - B)*exp(-i*delay); range = c*arg(Z*exp(+i*offset))/(4*pi*f), arg from 0 to 2*pi; in DN, A and B are gain*electrons + black level";
 
-/// From camera axes (x right, y down, z forward: those of the intrinsics) to the world. Column vectors.
+/// Transform from camera axes (x right, y down, z forward, as for the intrinsics) to the world. Column vectors.
 fn camera_to_world(camera: &Camera) -> DMat4 {
     let CameraBasis {
         right,
@@ -300,12 +300,12 @@ fn world_to_camera(camera: &Camera) -> DMat4 {
     y_up_from_y_down * camera_to_world(camera).inverse()
 }
 
-/// The OpenEXR attribute `worldToNDC`: x and y from 0 at the left and bottom edge of the image to 1 at the right and top
-/// one. Column vectors.
+/// The OpenEXR attribute `worldToNDC`: x and y go from 0 at the left and bottom edge of the image to 1 at the right and top edge. Column
+/// vectors.
 fn world_to_ndc(camera: &Camera) -> DMat4 {
     let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
     let [width, height] = camera.resolution_px.map(f64::from);
-    // x = (fx·X/Z + cx)/width, y = 1 − (cy − fy·Y/Z)/height; z is not used by the format, 1/Z keeps it invertible.
+    // x = (fx·X/Z + cx)/width, y = 1 − (cy − fy·Y/Z)/height. The format does not use z; 1/Z keeps the matrix invertible.
     let ndc_from_camera = DMat4::from_cols(
         DVec4::new(fx / width, 0.0, 0.0, 0.0),
         DVec4::new(0.0, fy / height, 0.0, 0.0),
@@ -315,12 +315,12 @@ fn world_to_ndc(camera: &Camera) -> DMat4 {
     ndc_from_camera * world_to_camera(camera)
 }
 
-/// In the layout of the format: rows for row vectors, which are the columns for column vectors.
+/// Converts to the format's layout: rows for row vectors, which are the columns for column vectors.
 fn matrix(column_vectors: DMat4) -> [f32; 16] {
     column_vectors.to_cols_array().map(|value| value as f32)
 }
 
-/// The format's strings have no encoding; ASCII is what every reader agrees on.
+/// The format's strings have no encoding; every reader agrees on ASCII.
 fn text(value: &str) -> Text {
     let ascii = value.replace(|c: char| !c.is_ascii() || c.is_control(), "?");
     Text::new_or_none(ascii).unwrap_or_default()

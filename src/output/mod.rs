@@ -1,4 +1,4 @@
-//! What comes out: the frame in memory, OpenEXR files for measurements, PNG files for a look. And OpenEXR files back in.
+//! Output: the frame in memory, OpenEXR files for measurements, PNG files for viewing. Also reads OpenEXR files.
 
 mod atomic;
 mod exr;

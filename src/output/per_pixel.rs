@@ -1,8 +1,8 @@
-//! What is done for each pixel on the host, on all its cores.
+//! Work for each pixel on the host, on all its cores.
 
 use std::thread;
 
-/// Fills `N` values for each pixel.
+/// Computes `N` values for each pixel.
 pub(crate) fn per_pixel<T: Send, const N: usize>(
     values: &mut [T],
     value: impl Fn(usize) -> [T; N] + Sync,
@@ -16,14 +16,14 @@ pub(crate) fn per_pixel<T: Send, const N: usize>(
     });
 }
 
-/// As many threads as there are cores: most of the time goes to memory, whose pages the system may have to clear. Of a small
-/// image, to start one would take longer than its work.
+/// Pixels per thread, for one thread per core. Most of the time goes to memory, whose pages the system may have to clear. The minimum is
+/// 16 384 pixels: below it, starting a thread takes longer than its work.
 pub(crate) fn pixels_of_a_thread(count: usize) -> usize {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     count.div_ceil(threads).max(1 << 14)
 }
 
-/// Does all parts at once, the first of them on this thread.
+/// Works on all parts in parallel, on the first one in this thread.
 pub(crate) fn for_each_at_once<T: Send>(
     mut parts: impl Iterator<Item = T>,
     work: impl Fn(T) + Sync,

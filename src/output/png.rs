@@ -1,4 +1,4 @@
-//! PNG output: a look at the radiance, not a measurement.
+//! PNG output: a preview of the radiance, not a measurement.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -17,7 +17,7 @@ pub enum PngView {
 }
 
 impl PngView {
-    /// Side by side where the frame has indirect light, else the radiance alone.
+    /// Side by side if the frame has indirect light, otherwise the radiance alone.
     pub fn for_frame(frame: &Frame) -> Self {
         match frame.values(Layer::Indirect) {
             Some(_) => PngView::SideBySide,
@@ -34,22 +34,21 @@ impl PngView {
     }
 }
 
-/// How a preview was exposed.
+/// The exposure of a preview.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PngPreview {
-    /// The radiance that full brightness stands for, W/sr/m², the same in every panel.
+    /// The radiance shown at full brightness, W/sr/m², the same in every panel.
     pub white_radiance: f32,
 }
 
 /// Writes an 8-bit sRGB preview and gives the file its name.
 ///
-/// All panels have one exposure, so that they can be compared: full brightness is the 99th percentile of the total
-/// radiance, taken over the brightest band of the pixels that receive light. What is brighter is clipped.
+/// All panels have one exposure, so that you can compare them. Full brightness is the 99th percentile of the total radiance, taken over
+/// the brightest band of the pixels that receive light. Brighter values are clipped.
 ///
 /// # Errors
-/// [`Error::Output`](crate::Error::Output) when the frame lacks a layer of the view or its layers do not fit its resolution, when the panels
-/// are too wide for the format, and when the file cannot be written. There is no file under the final name then, or the
-/// one from before.
+/// [`Error::Output`](crate::Error::Output) when the frame lacks a layer of the view or its layers do not fit its resolution, when the
+/// panels are too wide for the format, and when the file cannot be written. The final name then has no file, or still the previous one.
 pub fn write_png(output: OutputFile, frame: &Frame, view: PngView) -> Result<PngPreview> {
     frame.check_for_output(output.path())?;
     let values = |layer: Layer| {
@@ -84,8 +83,8 @@ pub fn write_png(output: OutputFile, frame: &Frame, view: PngView) -> Result<Png
     Ok(PngPreview { white_radiance })
 }
 
-/// The radiance to show as full brightness, in the unit of the values: the 99th percentile of the brightest band over the
-/// pixels with light; 1 where there are none.
+/// The radiance shown at full brightness, in the unit of the values: the 99th percentile of the brightest band over the pixels with light;
+/// 1 if no pixel has light.
 pub fn white_radiance(rgb: &[f32]) -> f32 {
     let mut brightest: Vec<f32> = rgb
         .chunks_exact(3)
@@ -100,7 +99,7 @@ pub fn white_radiance(rgb: &[f32]) -> f32 {
     *percentile
 }
 
-/// sRGB transfer function (IEC 61966-2-1) of a share of full brightness, clipped and rounded to 8 bits. Not a number becomes 0.
+/// sRGB transfer function (IEC 61966-2-1) of a share of full brightness, clipped and rounded to 8 bits. NaN becomes 0.
 pub fn srgb_byte(linear: f32) -> u8 {
     let linear = linear.clamp(0.0, 1.0);
     let encoded = if linear <= 0.003_130_8 {

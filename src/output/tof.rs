@@ -1,4 +1,4 @@
-//! What a time-of-flight camera makes of the phasors of its pixels. In f64: of a phase, f32 keeps 1e-7 turns.
+//! Computes a time-of-flight camera's layers from the phasors of its pixels. Uses f64, because f32 resolves a phase only to 1e-7 turns.
 
 use super::{Frame, Layer, LayerData, TofQuantity, per_pixel};
 use crate::{
@@ -7,14 +7,14 @@ use crate::{
     scene::{Camera, ChargeUnit, Photodetector, Sensor, TimeOfFlight},
 };
 
-/// What a pixel has of one frequency.
+/// The phasors of a pixel at one frequency.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct PixelPhasors {
     pub direct: Phasor,
     pub indirect: Phasor,
 }
 
-/// A camera with all that its layers depend on.
+/// A camera with everything that its layers depend on.
 #[derive(Clone, Copy)]
 pub(crate) struct TofCamera<'t> {
     pub tof: &'t TimeOfFlight,
@@ -24,12 +24,13 @@ pub(crate) struct TofCamera<'t> {
     pub frame_index: u32,
 }
 
-/// Light of a phase image by its index and that of the pixel: L of all light, and Z with the camera's phase offset, W/sr/m²; or E and its phasor, W/m².
+/// Light of a phase image, by its index and the pixel's index: L of all light, and Z with the camera's phase offset, W/sr/m²; or E and its
+/// phasor, W/m².
 type PhaseLight<'l> = dyn Fn(usize, usize) -> (f64, Phasor) + Sync + 'l;
 
 impl TofCamera<'_> {
-    /// The layers of one frequency, but for the standard error. `phasors`, `radiances` (L of all light, as the pixels see it, W/sr/m²) and `half_paths_m`
-    /// are those of the pixels.
+    /// The layers of one frequency, except the standard error. `phasors`, `radiances` (L of all light at the pixel, W/sr/m²) and
+    /// `half_paths_m` have one value per pixel.
     pub fn layers(
         &self,
         frequency: usize,
@@ -74,7 +75,7 @@ impl TofCamera<'_> {
         Phasor::of_angle(self.tof.phase_offset_deg.to_radians())
     }
 
-    /// The layers that come from the phase images of a frequency, and these.
+    /// The phase images of a frequency and the layers computed from them.
     fn measured_layers(
         &self,
         frequency: usize,
@@ -92,7 +93,7 @@ impl TofCamera<'_> {
         let phases = 0..self.tof.phase_count as usize;
         let image = |phase| self.phase_image((frequency, &sampling), phase, count, light);
         let images: Vec<Vec<f32>> = phases.clone().map(image).collect();
-        // K·Q_Z as the phase images tell it. Of expected values, it keeps the digits that they have before they are rounded.
+        // K·Q_Z from the phase images. Without noise, it uses the expected values before they are rounded.
         let measured = |i: usize| {
             let difference = |phase: usize| {
                 let [a, b] = match self.tof.noise {
@@ -124,7 +125,7 @@ impl TofCamera<'_> {
         layers.into_iter().map(named).collect()
     }
 
-    /// Of each pixel, by the lens; empty where it is 1.
+    /// The lens's factor for each pixel; empty if the factor is 1.
     fn irradiance_per_radiance(&self, count: usize) -> Vec<f64> {
         if self.sensor.f_number.is_none() {
             return Vec::new();
@@ -155,7 +156,7 @@ impl TofCamera<'_> {
         sampling.taps(per_radiance * radiance, phasor * per_radiance, phase)
     }
 
-    /// What both taps of each pixel give.
+    /// The output of both taps of each pixel.
     fn phase_image(
         &self,
         (frequency, sampling): (usize, &PhaseSampling),
@@ -180,7 +181,7 @@ impl TofCamera<'_> {
         taps
     }
 
-    /// What a tap gives, in the unit of the output.
+    /// The output of a tap, in the output's unit.
     fn read(&self, expected_e: f64, reading: Reading) -> f64 {
         let Some(noise) = &self.tof.noise else {
             return expected_e;
@@ -192,7 +193,7 @@ impl TofCamera<'_> {
         }
     }
 
-    /// Σ(A + B), what stands for no electrons taken off.
+    /// Σ(A + B), less the black level of each tap if the output is digital numbers.
     fn intensity(&self, images: &[Vec<f32>], pixel: usize) -> f64 {
         let none = match (self.tof.output, &self.tof.noise) {
             (ChargeUnit::DigitalNumbers, Some(noise)) => noise.black_level_dn,
@@ -214,7 +215,7 @@ fn floats<const N: usize>(count: usize, value: impl Fn(usize) -> [f64; N] + Sync
     LayerData::Float(values)
 }
 
-/// What the pixels of one phase image see over its exposure: the mean of frames that were rendered within it.
+/// The light at the pixels of one phase image, averaged over its exposure: the mean of frames rendered during it.
 #[derive(Debug, Clone, Default)]
 pub struct Exposure {
     /// Sums over the frames.
@@ -223,10 +224,10 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// Adds a frame by its light of the modulation frequency of that index.
+    /// Adds a frame's light of the modulation frequency with this index.
     ///
     /// # Errors
-    /// [`Error::Internal`] for a frame without time of flight of that frequency, or of another size than those before.
+    /// [`Error::Internal`] for a frame without time of flight at that frequency, or with another size than the previous frames.
     pub fn add(&mut self, frame: &Frame, frequency: usize) -> Result<()> {
         let phasor = Layer::Tof(frequency as u8, TofQuantity::Phasor);
         let (Some(tof), Some(radiances), Some(phasors)) = (
@@ -262,11 +263,12 @@ impl Exposure {
 }
 
 impl Frame {
-    /// Takes the phase images of a modulation frequency anew, each from an exposure of its own, and with them `range`, `amplitude` and
-    /// `intensity`. Other layers stay, those of the paths among them.
+    /// Computes the phase images of a modulation frequency again, each from its own exposure, and from them `range`, `amplitude` and
+    /// `intensity`. Other layers stay, including those of the paths.
     ///
     /// # Errors
-    /// [`Error::Internal`] for a frame without time of flight of that frequency, or unless there is an exposure of as many pixels for each phase image.
+    /// [`Error::Internal`] for a frame without time of flight at that frequency, or unless each phase image has an exposure with the
+    /// frame's number of pixels.
     pub fn expose(&mut self, frequency: usize, exposures: &[Exposure]) -> Result<()> {
         let camera = self.description.time_of_flight();
         let camera = camera.filter(|camera| frequency < camera.tof.frequencies_hz.len());

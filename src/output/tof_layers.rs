@@ -1,10 +1,10 @@
-//! The layers of a time-of-flight camera, by their names.
+//! The layers of a time-of-flight camera and their names.
 
 use super::Layer;
 use crate::scene::{MAX_FREQUENCIES, MAX_PHASES};
 
-/// A quantity of one frequency. Pixels without light hold 0, but NaN in `range` and `mpi`. Charges are electrons, or digital numbers where the
-/// scene asks for them ([`Layer::unit_by`]).
+/// A quantity of one frequency. Pixels without light hold 0, but NaN in `range` and `mpi`. Charges are electrons, or digital numbers if
+/// the scene requests them ([`Layer::unit_by`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TofQuantity {
     /// Z, of all light, W/sr/m², channels re, im.
@@ -13,25 +13,25 @@ pub enum TofQuantity {
     PhasorDirect,
     /// Z of the indirect light.
     PhasorIndirect,
-    /// Standard error of the indirect light's Z; only of a reference image.
+    /// Standard error of the indirect light's Z; only in a reference image.
     PhasorStandardError,
-    /// What both taps collect in the phase image of this index, electrons, channels A, B.
+    /// Charge of both taps in the phase image with this index, electrons, channels A, B.
     Taps(u8),
-    /// Half the length of the paths as the phases tell it, from 0 to c/(2f), metres; NaN where Z is 0.
+    /// Half the path length from the phases, from 0 to c/(2f), metres; NaN where Z is 0.
     Range,
     /// K·|Q_Z|, electrons.
     Amplitude,
     /// Σ(A + B) over all phase images, electrons.
     Intensity,
-    /// How much farther the pixel seems to be than by its direct light alone, metres; NaN where that is 0.
+    /// Multipath error: how much farther the pixel appears than by its direct light alone, metres; NaN where the direct light is 0.
     MultipathError,
-    /// How often the phase of the shortest path has wrapped.
+    /// Number of times that the phase of the shortest path has wrapped.
     Wraps,
 }
 
 const PER_FREQUENCY: usize = 9 + MAX_PHASES;
 
-/// All there can be.
+/// Every possible layer.
 pub(super) const TOF_LAYERS: [Layer; MAX_FREQUENCIES * PER_FREQUENCY] = {
     let mut layers = [Layer::HalfPath; MAX_FREQUENCIES * PER_FREQUENCY];
     let mut i = 0;

@@ -1,4 +1,4 @@
-//! Area light pass: adds up the direct light of points of one light's area, until two halves of them agree.
+//! Area light pass: sums the direct light of points on one light's area until two halves of the points agree.
 
 use super::{Context, direct::DirectImages};
 use crate::{
@@ -13,17 +13,17 @@ use crate::{
 /// Pixels along the edge of a workgroup.
 const GROUP_EDGE: u32 = 8;
 
-/// Sums over points, which one light after the other uses.
+/// Sums over points. The lights use these images one after the other.
 pub(crate) struct AreaLightImages<A: Allocate = Device> {
-    /// Radiance of one half of the points, and of the other.
+    /// Radiance of each of the two halves of the points.
     halves: [A::Image; 2],
-    /// With time of flight: of all points.
+    /// Phasors of all points; only with time of flight.
     phasors: Option<A::Image>,
     differences: A::Buffer,
 }
 
 impl<A: Allocate> AreaLightImages<A> {
-    /// `None` where no light has an area.
+    /// `None` if no light has an area.
     pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<AreaLightImages<A>>> {
         if plan.area_light_error.is_none() {
             return Ok(None);
@@ -46,7 +46,7 @@ impl<A: Allocate> AreaLightImages<A> {
 }
 
 impl AreaLightImages {
-    /// Where the points of one half of them are added up.
+    /// The images to which the points of one half are added.
     pub fn half(&self, index: usize) -> DirectImages<'_> {
         DirectImages {
             radiance: &self.halves[index],
@@ -54,12 +54,13 @@ impl AreaLightImages {
         }
     }
 
-    /// All images, which have to be 0 before the first light.
+    /// All images. They must be 0 before the first light.
     pub fn images(&self) -> impl Iterator<Item = &Image> {
         self.halves.iter().chain(&self.phasors)
     }
 
-    /// Makes both halves the first. Returns how far they were apart, which is the relRMSE of their mean where they are independent and of as many points.
+    /// Merges both halves into the first and returns their relative difference.
+    /// If the halves are independent and have the same number of points, this is the relRMSE of their mean.
     pub fn merge(&self, context: &Context) -> Result<f64> {
         let [first, second] = &self.halves;
         let resources = [
@@ -84,7 +85,7 @@ impl AreaLightImages {
         })
     }
 
-    /// Adds the first half to the images of direct light, each point of it so many times.
+    /// Adds the first half to the images of direct light. `share` is the weight of each point.
     pub fn add_to(
         &self,
         recorder: &mut Recorder,

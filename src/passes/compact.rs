@@ -9,18 +9,18 @@ use crate::{
     },
 };
 
-/// Runs of items that one invocation takes each.
+/// Number of runs of items; each invocation processes one run.
 fn runs_of(item_count: u32) -> Result<u32> {
     let run_items = Module::find("compact", &["scan"])?.constant("RUN_ITEMS")?;
     Ok(item_count.div_ceil(run_items))
 }
 
-/// What a compaction needs beside its items and its lists.
+/// The buffers of a compaction, except its items and its lists.
 pub(crate) struct Compactor<A: Allocate = Device> {
     pub item_count: u32,
     run_count: u32,
     runs: A::Buffer,
-    /// Of the two lists, matte and glossy.
+    /// Lengths of the two lists, matte and glossy.
     pub lengths: A::Buffer,
     readback: A::Buffer,
 }
@@ -42,7 +42,7 @@ impl<A: Allocate> Compactor<A> {
 }
 
 impl Compactor {
-    /// The same for fewer items.
+    /// Changes the number of items, within the room that was allocated.
     pub fn set_item_count(&mut self, item_count: u32) -> Result<()> {
         let run_count = runs_of(item_count)?;
         if u64::from(run_count) * size_of::<ListLengths>() as u64 > self.runs.bytes {
@@ -52,7 +52,7 @@ impl Compactor {
         Ok(())
     }
 
-    /// Records the three kernels of `pass`; `count_words` and `write_words` are the words of its permutations,
+    /// Records the three kernels of `pass`. `count_words` and `write_words` are the words of its permutations;
     /// `grid_stride` is for the receivers pass.
     pub fn record(
         &self,
@@ -94,7 +94,7 @@ impl Compactor {
         })
     }
 
-    /// The lengths of the lists, after the submission.
+    /// The lengths of the lists; valid after the submission.
     pub fn read_lengths(&self) -> Result<ListLengths> {
         let lengths = self.readback.mapped::<ListLengths>(1)?;
         Ok(lengths.first().copied().unwrap_or_default())

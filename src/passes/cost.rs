@@ -1,4 +1,4 @@
-//! What a frame cost so far, and how much work its submissions hold.
+//! The cost of a frame so far, and the amount of work per submission.
 
 use std::{
     collections::BTreeMap,
@@ -10,27 +10,27 @@ use crate::{
     vulkan::{PassTimes, Recorder},
 };
 
-/// Rays that estimate the error, beside those of "final_gather", at the first sample of pixels and at further ones.
+/// Names for rays that estimate the error, also counted in "final_gather": for the first sample of pixels and for further samples.
 pub(crate) const FIRST_ESTIMATE: &str = "error_estimate";
 pub(crate) const FURTHER_ESTIMATES: &str = "further error estimates";
 
-/// Work is counted in the unit of its pass: pairs of a pixel and a VPL, or rays.
+/// Counts work in the unit of each pass: pairs of a pixel and a VPL, or rays.
 pub(crate) struct Cost {
     /// Time that a submission of work should take, so that no watchdog fires and the caller can cancel.
     submission_target: Duration,
-    /// Work per second of each kernel's last submission: they differ by up to ten.
+    /// Work per second in the last submission of each kernel. Kernels differ by a factor of up to ten.
     speeds: BTreeMap<&'static str, f64>,
     work: BTreeMap<&'static str, u64>,
     pub times: PassTimes,
     pub submissions: u32,
 }
 
-/// Work of a submission: how much, and by which kernel of which pass.
+/// The work of a submission: its amount, and the pass and kernel that do it.
 pub(crate) struct Work {
     pub pass: &'static str,
     pub kernel: &'static str,
     pub amount: u64,
-    /// Of other passes that were recorded before, which takes as long.
+    /// Work of other passes recorded before, which takes as long per unit.
     pub along: u64,
 }
 
@@ -45,14 +45,14 @@ impl Cost {
         }
     }
 
-    /// Submits recorded passes, waits for them and counts them in.
+    /// Submits recorded passes, waits for them and adds their times.
     pub(super) fn submit(&mut self, recorder: Recorder) -> Result<()> {
         self.times.extend(recorder.submit()?);
         self.submissions += 1;
         Ok(())
     }
 
-    /// The same for work, which also tells the speed of its kernel.
+    /// Submits work in the same way, and measures the speed of its kernel.
     pub(super) fn submit_work(&mut self, recorder: Recorder, work: Work) -> Result<()> {
         let start = Instant::now();
         self.submit(recorder)?;
@@ -63,12 +63,12 @@ impl Cost {
         Ok(())
     }
 
-    /// Counts in what a pass is for, besides those that do it.
+    /// Adds to the work counted for a pass.
     pub fn count_work(&mut self, pass: &'static str, amount: u64) {
         *self.work.entry(pass).or_default() += amount;
     }
 
-    /// Work that a submission of a kernel should hold; `first` before its speed is known.
+    /// Work that a submission of a kernel should hold; `first` until its speed is known.
     pub fn budget(&self, kernel: &str, first: f64) -> f64 {
         let speed = self.speeds.get(kernel);
         speed.map_or(first, |speed| speed * self.submission_target.as_secs_f64())

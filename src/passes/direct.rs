@@ -1,4 +1,4 @@
-//! Direct pass: the direct radiance of one light, added to the direct image.
+//! Direct pass: adds the direct radiance of one light to the direct image.
 
 use super::{Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, surface::Surfaces};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     vulkan::{Buffer, Image, Recorder, Resource, shaders::DirectParameters},
 };
 
-/// What the shadow test looks into.
+/// What the shadow test searches.
 #[derive(Clone, Copy)]
 pub(crate) enum Occluders<'o> {
     /// The positions and triangles that the light sees.
@@ -15,11 +15,11 @@ pub(crate) enum Occluders<'o> {
     Rays(RayKernel, &'o RayTriangles),
 }
 
-/// Where direct light is added up.
+/// The images to which direct light is added.
 #[derive(Clone, Copy)]
 pub(crate) struct DirectImages<'i> {
     pub radiance: &'i Image,
-    /// With time of flight: Z, of centres but for the way to C.
+    /// Z, with time of flight. At pixel centres it lacks the path from P to C.
     pub phasors: Option<&'i Image>,
 }
 
@@ -27,13 +27,13 @@ pub(crate) struct DirectImages<'i> {
 #[derive(Clone, Copy)]
 pub(crate) enum SeenAt {
     Centres,
-    /// Each counts this much in its pixel.
+    /// `share` is the weight of each sample in its pixel.
     Samples {
         share: f64,
     },
 }
 
-/// Shades the G-buffer. Of a light with an area it is one point that shines, as it was uploaded.
+/// Shades the G-buffer. For a light with an area, `point` is the uploaded point that shines.
 pub(crate) fn shade(
     recorder: &mut Recorder,
     context: &Context,

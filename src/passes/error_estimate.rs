@@ -1,4 +1,4 @@
-//! Error estimate pass: how far the image is from independent gathers of some of its pixels.
+//! Error estimate pass: compares the image with independent gathers of some of its pixels.
 
 use super::{Context, gbuffer::GBuffer, receivers::Receivers, sample_counts::SampleCounts};
 use crate::{
@@ -6,11 +6,12 @@ use crate::{
     vulkan::{Buffer, Image, Recorder, Resource, shaders::ErrorEstimateParameters},
 };
 
-/// Of a receiver, without phasors.
+/// Vectors of estimates per receiver, without phasors.
 pub(crate) const ESTIMATE_VECTORS: usize = 2;
 
-/// Compares the receivers of a list, `count` in all, whose results begin at the first of `results`, and those of a second gather
-/// at `second_result`. For each there are [`ESTIMATE_VECTORS`] of `estimates`, with phasors those of all frequencies more.
+/// Compares the image at `count` receivers with two gathers. The first gather's results begin at the start of `results`,
+/// those of the second at `second_result`. Each receiver has [`ESTIMATE_VECTORS`] of `estimates`;
+/// with phasors, one more for each frequency that there can be.
 pub(crate) fn compare(
     recorder: &mut Recorder,
     context: &Context,

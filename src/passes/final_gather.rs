@@ -1,4 +1,4 @@
-//! Final gather pass: the single bounce at a list of receivers, by rays from both ends.
+//! Final gather pass: gathers the single bounce at a list of receivers, with rays from the receivers and from the lights.
 
 use super::{
     Context,
@@ -27,23 +27,24 @@ use crate::{
 /// Rays of the first submission, before the device's speed is known.
 const FIRST_SUBMISSION_RAYS: f64 = 5e5;
 
-/// Samples of a receiver at most.
+/// Most samples of a receiver.
 pub(crate) const MAX_SAMPLES: u32 = 1 << 16;
-/// Rays from the lights for each sample that a receiver takes of their VPLs: what receivers have in common is small beside what each
-/// has of its own.
+/// Rays from the lights per VPL sample of a receiver. With this many, the error that receivers share is small compared with
+/// the error of each receiver alone.
 const LIGHT_RAYS_PER_SAMPLE: u32 = 128;
-/// The same in each of several sets.
+/// The same for each set, if there are several sets.
 const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
-/// At least so many in a set, so that the cells that matter have some.
+/// Least number of rays in a set, so that the cells that matter get some.
 const MIN_SET_SIZE: u32 = 1 << 11;
-/// For the pilot, so that it tells parts of cells apart.
+/// Least number of rays in a set of the pilot, so that it distinguishes parts of cells.
 const PILOT_SET_SIZE: u32 = 1 << 15;
-/// Of the iterations that a driver allows so many are used, for what a ray takes is an estimate: beyond them it would miss what it hits.
+/// Share of the loop iterations allowed by the driver that a dispatch uses. The iterations of a ray are an estimate;
+/// a ray beyond the limit would miss what it hits.
 const SHARE_OF_LOOP_ITERATIONS: f64 = 0.9;
-/// Those of a packet of samples but for tracing, about at most.
+/// Approximate upper limit of the iterations of a packet of samples, without tracing.
 const PACKET_ITERATIONS: f64 = 800.0;
 
-/// What the pass works with.
+/// The state of the pass.
 pub(crate) struct FinalGather<'b> {
     pub context: &'b Context<'b>,
     pub tree: &'b RayTriangles,
@@ -51,11 +52,11 @@ pub(crate) struct FinalGather<'b> {
     lights: Vec<&'b DeviceLight>,
     light_list: TexelList,
     light_rays: LightRays,
-    /// For the image, and for estimates.
+    /// One for the image, one for error estimates.
     sampling: [LightSampling; 2],
-    /// The rays that were sent last.
+    /// The light rays that were traced last.
     sent: Option<LightRaySets>,
-    /// What each ray to a VPL finds: of a pilot only.
+    /// What each ray to a VPL finds; only during a pilot.
     pilot_samples: Option<Buffer>,
     nothing: Buffer,
     kernel: RayKernel,
@@ -65,9 +66,9 @@ pub(crate) struct FinalGather<'b> {
 /// How the lights are sampled.
 struct LightSampling {
     sampler: VplSampler,
-    /// What it said last.
+    /// The last table that the sampler made.
     table: Option<RayTable>,
-    /// The light rays of the pilot: from which result on, and their seed.
+    /// The light rays of the pilot: the first result that each set is for, and its seed.
     pilot_rays: Vec<(u32, u32)>,
 }
 
@@ -81,7 +82,7 @@ impl LightSampling {
     }
 }
 
-/// What the sampling of VPLs and directions takes, in lists that the next ones replace.
+/// Declares the lists for sampling VPLs and directions. Later lists replace earlier ones.
 pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32) -> Result<()> {
     let lights = plan.lights.len() as u64;
     let tiles = lights * u64::from(plan.max_faces() * emission_size.pow(2));
@@ -98,7 +99,7 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
     TexelList::declare(allocate, "lights", texels)
 }
 
-/// The texels of `shaders/lights.wgsl`: the lights as they would lie in a buffer, and their patterns.
+/// The texels of `shaders/lights.wgsl`: the lights in the layout of a buffer, then their patterns.
 fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
     let mut parameters: Vec<shaders::Light> = lights.iter().map(|l| l.parameters).collect();
     let texels_per_light = size_of::<shaders::Light>() / size_of::<[f32; 4]>();
@@ -143,7 +144,8 @@ impl<'b> FinalGather<'b> {
         })
     }
 
-    /// Sends rays from the lights for results from this one on, unless those for the same samples were sent last. Returns how many.
+    /// Traces rays from the lights for results from `first_result` on, unless the last rays were for the same samples.
+    /// Returns the number of rays.
     fn send_light_rays(&mut self, wanted: LightRaySets, first_result: u32) -> Result<u64> {
         if self.sent == Some(wanted) {
             return Ok(0);
@@ -177,7 +179,7 @@ impl<'b> FinalGather<'b> {
         Ok(count)
     }
 
-    /// Packets of a receiver, and lights, that a dispatch takes: what the iterations of its loops allow.
+    /// How many packets of a receiver and how many lights a dispatch takes, within the loop iterations that the driver allows.
     fn at_once(&self, lobes: u32) -> (usize, usize) {
         let all_lights = self.lights.len().max(1);
         let all_packets = (MAX_SAMPLES / PACKET_SAMPLES) as usize;
@@ -204,7 +206,7 @@ impl Gatherer for FinalGather<'_> {
         false
     }
 
-    /// What rays to VPLs find is kept.
+    /// From here on, keeps what rays to VPLs find.
     fn begin_pilot(&mut self, results: u32) -> Result<()> {
         let bytes = u64::from(results * PACKET_SAMPLES) * size_of::<PilotSample>() as u64;
         let device = self.context.device;
@@ -212,7 +214,7 @@ impl Gatherer for FinalGather<'_> {
         Ok(())
     }
 
-    /// From here on VPLs are sampled by what they have contributed to the pilot's results.
+    /// From here on, samples VPLs by what they contributed to the pilot's results.
     fn learn(&mut self, results: u32) -> Result<f64> {
         self.sent = None;
         let plan = self.context.plan.indirect;
@@ -225,7 +227,7 @@ impl Gatherer for FinalGather<'_> {
         let half = samples.len() / 2;
         let lights = &self.lights;
         let mut moved = [0.0_f64; 2];
-        // They have nothing in common, and the device waits for both.
+        // The two samplings share nothing, and the device waits for both.
         let samplings = self.sampling.iter_mut().zip(&mut moved).enumerate();
         for_each_at_once(samplings, |(index, (sampling, moved))| {
             let rays = std::mem::take(&mut sampling.pilot_rays);
@@ -244,7 +246,7 @@ impl Gatherer for FinalGather<'_> {
         Ok(moved[0].max(moved[1]))
     }
 
-    /// With packets of samples of each technique.
+    /// Gathers with packets of samples of each technique.
     fn gather(
         &mut self,
         (gbuffer, receivers, range): (&GBuffer, &Receivers, ReceiverRange),
@@ -290,11 +292,11 @@ impl Gatherer for FinalGather<'_> {
             ],
         )?;
         let receivers_per_group = pipeline.module.constant("RECEIVERS")?;
-        // To a light for each direction, and to a VPL.
+        // Per lobe, each direction needs a ray to each light. One more ray leads to a VPL.
         let lobes = if is_glossy { 2 } else { 1 };
         let light_count = self.lights.len() as u32;
         let (packets_at_once, lights_at_once) = self.at_once(lobes);
-        // Directions are followed anew for other lights.
+        // Each further group of lights follows the directions again.
         let direction_rays = light_count.div_ceil(lights_at_once as u32);
         let rays_per_sample = u64::from(lobes * (direction_rays + light_count) + 1);
         let mut resources = gbuffer.resources();
@@ -322,7 +324,7 @@ impl Gatherer for FinalGather<'_> {
             let budget = cost
                 .borrow()
                 .budget(pipeline.module.name, FIRST_SUBMISSION_RAYS);
-            // Whole workgroups until the submission is full.
+            // Adds whole workgroups until the submission is full.
             let (mut receiver_count, mut rays, mut most_packets) = (0, 0, 0);
             let groups = packets[done as usize..].chunks(receivers_per_group as usize);
             for group in groups.take(MAX_GROUPS as usize) {

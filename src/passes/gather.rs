@@ -1,7 +1,7 @@
 //! Gather pass: the sum over the VPLs of all lights.
 //!
-//! The work is cut into submissions of bounded duration. The cuts do not show: dispatches always cover the same stretches of VPLs, and
-//! receivers do not depend on each other.
+//! The work is cut into submissions of bounded duration. The cuts do not change the result: dispatches always cover the same
+//! ranges of VPLs, and receivers do not depend on each other.
 
 use super::{
     Context,
@@ -22,28 +22,28 @@ use crate::{
     },
 };
 
-/// VPLs of one dispatch: their sum is added to the result. Fixed, for the order of summation must not depend on speed.
-/// Also small, for lavapipe leaves a shader's loops after 65 535 iterations in all and says nothing.
+/// VPLs of one dispatch, whose sum is added to the result. The number is fixed, because the order of summation must not depend
+/// on speed. It is small, because lavapipe silently leaves a shader's loops after 65 535 iterations in all.
 const DISPATCH_VPLS: u32 = 4096;
 /// Pairs of the first submission, before the device's speed is known: a fraction of a second on one slow core.
 const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
-/// Pixels of an image of which the sample for the error estimate is but a small part.
+/// Least pixels of an image that may be interpolated: the sample for the error estimate must be only a small part of it.
 const MIN_INTERPOLATED_PIXELS: u32 = 1 << 15;
-/// VPLs of a sum that takes longer than interpolation: predicting, listing and resolving all pixels costs about as much as 400 VPLs
-/// on lavapipe.
+/// Least VPLs of a sum that may be interpolated, because it takes longer than interpolation. On lavapipe, predicting, listing and
+/// resolving all pixels costs about as much as 400 VPLs.
 const MIN_INTERPOLATED_VPLS: u32 = 1024;
 
-/// What the pass works with.
+/// The state of the pass.
 pub(crate) struct Gather<'g> {
     pub context: &'g Context<'g>,
     pub sum: VplSum,
     pub kernel: GatherKernel,
     pub vpls: &'g VplLists,
-    /// With the light itself.
+    /// Each light with its VPLs.
     pub lights: Vec<(&'g DeviceLight, ListedVpls)>,
 }
 
-/// A light's VPLs, in lists that begin alike.
+/// A light's VPLs: a matte and a glossy list, which begin at the same place.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ListedVpls {
     pub first: u32,
@@ -125,7 +125,7 @@ impl<'g> Gather<'g> {
 
         let mut done = 0;
         while done < range.count {
-            // Receivers whose stretch of VPLs fills a submission; at least one workgroup of them. `as` saturates.
+            // As many receivers as fill a submission with their range of VPLs, but at least one workgroup. `as` saturates.
             let groups = budget() / f64::from(DISPATCH_VPLS.min(list.count));
             let groups = (groups as u32 / group_receivers).clamp(1, MAX_GROUPS);
             let receiver_count = groups
@@ -151,7 +151,7 @@ impl<'g> Gather<'g> {
                                 is_first: (is_first && summed == 0).into(),
                                 ..GatherParameters::default()
                             };
-                            // Dispatches add to the same results.
+                            // Successive dispatches add to the same results.
                             recorder.barrier();
                             recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
                             summed += vpl_count;
@@ -183,7 +183,7 @@ impl Gatherer for Gather<'_> {
         true
     }
 
-    /// The sample must be small beside the image, and the sum must take longer than the passes that interpolate.
+    /// The sample must be small compared with the image, and the sum must take longer than the passes that interpolate.
     fn may_interpolate(&self) -> bool {
         let [width, height] = self.context.plan.resolution_px;
         let vpl_count: u32 = self.lights.iter().map(|(_, listed)| listed.count()).sum();

@@ -1,4 +1,4 @@
-//! What gathers indirect light at a list of receivers: one implementation for each estimator.
+//! The interface for gathering indirect light at a list of receivers, with one implementation per estimator.
 
 use super::{
     gbuffer::GBuffer,
@@ -12,16 +12,16 @@ use crate::{
     vulkan::{Allocate, Buffer, BufferUse, shaders::Module},
 };
 
-/// Receivers that share a set of rays from the lights, and their samples, at most.
+/// Upper limits of the receivers that share a set of rays from the lights, and of their samples together.
 const MAX_SHARING_RECEIVERS: u32 = 4096;
 const MAX_SHARED_SAMPLES: u32 = 32 * MAX_RAYS;
 
 /// Gathers indirect light.
 pub(crate) trait Gatherer {
-    /// The name of its pass.
+    /// The name of the gatherer's pass.
     fn pass(&self) -> &'static str;
 
-    /// Whether the number of samples makes no difference: gathers have no noise.
+    /// Whether gathers have no noise, so that the number of samples makes no difference.
     fn is_exact(&self) -> bool;
 
     /// Whether gathering few pixels can be faster than gathering all.
@@ -29,7 +29,8 @@ pub(crate) trait Gatherer {
         true
     }
 
-    /// Until `learn`, what is gathered is a pilot of so many results, a packet of samples each: half for the image, half for estimates.
+    /// Begins a pilot of this many results, with one packet of samples each. It lasts until `learn`. Half of the results are for the image,
+    /// half for estimates.
     fn begin_pilot(&mut self, _results: u32) -> Result<()> {
         Ok(())
     }
@@ -39,8 +40,8 @@ pub(crate) trait Gatherer {
         Ok(0.0)
     }
 
-    /// Gathers at receivers of a list, which are pixels of a G-buffer. `proceed` is called between submissions with the share of the work that is done; its
-    /// error ends the gather.
+    /// Gathers at receivers of a list, which are pixels of a G-buffer. `proceed` is called between submissions with the share of
+    /// the work that is done; its error ends the gather.
     fn gather(
         &mut self,
         receivers: (&GBuffer, &Receivers, ReceiverRange),
@@ -50,37 +51,37 @@ pub(crate) trait Gatherer {
     ) -> Result<()>;
 }
 
-/// Where the results of a gather go: vectors as `shaders/refinement.wgsl` has them, for receivers from `first` on. Gathers with noise
-/// leave sums over their samples.
+/// Where the results of a gather go: vectors in the layout of `shaders/refinement.wgsl`, for receivers from `first` on.
+/// Gathers with noise store sums over their samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Results<'r> {
     pub buffer: &'r Buffer,
     pub first: u32,
-    /// To what is there.
+    /// Whether results are added to what is there.
     pub adds: bool,
 }
 
 impl Results<'_> {
-    /// Room for the results of so many receivers.
+    /// Allocates room for the results of `receiver_count` receivers.
     pub fn room<A: Allocate>(allocate: &A, plan: &Plan, receiver_count: u32) -> Result<A::Buffer> {
         let vectors = Results::vectors(plan)?;
         let bytes = u64::from(receiver_count * vectors) * size_of::<[f32; 4]>() as u64;
         allocate.buffer("gathered light", bytes, BufferUse::Device)
     }
 
-    /// Of each receiver.
+    /// Result vectors per receiver.
     pub fn vectors(plan: &Plan) -> Result<u32> {
         let words = [plan.brdf_word(), "exact", plan.phasor_word()];
         Module::find("scatter", &words)?.constant("RESULT_VECTORS")
     }
 }
 
-/// The samples of a gather, where there is a choice.
+/// The samples of a gather, if the gatherer has noise.
 #[derive(Clone, Copy)]
 pub(crate) struct Samples<'s> {
-    /// As the receivers are listed.
+    /// In the order in which the receivers are listed.
     pub counts: &'s SampleCounts,
-    /// Another number: other samples. The same: a receiver goes on where it stopped.
+    /// Another seed gives other samples. With the same seed, a receiver continues where it stopped.
     pub seed: u32,
     pub light_rays: LightRaySets,
 }
@@ -88,17 +89,17 @@ pub(crate) struct Samples<'s> {
 /// The rays from the lights that receivers share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct LightRaySets {
-    /// Another number: other rays.
+    /// Another seed gives other rays.
     pub seed: u32,
     pub gathered_for: GatheredFor,
-    /// Of a receiver, about.
+    /// Approximate number of samples of a receiver.
     pub samples: u32,
-    /// Receivers with other numbers, modulo this, in their list have no samples in common.
+    /// Receivers whose indices in their list differ modulo this number have no samples in common.
     pub set_count: u32,
 }
 
-/// What a gather is for. Each samples the lights by densities of its own, learned from gathers of its own: what one has not found the
-/// other may.
+/// What a gather is for. Each purpose samples the lights by its own densities, learned from its own gathers:
+/// what one has missed, the other may find.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GatheredFor {
     Image,
@@ -106,7 +107,7 @@ pub(crate) enum GatheredFor {
 }
 
 impl LightRaySets {
-    /// Receivers that may share a set, of so many samples each: more, and the set's own noise would show.
+    /// Most receivers that may share a set, with `samples` samples each. With more, the set's own noise would show.
     pub fn max_receivers(samples: u32) -> u32 {
         (MAX_SHARED_SAMPLES / samples.max(1)).clamp(1, MAX_SHARING_RECEIVERS)
     }

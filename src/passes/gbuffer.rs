@@ -7,7 +7,7 @@ use crate::{
     vulkan::{Allocate, Buffer, BufferUse, Device, Image, ImageShape, Recorder, Resource, Target},
 };
 
-/// Images of the camera's size.
+/// The images of the G-buffer, at the camera's resolution.
 pub(crate) struct GBuffer<A: Allocate = Device> {
     /// P, local; mesh id (0: no surface).
     pub position_mesh: A::Image,
@@ -15,11 +15,11 @@ pub(crate) struct GBuffer<A: Allocate = Device> {
     pub normal_geometric: A::Image,
     /// k_d; material id.
     pub kd_material: A::Image,
-    /// k_s; s. Only where some material is specular.
+    /// k_s; s. Only if some material is specular.
     pub ks_shininess: Option<A::Image>,
-    /// Where it is rasterised.
+    /// Only if the rasteriser fills the G-buffer.
     depth: Option<A::Image>,
-    /// Where it is filled by rays: the triangle that each pixel shows.
+    /// The triangle that each pixel shows; only if rays fill the G-buffer.
     pub seen_triangles: Option<A::Buffer>,
 }
 
@@ -48,7 +48,7 @@ impl<A: Allocate> GBuffer<A> {
 }
 
 impl GBuffer {
-    /// All but the depth, under the names that the shaders give them.
+    /// All images except the depth, with their names in the shaders.
     fn images(&self) -> impl Iterator<Item = (&'static str, &Image)> {
         let images = [
             ("position_mesh", &self.position_mesh),
@@ -65,7 +65,7 @@ impl GBuffer {
         self.images().map(|(_, image)| image).collect()
     }
 
-    /// Under the names that they have beside those of samples: what the pixels' centres show but k_d.
+    /// What the pixels' centres show, except k_d, with the names used next to the images of samples.
     pub fn resources_of_centres(&self) -> Vec<(&'static str, Resource<'_>)> {
         let images = [
             ("centre_position_mesh", Some(&self.position_mesh)),

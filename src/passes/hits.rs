@@ -14,28 +14,28 @@ use crate::{
 
 /// The lists of `shaders/hits.wgsl`.
 pub(crate) struct HitSurfaces {
-    /// Sixteen words a triangle, in the order of the geometry: three normals (0: flat), three texture coordinates, the material.
+    /// Sixteen words per triangle, in the order of the geometry: three normals (0: flat), three texture coordinates, the material.
     triangles: TexelList,
     materials: TexelList,
     textures: Arc<Textures>,
-    /// Triangles up to the end of each mesh in the scene's space, and its id.
+    /// For each mesh in the scene's space: the number of triangles up to its end, and its id.
     mesh_ends: Arc<Buffer>,
     placed_count: u32,
 }
 
-/// What a scene's triangles and materials take.
+/// Declares the memory for a scene's triangles and materials.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
     let size = GeometrySize::of(scene);
     let mesh_bytes = 8 * size.meshes;
     allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Device)?;
     allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Staging)?;
     TexelList::declare(allocate, "shading of triangles", 4 * size.triangles)?;
-    // Each material with and without its textures, in six texels.
+    // Each material is stored with and without its textures, in six texels each.
     TexelList::declare(allocate, "materials", 12 * scene.materials.len() as u64)
 }
 
 impl HitSurfaces {
-    /// Copies what a valid scene's surfaces are like.
+    /// Copies the shading data of a valid scene's surfaces to the device.
     pub fn upload(
         commands: &CommandPool,
         scene: &Scene,
@@ -70,7 +70,7 @@ impl HitSurfaces {
                 ]
             })
             .collect();
-        // A mesh without texture coordinates shows its materials plain.
+        // A mesh without texture coordinates uses its materials without textures.
         let plain = materials.clone();
         materials.extend(plain.iter().map(|&[kd, [kr, kg, kb, _], ..]| {
             let nothing = [0.0; 4];
@@ -118,12 +118,12 @@ impl HitSurfaces {
         })
     }
 
-    /// For the mesh that a triangle in the scene's space is of, and how many of these there are.
+    /// The list that gives the mesh of a triangle in the scene's space, and its length.
     pub fn mesh_ends(&self) -> (Resource<'_>, u32) {
         (Resource::Buffer(&self.mesh_ends), self.placed_count)
     }
 
-    /// The images under the names that the shaders give them.
+    /// The images with their names in the shaders.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = vec![
             ("triangle_shading", self.triangles.resource()),

@@ -10,13 +10,13 @@ use crate::{
     vulkan::{Allocate, CommandPool, Resource, TexelList},
 };
 
-/// Texels of an instance, as the shader has it.
+/// Texels of an instance, as in the shader.
 const INSTANCE_TEXELS: u64 = 8;
 
-/// The list of `shaders/instance.wgsl`. In it instances of one mesh lie one after the other.
+/// The list of `shaders/instance.wgsl`. Instances of the same mesh follow each other.
 pub(crate) struct Instances(TexelList);
 
-/// What the list takes.
+/// Declares the memory for the list.
 pub(crate) fn declare(allocate: &impl Allocate, instance_count: u64) -> Result<()> {
     TexelList::declare(
         allocate,
@@ -26,7 +26,8 @@ pub(crate) fn declare(allocate: &impl Allocate, instance_count: u64) -> Result<(
 }
 
 impl Instances {
-    /// The instances of shared meshes, with what rays go through that meet them; and first the scene itself, with the nodes of its tree.
+    /// Uploads the scene itself first, with the nodes of its tree. The instances of shared meshes follow, each with the tree that its
+    /// rays traverse.
     pub fn upload(
         commands: &CommandPool,
         geometry: &Geometry,
@@ -40,7 +41,7 @@ impl Instances {
         };
         let count = trees.len() as u32;
         let mut texels = instance_texels(DAffine3::IDENTITY, &scene, count, 0).to_vec();
-        // Behind the hits on what lies in the scene's space.
+        // Hits on instances are numbered after those on triangles in the scene's space.
         let mut first_hit = trees.first().map_or(0, |tree| tree.first_triangle);
         let instances = geometry.shared.iter().flat_map(|mesh| {
             let placed = mesh.instances.iter();
@@ -53,7 +54,7 @@ impl Instances {
         Ok(Instances(TexelList::new(commands, "instances", texels)?))
     }
 
-    /// Under the name that the shaders give it.
+    /// The list with its name in the shaders.
     pub fn resource(&self) -> (&'static str, Resource<'_>) {
         ("instances", self.0.resource())
     }
@@ -84,7 +85,7 @@ fn instance_texels(
     ]
 }
 
-/// The rows of an affine transform, as the device has them.
+/// The rows of an affine transform, in the device's layout.
 pub(crate) fn rows_of(transform: DAffine3) -> [[f32; 4]; 3] {
     let rows = transform.matrix3.transpose();
     let row = |row: DVec3, offset: f64| row.as_vec3().extend(offset as f32).to_array();

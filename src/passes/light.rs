@@ -23,14 +23,14 @@ pub(crate) struct DeviceLight {
     pub rsm_views: Vec<Buffer>,
     /// ΔΩ and s of each texel of the RSM.
     pub emission: Buffer,
-    /// The numbers of a pattern, as `shaders/pattern.wgsl` has them; none of other lights.
+    /// The numbers of a pattern, in the layout of `shaders/pattern.wgsl`; empty for other lights.
     pub pattern: Vec<f32>,
     pattern_buffer: Option<Buffer>,
     /// Texels of the RSM; 0 without one.
     pub texel_count: u32,
 }
 
-/// What the emission tables of all lights take.
+/// Declares the memory for the emission tables and patterns of all lights.
 pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
     let rsm_size = plan.rsm_size().unwrap_or_default();
     for light in &plan.lights {
@@ -44,7 +44,8 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
 }
 
 impl DeviceLight {
-    /// That of this number. `first_vpl` and `first_tile` are where its VPLs and the tiles of its RSM begin in lists that all lights share.
+    /// Uploads the light with this index. All lights share lists of VPLs and RSM tiles; `first_vpl` and `first_tile` are where this
+    /// light's part begins.
     pub fn new(context: &Context, index: usize, [first_vpl, first_tile]: [u32; 2]) -> Result<Self> {
         let Context {
             device,
@@ -53,7 +54,7 @@ impl DeviceLight {
             ..
         } = *context;
         let (light, plan) = (&scene.lights[index], &context.plan.lights[index]);
-        // Without indirect light only the faces count, which do not depend on the texels.
+        // Without indirect light only the faces count. They do not depend on the texels.
         let emission_size = context
             .plan
             .indirect
@@ -119,14 +120,14 @@ impl DeviceLight {
 }
 
 impl DeviceLight {
-    /// The pattern under the name that `shaders/direct.wgsl` gives it.
+    /// The pattern with its name in `shaders/direct.wgsl`.
     pub fn pattern_resource(&self) -> Option<(&'static str, Resource<'_>)> {
         let pattern = self.pattern_buffer.as_ref()?;
         Some(("pattern", Resource::Buffer(pattern)))
     }
 }
 
-/// The light as one point of its area, at a place of the unit square, for `shaders/direct.wgsl`.
+/// Uploads one point of the light's area as a light, for `shaders/direct.wgsl`. `place` is in the unit square.
 pub(crate) fn upload_area_point(
     context: &Context,
     index: usize,
@@ -161,9 +162,9 @@ fn pattern_numbers(pattern: &RadiationPattern) -> Vec<f32> {
     }
 }
 
-/// What the shaders know of a light, but for its maps.
+/// The parameters of a light in the shaders, except those of its maps.
 fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> shaders::Light {
-    // Where there are fewer, the others are as the first.
+    // Faces that the light does not have repeat its first face.
     let faces = std::array::from_fn(|index| {
         let face = domain.faces.get(index).or(domain.faces.first());
         face.map_or_else(LightFace::default, |face| LightFace {
@@ -238,7 +239,7 @@ fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> sha
                 intensity: domain.axial_intensity.map(per_local_unit),
                 axis: direction.normalize().as_vec3().to_array(),
                 outer_half_angle: outer as f32,
-                // Finite where the angles are equal: 0 · ∞ is no falloff.
+                // Kept finite where the angles are equal: 0 · ∞ would not be a falloff.
                 inverse_penumbra: (1.0 / (outer - inner)).min(1e30) as f32,
                 ..common
             }

@@ -1,4 +1,4 @@
-//! Light rays pass: the VPLs of final gathering, where rays from the lights meet the scene.
+//! Light rays pass: makes the VPLs of final gathering, where rays from the lights hit the scene.
 
 use super::{
     Context, hits::HitSurfaces, light::DeviceLight, rays::RayTriangles, vpl_sampler::RayTable,
@@ -12,10 +12,10 @@ use crate::{
     },
 };
 
-/// Rays of all sets together at most.
+/// Most rays of all sets together.
 pub(crate) const MAX_RAYS: u32 = 1 << 18;
 
-/// VPLs, one for each ray, a layer per member.
+/// VPLs, one per ray, with one layer per member.
 pub(crate) struct LightRays<A: Allocate = Device> {
     pub vpls: A::Image,
     hits: A::Buffer,
@@ -31,7 +31,7 @@ impl<A: Allocate> LightRays<A> {
         } else {
             "VPL_LAYERS"
         };
-        // Every light has a packet at least.
+        // Every light has at least one packet.
         let rays = MAX_RAYS + 1024 * plan.lights.len() as u32;
         let shape = ImageShape {
             size_px: [columns, rays.div_ceil(columns)],
@@ -47,7 +47,7 @@ impl<A: Allocate> LightRays<A> {
 }
 
 impl LightRays {
-    /// Sends rays as the table says, in so many sets.
+    /// Traces rays from the lights as the table says, in `set_count` sets. Returns their number.
     pub fn trace(
         &self,
         context: &Context,

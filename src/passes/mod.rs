@@ -1,4 +1,4 @@
-//! The passes of a frame, one file each, named as its shader and its timestamp. `frame` puts them in order.
+//! The passes of a frame: one file each, named like its shader and its timestamp. `frame` puts them in order.
 
 use std::cell::RefCell;
 
@@ -47,7 +47,7 @@ pub(crate) mod view;
 pub(crate) mod vpl;
 pub(crate) mod vpl_sampler;
 
-/// What a frame is made of and made with: the same for all of its passes.
+/// What all passes of a frame share.
 #[derive(Clone, Copy)]
 pub(crate) struct Context<'c> {
     pub device: &'c Device,
@@ -56,19 +56,19 @@ pub(crate) struct Context<'c> {
     pub scene: &'c Scene,
     pub plan: &'c Plan,
     pub space: &'c LocalSpace,
-    /// The images are for a host that goes on with them.
+    /// The images stay on the device, for a host that uses them there.
     pub stays_on_device: bool,
-    /// Another number: other samples.
+    /// Another seed gives other samples.
     pub seed: u32,
-    /// With time of flight.
+    /// Only with time of flight.
     pub modulation: Option<&'c Buffer>,
     pub cost: &'c RefCell<Cost>,
-    /// What was recorded and not submitted.
+    /// Passes that are recorded but not yet submitted.
     pub recorded: &'c RefCell<Option<Recorder>>,
 }
 
 impl Context<'_> {
-    /// Records passes, for the next submission. A command buffer that has as many as it can time is submitted first.
+    /// Records passes for the next submission. If the command buffer has as many passes as it can time, it is submitted first.
     pub fn record(&self, record: impl FnOnce(&mut Recorder) -> Result<()>) -> Result<()> {
         let is_full = |recorder: &Recorder| !recorder.has_room();
         if self.recorded.borrow().as_ref().is_some_and(is_full) {
@@ -82,13 +82,13 @@ impl Context<'_> {
         record(recorded.insert(recorder))
     }
 
-    /// Records passes, submits them with what was recorded before, and waits: the host can read what they wrote.
+    /// Records passes, submits them with what was recorded before, and waits. The host can then read what they wrote.
     pub fn submit(&self, record: impl FnOnce(&mut Recorder) -> Result<()>) -> Result<()> {
         self.record(record)?;
         self.finish()
     }
 
-    /// Submits work with what was recorded before, and waits, which tells the speed of its kernel.
+    /// Submits work with what was recorded before, waits, and measures the speed of the work's kernel.
     pub fn finish_work(&self, work: Work) -> Result<()> {
         let recorded = self.recorded.take();
         let recorder = recorded.ok_or_else(|| Error::internal("work was not recorded"))?;
@@ -103,7 +103,7 @@ impl Context<'_> {
         }
     }
 
-    /// Records a pass of one kernel with an invocation for each item, or for each pixel of an image.
+    /// Records a pass of one kernel, with one invocation per item, or per pixel of an image.
     pub fn dispatch<T: Pod>(
         &self,
         recorder: &mut Recorder,
@@ -129,12 +129,12 @@ impl Context<'_> {
         Some(("modulation", Resource::Buffer(buffer)))
     }
 
-    /// C, local.
+    /// The camera's position C, local.
     pub fn camera_position(&self) -> [f32; 3] {
         self.space.to_local(self.scene.camera.position_m)
     }
 
-    /// The distance of C from the local origin, turns of each frequency of time of flight.
+    /// The distance of C from the local origin, in turns of each time-of-flight frequency.
     pub fn camera_turns(&self) -> [f32; MAX_FREQUENCIES] {
         modulation::turns_to_origin(self.scene, self.space, self.scene.camera.position_m)
     }
@@ -150,7 +150,7 @@ mod tests {
         vulkan::shaders::{MODULES, Module},
     };
 
-    /// Every combination of the words that the passes request of `Module::find`.
+    /// Every combination of the words that the passes request from `Module::find`.
     fn requested() -> Vec<(&'static str, Vec<&'static str>)> {
         let brdfs = ["lambert", "phong"];
         let shadings = [

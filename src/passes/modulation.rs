@@ -1,4 +1,4 @@
-//! What the shaders know of a time-of-flight camera's modulation.
+//! The modulation of a time-of-flight camera, for the shaders.
 
 use glam::DVec3;
 
@@ -9,7 +9,8 @@ use crate::{
     vulkan::{Buffer, Device, shaders},
 };
 
-/// For the kernels that carry phasors; `None` without time of flight. `error_scales` are those of the frequencies, as the shaders have them.
+/// Uploads the modulation for the kernels that carry phasors; `None` without time of flight.
+/// `error_scales` has one value per frequency, as in the shaders.
 pub(crate) fn upload(
     device: &Device,
     scene: &Scene,
@@ -38,7 +39,7 @@ pub(crate) fn upload(
     Buffer::upload(device, "modulation", &[parameters]).map(Some)
 }
 
-/// The phase of a light at the local origin, turns of each frequency; `None` where it is not modulated.
+/// The phase of a light at the local origin, in turns of each frequency; `None` if the light is not modulated.
 pub(crate) fn origin_turns(
     scene: &Scene,
     space: &LocalSpace,
@@ -49,7 +50,7 @@ pub(crate) fn origin_turns(
     is_modulated.then(|| turns_to_origin(scene, space, position_m))
 }
 
-/// The distance of a point from the local origin, turns of each frequency; 0 without time of flight.
+/// The distance of a point from the local origin, in turns of each frequency; 0 without time of flight.
 pub(super) fn turns_to_origin(
     scene: &Scene,
     space: &LocalSpace,
@@ -63,7 +64,7 @@ pub(super) fn turns_to_origin(
         .map_or([0.0; MAX_FREQUENCIES], |tof| per_frequency(tof, turns))
 }
 
-/// A value of each frequency from its turns per metre; 0 where there are fewer.
+/// A value per frequency, from its turns per metre; 0 for frequencies that are not used.
 fn per_frequency(tof: &TimeOfFlight, value: impl Fn(f64) -> f64) -> [f32; MAX_FREQUENCIES] {
     std::array::from_fn(|i| {
         let frequency_hz = tof.frequencies_hz.get(i);

@@ -1,4 +1,4 @@
-//! Pixel filter pass: averages over the pixels what one sample of each shows.
+//! Pixel filter pass: averages over each pixel what its samples show, one sample at a time.
 
 use glam::DVec2;
 
@@ -13,22 +13,22 @@ use crate::{
     vulkan::{Buffer, Image, Recorder, Resource, shaders::PixelFilterParameters},
 };
 
-/// A sample of each pixel.
+/// One sample of each pixel.
 #[derive(Clone, Copy)]
 pub(crate) struct PixelSample<'s> {
-    /// From the pixel's centre.
+    /// Offset from the pixel's centre.
     pub offset_px: DVec2,
-    /// Of the pixel.
+    /// Weight of the sample in its pixel.
     pub share: f64,
-    /// What it shows.
+    /// What the sample shows.
     pub gbuffer: &'s GBuffer,
 }
 
-/// Where the bounce is averaged.
+/// The images in which the bounce is averaged.
 #[derive(Clone, Copy)]
 pub(crate) struct FilteredImages<'i> {
     pub indirect: &'i Image,
-    /// With time of flight of the bounce.
+    /// Only with time of flight of the bounce.
     pub phasors: Option<&'i Image>,
 }
 
@@ -58,7 +58,7 @@ impl PixelSample<'_> {
         }
     }
 
-    /// Adds the depth of the sample.
+    /// Adds the depth of the sample to the footprint.
     pub fn add_depth(
         &self,
         recorder: &mut Recorder,
@@ -75,8 +75,8 @@ impl PixelSample<'_> {
         self.dispatch(recorder, context, &["depths"], &resources)
     }
 
-    /// Adds what a sample reflects of the light that was gathered at pixels' centres, and proposes those pixels for receivers whose sample
-    /// shows what no centre around it does.
+    /// Adds what a sample reflects of the light that was gathered at pixels' centres. If the sample shows a surface that no centre
+    /// around it shows, its pixel becomes a candidate receiver.
     pub fn interpolate(
         &self,
         recorder: &mut Recorder,
@@ -97,7 +97,7 @@ impl PixelSample<'_> {
         self.dispatch(recorder, context, &words, &resources)
     }
 
-    /// For each pixel.
+    /// Dispatches a kernel for each pixel.
     fn dispatch(
         &self,
         recorder: &mut Recorder,
@@ -116,7 +116,7 @@ impl PixelSample<'_> {
         )
     }
 
-    /// Adds the first results, which are those of a range of receivers.
+    /// Adds the first results, which belong to a range of receivers.
     pub fn add_gathered(
         &self,
         recorder: &mut Recorder,

@@ -1,4 +1,4 @@
-//! Predict pass: interpolates the pixels between those of a grid where that is good enough.
+//! Predict pass: interpolates the pixels between those of a grid, where interpolation is good enough.
 
 use super::{
     Context,
@@ -15,8 +15,8 @@ use crate::{
     },
 };
 
-/// Interpolates pixels of a step; the others become candidates that were not gathered before. The coarsest grid has no
-/// neighbours to be predicted from: for it this does nothing.
+/// Interpolates pixels of a step. The others become candidates, unless they were gathered before.
+/// Does nothing for the coarsest grid, which has no neighbours to predict from.
 pub(crate) fn predict(
     recorder: &mut Recorder,
     context: &Context,

@@ -1,4 +1,4 @@
-//! Primary rays pass: fills the G-buffer as the gbuffer pass does, by rays through the pixels' centres.
+//! Primary rays pass: fills the G-buffer like the gbuffer pass, but with rays through the pixels' centres.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-/// What the lens of a plan takes.
+/// Declares the memory for the lens of a plan.
 pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
     if plan.has_distortion {
         let pixels: u64 = plan.resolution_px.map(u64::from).iter().product();
@@ -26,7 +26,7 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
     Ok(())
 }
 
-/// The direction of the ray through each pixel's centre in the camera's axes, as the shader wants it: Z, X, Y.
+/// Uploads the direction of the ray through each pixel's centre, in the camera's axes and the shader's order: Z, X, Y.
 pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc<Buffer>> {
     let [width, height] = camera.resolution_px.map(|size| size as usize);
     let mut rays = vec![0.0; 4 * width * height];
@@ -38,7 +38,7 @@ pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc
     commands.upload("rays of the lens", &rays)
 }
 
-/// Fills the G-buffer with the surfaces as seen from `view`, through points of the pixels that lie so far from their centres.
+/// Fills the G-buffer with the surfaces as seen from `view`, through points at `offset_px` from the pixels' centres.
 pub(crate) fn draw(
     recorder: &mut Recorder,
     context: &Context,

@@ -1,4 +1,4 @@
-//! Numbers that look random, as `shaders/random.wgsl` has them.
+//! Pseudo-random numbers, the same as in `shaders/random.wgsl`.
 
 /// PCG (Jarzynski & Olano 2020).
 pub(crate) fn hash(value: u32) -> u32 {
@@ -7,7 +7,7 @@ pub(crate) fn hash(value: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-/// 0 to 1, without 1.
+/// A number from 0 to 1, excluding 1.
 pub(crate) fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * 5.960_464_5e-8
 }

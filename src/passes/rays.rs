@@ -21,26 +21,26 @@ use crate::{
     },
 };
 
-/// Iterations of its loops in which a packet goes through a tree, for each halving of its nodes: about seven times what knot takes, by an
-/// estimate from the boxes that its rays test.
+/// Loop iterations in which a packet traverses a tree, per halving of its nodes. This is about seven times what the knot scene
+/// takes, as estimated from the boxes that its rays test.
 const TREE_ITERATIONS: f64 = 240.0;
-/// The same of the smallest trees, for each node: a lane takes its eight rays two at a time.
+/// The same for the smallest trees, per node: a lane tests its eight rays two at a time.
 const NODE_ITERATIONS: f64 = 5.0;
 
-/// What an acceleration structure takes for a triangle, about, and as much again while it is built.
+/// Approximate bytes of an acceleration structure per triangle. Building it takes the same again.
 const STRUCTURE_BYTES: u64 = 128;
 
-/// Texels of a triangle's cut-outs.
+/// Texels per triangle with cut-outs.
 const CUTOUT_TEXELS: u64 = 3;
 
-/// What `shaders/trace.wgsl` finds a scene's triangles in.
+/// The lists in which `shaders/trace.wgsl` finds a scene's triangles.
 pub(crate) struct RayTriangles {
     pub instances: Arc<Instances>,
     is_instanced: bool,
     triangles: TexelList,
     triangle_count: u32,
     found_by: Finder,
-    /// Where some triangle has cut-outs.
+    /// Only if some triangle has cut-outs.
     alpha_textures: Option<Arc<Textures>>,
 }
 
@@ -54,7 +54,7 @@ enum Finder {
     Device(Box<AccelerationStructure>),
 }
 
-/// What the triangles of a scene take.
+/// Declares the memory for the triangles of a scene.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, kernel: RayKernel) -> Result<()> {
     let size = GeometrySize::of(scene);
     let triangles = size.triangles;
@@ -76,7 +76,7 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, kernel: RayKernel
     )
 }
 
-/// That of each triangle of a mesh. A mesh without texture coordinates has no cut-outs.
+/// The alpha texture of each triangle of a mesh. A mesh without texture coordinates has no cut-outs.
 fn alpha_textures<'s>(
     scene: &'s Scene,
     mesh: &'s Mesh,
@@ -86,7 +86,8 @@ fn alpha_textures<'s>(
     materials.map(move |material| alpha(material).filter(|_| !mesh.texcoords.is_empty()))
 }
 
-/// For each triangle in the scene's space 1 + its place among those with cut-outs, or 0; and these as the list of `shaders/trace.wgsl`.
+/// For each triangle in the scene's space: 1 + its place among those with cut-outs, or 0. Also returns the triangles with cut-outs,
+/// as the list of `shaders/trace.wgsl`.
 fn cutouts_of(
     scene: &Scene,
     geometry: &Geometry,
@@ -121,12 +122,12 @@ fn placements(mesh: &SharedMesh, space: &LocalSpace) -> Vec<DAffine3> {
         .collect()
 }
 
-/// What finds triangles, and these in the order in which it knows them.
+/// The finder of triangles, and the triangles in the order that it uses.
 struct Made {
     found_by: Finder,
     triangles: Vec<Texel>,
     instances: Vec<TreeInstance>,
-    /// Of the scene's own tree.
+    /// Nodes of the scene's own tree.
     node_count: u32,
 }
 
@@ -165,7 +166,7 @@ fn by_tree(
     })
 }
 
-/// In each mesh those with cut-outs come last.
+/// In each mesh, triangles with cut-outs come last.
 fn by_device(
     commands: &CommandPool,
     geometry: &Geometry,
@@ -256,7 +257,7 @@ impl RayTriangles {
         })
     }
 
-    /// The word of the kernels that go through these.
+    /// The word of the kernels that trace rays among these triangles.
     pub fn kernel_word(&self) -> &'static str {
         match self.found_by {
             _ if self.is_instanced => "instanced",
@@ -268,7 +269,8 @@ impl RayTriangles {
         }
     }
 
-    /// Iterations of the loops in which eight rays a lane are traced, of which `single` and `query` have two. No bound, but what they are expected to stay far below.
+    /// Expected loop iterations for tracing the rays of a lane: eight rays, or two with `single` and `query`.
+    /// This is not a bound, but real counts are expected to stay far below it.
     pub fn loop_iterations(&self, kernel: RayKernel) -> f64 {
         let (groups, nodes) = match self.found_by {
             Finder::Tree {
@@ -286,7 +288,7 @@ impl RayTriangles {
             }
     }
 
-    /// Under the names that the shaders give them.
+    /// The lists with their names in the shaders.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = vec![
             self.instances.resource(),

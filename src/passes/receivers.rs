@@ -1,4 +1,4 @@
-//! Receivers pass: lists the pixels to gather that show a surface, those with a specular lobe apart.
+//! Receivers pass: lists the pixels to gather that show a surface. Pixels with a specular lobe are listed separately.
 
 use super::{Context, compact::Compactor, gbuffer::GBuffer};
 use crate::{
@@ -6,17 +6,17 @@ use crate::{
     vulkan::{Allocate, Buffer, BufferUse, Device, Recorder, Resource, shaders::ListLengths},
 };
 
-/// Pixels as column + 65536 · row.
+/// Lists of pixels, each as column + 65536 · row.
 pub(crate) struct Receivers<A: Allocate = Device> {
-    /// What the predict pass or the host proposes.
+    /// Pixels that the predict pass or the host proposes.
     pub candidates: A::Buffer,
-    /// Those of the candidates that show a surface: matte ones, then glossy ones.
+    /// The candidates that show a surface: matte ones, then glossy ones.
     pub pixels: A::Buffer,
     compactor: Compactor<A>,
 }
 
 impl<A: Allocate> Receivers<A> {
-    /// Room for so many receivers, and so many candidates in a list.
+    /// Allocates room for `capacity` receivers and a list of `candidate_capacity` candidates.
     pub fn new(allocate: &A, capacity: u32, candidate_capacity: u32) -> Result<Receivers<A>> {
         let buffer = |name, count| allocate.buffer(name, 4 * u64::from(count), BufferUse::Device);
         Ok(Receivers {
@@ -28,7 +28,7 @@ impl<A: Allocate> Receivers<A> {
 }
 
 impl Receivers {
-    /// With candidates of the host's choice.
+    /// Creates a list with candidates that the host chose.
     pub fn with_candidates(device: &Device, pixels: &[u32]) -> Result<Receivers> {
         Ok(Receivers {
             candidates: Buffer::upload(device, "candidates", pixels)?,
@@ -36,7 +36,7 @@ impl Receivers {
         })
     }
 
-    /// How many candidates there are from here on.
+    /// Sets the number of candidates from here on.
     pub fn set_candidate_count(&mut self, count: u32) -> Result<()> {
         self.compactor.set_item_count(count)
     }
@@ -45,12 +45,12 @@ impl Receivers {
         self.compactor.item_count
     }
 
-    /// How many receivers there are, on the device.
+    /// The number of receivers, on the device.
     pub fn lengths(&self) -> &Buffer {
         &self.compactor.lengths
     }
 
-    /// The matte receivers and the glossy ones, after the submission.
+    /// The ranges of the matte and the glossy receivers; valid after the submission.
     pub fn ranges(&self) -> Result<[ReceiverRange; 2]> {
         let ListLengths { matte, glossy } = self.compactor.read_lengths()?;
         let range = |is_glossy, first, count| ReceiverRange {
@@ -62,7 +62,7 @@ impl Receivers {
     }
 }
 
-/// Receivers next to each other in the list that all have a specular lobe, or all have none.
+/// Consecutive receivers of the list: either all have a specular lobe, or none has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ReceiverRange {
     pub is_glossy: bool,
@@ -82,7 +82,8 @@ impl ReceiverRange {
     }
 }
 
-/// Lists the receivers among the candidates: the points of a grid of every `grid_stride`-th pixel, or those of the list.
+/// Lists the receivers among the candidates. These are every `grid_stride`-th pixel of each row and column, or those of the list
+/// if there is no `grid_stride`.
 pub(crate) fn list(
     recorder: &mut Recorder,
     context: &Context,

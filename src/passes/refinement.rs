@@ -1,4 +1,4 @@
-//! What the passes of the refinement share: the images they work on, and the criteria.
+//! The images and the criteria that the passes of the refinement share.
 
 use crate::{
     Result,
@@ -9,16 +9,16 @@ use crate::{
 
 /// What is known of each pixel.
 pub(crate) struct RefinementImages<A: Allocate = Device> {
-    /// What was gathered or interpolated, as `shaders/refinement.wgsl` describes it. The layer of the specular lobe is there where some
-    /// material is specular.
+    /// What was gathered or interpolated, as described in `shaders/refinement.wgsl`. The layer of the specular lobe exists only if
+    /// some material is specular.
     gathered: A::Image,
-    /// How it was sampled, as `shaders/sampling.wgsl` describes it. Only where gathers have noise.
+    /// How it was sampled, as described in `shaders/sampling.wgsl`. Only if gathers have noise.
     samples: Option<A::Image>,
-    /// With time of flight: the modulation, with the scales of errors that were found.
+    /// The modulation, with the scales of errors that were found; only with time of flight.
     pub modulation: Option<Buffer>,
 }
 
-/// That of what is gathered of each pixel.
+/// The shape of the image of gathered light.
 pub(crate) fn gathered_shape(plan: &Plan) -> ImageShape {
     let lobes = 1 + u32::from(plan.is_specular);
     let phasors = match plan.bounced_tof() {
@@ -43,7 +43,7 @@ impl<A: Allocate> RefinementImages<A> {
         };
         let gathered = gathered_shape(plan);
         let phasors = gathered.layer_count() - lobes;
-        // Variances around, and squares.
+        // One layer for the variances from the pixels around, and one per lobe for squares.
         let of_phasor_samples = if phasors > 0 { 1 + lobes } else { 0 };
         let samples = || image("sums over samples", 1 + lobes + phasors + of_phasor_samples);
         Ok(RefinementImages {
@@ -55,18 +55,18 @@ impl<A: Allocate> RefinementImages<A> {
 }
 
 impl RefinementImages {
-    /// Nothing is known but what was sampled.
+    /// Clears what is known of the pixels, except how they were sampled.
     pub fn clear(&self, recorder: &mut Recorder) {
         recorder.prepare_images(&[&self.gathered]);
         recorder.clear_image(&self.gathered);
     }
 
-    /// Keeps what was gathered for the pixel_filter pass.
+    /// Copies what was gathered, for the pixel_filter pass.
     pub fn copy_gathered(&self, recorder: &mut Recorder, to: &Image) {
         recorder.copy_image(&self.gathered, to);
     }
 
-    /// Nothing was sampled.
+    /// Clears how the pixels were sampled.
     pub fn clear_samples(&self, recorder: &mut Recorder) {
         if let Some(samples) = &self.samples {
             recorder.prepare_images(&[samples]);
@@ -83,7 +83,7 @@ impl RefinementImages {
         samples.chain([gathered]).chain(modulation).collect()
     }
 
-    /// The word of the kernel that fills them.
+    /// The permutation word of the kernels that use the images.
     pub fn noise_word(&self) -> &'static str {
         match self.samples {
             Some(_) => "noisy",
@@ -95,48 +95,49 @@ impl RefinementImages {
 /// When a pixel may be interpolated.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RefinementCriteria {
-    /// That of the image, W/sr/m²: errors count over it.
+    /// Radiance of the image, W/sr/m². Errors are relative to it.
     pub radiance: f64,
-    /// They count over the pixel's own radiance instead, where that is not far below the image's.
+    /// Errors are relative to the pixel's own radiance instead, unless that is far below the image's.
     pub is_local: bool,
-    /// What an interpolated pixel may be off by; `None`: none is interpolated.
+    /// The error that an interpolated pixel may have; `None`: no pixel is interpolated.
     pub tolerance: Option<f64>,
     pub noise: GatherNoise,
     pub allocation: SampleAllocation,
 }
 
-/// The noise of gathers; all 0 where there is none.
+/// The noise of gathers; all 0 if there is none.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct GatherNoise {
-    /// Variance of one packet of samples over that of as many at random.
+    /// Variance of one packet of samples over that of the same number of random samples.
     pub evenness: f64,
-    /// The variance falls with this power of the packets.
+    /// The variance falls with this power of the number of packets.
     pub rate: f64,
-    /// Standard deviation over the radiance, of the whole image.
+    /// Standard deviation over the radiance, for the whole image.
     pub relative: f64,
 }
 
-/// How samples are handed out to pixels, whose variance is that of a sample over the square of the radiance that errors count over.
+/// How samples are distributed to pixels. The variance of a pixel is that of one sample, over the square of the radiance that errors
+/// are relative to.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct SampleAllocation {
-    /// A pixel has this times the power of its variance, in packets.
+    /// The packets of a pixel are this times the power of its variance.
     pub packets_scale: f64,
     pub variance_power: f64,
     pub max_packets: u32,
-    /// Of a pixel of which nothing is known.
+    /// Variance of a pixel of which nothing is known.
     pub mean_variance: f64,
-    /// Over the square of the pixel's own radiance.
+    /// Least variance, over the square of the pixel's own radiance.
     pub least_variance: f64,
 }
 
 impl RefinementCriteria {
-    /// Errors count over this radiance or more, W/sr/m².
+    /// Least radiance that errors are relative to, W/sr/m².
     pub fn least_radiance(&self) -> f32 {
         let share = if self.is_local { LOCAL_FLOOR } else { 1.0 };
         (share * self.radiance) as f32
     }
 
-    /// 1 where they count over the pixel's own radiance, else 0.
+    /// 1 if errors are relative to the pixel's own radiance, else 0.
     pub fn own_share(&self) -> f32 {
         if self.is_local { 1.0 } else { 0.0 }
     }

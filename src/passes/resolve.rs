@@ -1,4 +1,4 @@
-//! Resolve pass: indirect radiance of every pixel from what was gathered or interpolated there.
+//! Resolve pass: computes the indirect radiance of every pixel from what was gathered or interpolated there.
 
 use super::{
     Context,
@@ -10,7 +10,7 @@ use crate::{
     vulkan::{Image, Recorder, Resource, shaders::ResolveParameters},
 };
 
-/// L_{P→C} by the bounce, for every pixel with a surface, and its expected error; with time of flight also Z.
+/// Computes L_{P→C} of the bounce for every pixel with a surface, and its expected error; with time of flight also Z.
 pub(crate) fn resolve(
     recorder: &mut Recorder,
     context: &Context,

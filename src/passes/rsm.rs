@@ -7,7 +7,7 @@ use crate::{
     vulkan::{Allocate, Device, Image, ImageShape, Recorder, Resource, Target},
 };
 
-/// A position image's pixel that shows no surface.
+/// A pixel of a position image that shows no surface.
 pub(crate) const NO_SURFACE: [f32; 4] = [0.0, 0.0, 0.0, -1.0];
 
 /// Images with one layer per face of the light.
@@ -18,13 +18,13 @@ pub(crate) struct Rsm<A: Allocate = Device> {
     pub normal: A::Image,
     /// k_d; L_{L→Q} over the light's axial intensity.
     pub kd_irradiance: A::Image,
-    /// k_s; s. Only where some material is specular.
+    /// k_s; s. Only if some material is specular.
     pub ks_shininess: Option<A::Image>,
     depth: A::Image,
 }
 
 impl<A: Allocate> Rsm<A> {
-    /// Room for the light with the most faces; the others use the first layers. `None` where nothing reads one.
+    /// Room for the light with the most faces; the others use the first layers. `None` if nothing reads an RSM.
     pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<Rsm<A>>> {
         let Some(rsm_size) = plan.rsm_size() else {
             return Ok(None);
@@ -42,7 +42,7 @@ impl<A: Allocate> Rsm<A> {
 }
 
 impl Rsm {
-    /// All but the depth, under the names that the shaders give them.
+    /// All images except the depth, with their names in the shaders.
     fn images(&self) -> impl Iterator<Item = (&'static str, &Image)> {
         let images = [
             ("rsm_position", &self.position),

@@ -13,20 +13,20 @@ use crate::{
     },
 };
 
-/// Samples come in packets of rays.
+/// Samples come in packets of this many rays.
 pub(crate) const PACKET_SAMPLES: u32 = 64;
 
-/// The packets that each receiver of a list takes: the first one, and 65536 times the one after the last.
+/// The packets that each receiver of a list takes: the first one, plus 65536 times the one after the last.
 pub(crate) struct SampleCounts<A: Allocate = Device> {
     pub ranges: A::Buffer,
     readback: A::Buffer,
     capacity: u32,
-    /// From what the receivers have taken so far; else from what their pixels have.
+    /// Whether receivers continue from what they have taken so far; else they continue from what their pixels have.
     goes_on: bool,
 }
 
 impl<A: Allocate> SampleCounts<A> {
-    /// Room for those of so many receivers.
+    /// Allocates room for the counts of `capacity` receivers.
     pub fn new(allocate: &A, capacity: u32) -> Result<SampleCounts<A>> {
         let capacity = capacity.max(1);
         let buffer = |usage| allocate.buffer("sample counts", 4 * u64::from(capacity), usage);
@@ -40,7 +40,7 @@ impl<A: Allocate> SampleCounts<A> {
 }
 
 impl SampleCounts {
-    /// So many packets for each receiver, which go on from there.
+    /// Gives each receiver this many packets. Later counts continue from there.
     pub fn even(context: &Context, capacity: u32, packets: u32) -> Result<SampleCounts> {
         let device = context.device;
         let counts = SampleCounts::new(device, capacity)?;
@@ -58,7 +58,7 @@ impl SampleCounts {
         })
     }
 
-    /// What each receiver of a list takes, from the variances that the image knows. The host knows it after the submission.
+    /// Computes what each receiver of a list takes, from the variances that the image knows. The host can read it after the submission.
     pub fn count(
         &self,
         recorder: &mut Recorder,
@@ -95,7 +95,7 @@ impl SampleCounts {
         Ok(())
     }
 
-    /// The packets that each receiver takes, as the host knows them.
+    /// The number of packets that each receiver takes, as the host has read it back.
     pub fn packets(&self, range: ReceiverRange) -> Result<Vec<u32>> {
         let ranges = self.readback.mapped::<u32>(self.capacity as usize)?;
         let ranges = &ranges[range.first as usize..][..range.count as usize];

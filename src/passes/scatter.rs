@@ -1,4 +1,4 @@
-//! Scatter pass: the results of a gather go to the pixels of its receivers, with what they say of the prediction's error.
+//! Scatter pass: writes the results of a gather to the pixels of its receivers, with what they show about the prediction's error.
 
 use super::{
     Context,
@@ -12,8 +12,8 @@ use crate::{
     vulkan::{Buffer, Recorder, Resource, shaders::ScatterParameters},
 };
 
-/// Takes the first results for the receivers of a range. Where there is noise and pixels may be interpolated, a gather counts as far
-/// as it differs from its prediction by more than noise.
+/// Takes the first results for the receivers of a range. With noise, and where pixels may be interpolated, a gather changes its
+/// prediction only as far as it differs from it by more than noise.
 pub(crate) fn scatter(
     recorder: &mut Recorder,
     context: &Context,

@@ -1,4 +1,4 @@
-//! Sensor pass: energy on each pixel in the exposure.
+//! Sensor pass: computes the energy on each pixel during the exposure.
 
 use super::Context;
 use crate::{
@@ -6,18 +6,18 @@ use crate::{
     vulkan::{Image, Recorder, Resource, shaders::SensorParameters},
 };
 
-/// What is added up, and what for.
+/// The factor, the input images and the output image of the sum.
 pub(crate) struct Exposure<'e> {
-    /// Of what each pixel gets, over its radiance along the axis.
+    /// What a pixel gets, over its radiance along the axis.
     pub factor: f64,
-    /// Where the pixels look, for those behind an aperture: the kernel's word, and an image by its name there.
+    /// Where the pixels look; only behind an aperture. The kernel's word, the image's name in the kernel, and the image.
     pub seen: Option<(&'static str, &'static str, &'e Image)>,
     pub direct: &'e Image,
     pub indirect: Option<&'e Image>,
     pub sum: &'e Image,
 }
 
-/// sum = (direct + indirect) · factor, and behind an aperture cos⁴ of the angle to the axis.
+/// Computes sum = (direct + indirect) · factor; behind an aperture, also times cos⁴ of the angle to the axis.
 pub(crate) fn expose(
     recorder: &mut Recorder,
     context: &Context,

@@ -1,4 +1,4 @@
-//! Shadow pass: where a light's rays end, for lights whose RSM is absent or too coarse for the shadow test.
+//! Shadow pass: draws where a light's rays end, for lights whose RSM is missing or too coarse for the shadow test.
 
 use super::{Context, light::DeviceLight, surface::Surfaces};
 use crate::{
@@ -13,7 +13,7 @@ pub(crate) struct ShadowMap<A: Allocate = Device> {
 }
 
 impl<A: Allocate> ShadowMap<A> {
-    /// Room for the light with the most faces; `None` where RSMs or rays serve them all.
+    /// Room for the light with the most faces; `None` if RSMs or rays serve all lights.
     pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<ShadowMap<A>>> {
         let Some(size) = plan.own_map_size() else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! Smooth pass: lowers the noise of the gathers on a grid by what the pixels around them say.
+//! Smooth pass: lowers the noise of the gathers on a grid, using the pixels around them.
 
 use super::{
     Context,
@@ -10,7 +10,7 @@ use crate::{
     vulkan::{Recorder, shaders::SmoothParameters},
 };
 
-/// Replaces what was gathered at every `stride_px`-th pixel of a row and of a column.
+/// Replaces what was gathered at every `stride_px`-th pixel of each row and column.
 pub(crate) fn smooth(
     recorder: &mut Recorder,
     context: &Context,

@@ -1,4 +1,4 @@
-//! Standard error pass: what the indirect radiance of each pixel is off by.
+//! Standard error pass: computes the standard error of each pixel's indirect radiance.
 
 use super::Context;
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     vulkan::{Image, Recorder, Resource, shaders::StderrParameters},
 };
 
-/// From what the resolve pass expects, times factors for gathered and for interpolated pixels.
+/// Multiplies the error that the resolve pass expects by a factor for gathered pixels and one for interpolated pixels.
 pub(crate) fn fill(
     recorder: &mut Recorder,
     context: &Context,

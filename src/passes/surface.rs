@@ -26,12 +26,12 @@ pub(crate) struct Surfaces {
     normals: Arc<Buffer>,
     texcoords: Arc<Buffer>,
     textures: Arc<Textures>,
-    /// Where those that share a mesh are: this alone changes where they move.
+    /// Where the instances of shared meshes are. Only this changes when they move.
     pub instances: Arc<Instances>,
     ranges: Vec<Range>,
 }
 
-/// k_d; k_s and s, of a material as the device has it.
+/// k_d; k_s and s of a material, in the device's layout.
 pub(crate) fn brdf_texels(material: &Material) -> ([f32; 3], [f32; 4]) {
     let [kr, kg, kb] = material.ks.map(|ks| ks as f32);
     let kd = material.kd.map(|kd| kd as f32);
@@ -42,13 +42,13 @@ pub(crate) fn brdf_texels(material: &Material) -> ([f32; 3], [f32; 4]) {
 struct Range {
     first_triangle: u32,
     triangle_count: u32,
-    /// The first one in the list of instances, and how many; of what lies in the scene's space 0, and 1.
+    /// The first instance in the list of instances, and the number of instances. For a mesh in the scene's space: 0 and 1.
     instances: [u32; 2],
     is_smooth: bool,
     draw: Draw,
 }
 
-/// What a scene's surfaces take but for their textures.
+/// Declares the memory for a scene's surfaces, except their textures.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> Result<()> {
     let list = |name, count: u64, bytes| {
         allocate.buffer(name, count * bytes, BufferUse::Device)?;
@@ -91,7 +91,7 @@ impl Surfaces {
         let mut first = 1;
         for shared in &geometry.shared {
             let count = shared.instances.len() as u32;
-            // The list of instances has their indices.
+            // The indices of these instances are in the list of instances.
             let index = (0, [first, count]);
             lists.add(scene, plan, (&shared.space, textures), index, &shared.mesh);
             first += count;
@@ -107,7 +107,7 @@ impl Surfaces {
         })
     }
 
-    /// The triangles under the names that the shaders give their lists.
+    /// The lists of triangles with their names in the shaders.
     pub fn triangles(&self) -> [(&'static str, Resource<'_>); 2] {
         [
             ("positions", Resource::Buffer(&self.positions)),
@@ -115,8 +115,8 @@ impl Surfaces {
         ]
     }
 
-    /// Draws every surface as seen from a view, by the shader of the pass. Without the word for a BRDF the pass writes positions
-    /// and triangles only, which need neither normals nor textures.
+    /// Draws every surface as seen from a view, with the shader of the pass. Without the word for a BRDF, the pass writes only
+    /// positions and triangles, which need neither normals nor textures.
     pub fn draw(
         &self,
         recorder: &mut Recorder,
@@ -163,7 +163,7 @@ impl Surfaces {
     }
 }
 
-/// The buffer of a view.
+/// Uploads a view to a buffer.
 pub(crate) fn upload_view(device: &Device, view: &View) -> Result<Buffer> {
     Buffer::upload(device, "view", std::slice::from_ref(view))
 }
@@ -172,9 +172,9 @@ pub(crate) fn upload_view(device: &Device, view: &View) -> Result<Buffer> {
 struct Lists {
     positions: Vec<[f32; 4]>,
     indices: Vec<u32>,
-    /// As many as positions where some mesh is smooth, else none.
+    /// One per position if some mesh is smooth, else empty.
     normals: Vec<[f32; 4]>,
-    /// As many as positions where there are textures, else none.
+    /// One per position if there are textures, else empty.
     texcoords: Vec<[f32; 2]>,
     ranges: Vec<Range>,
 }
@@ -202,7 +202,7 @@ impl Lists {
                 self.texcoords.push(texcoord.map(|c| c as f32));
             }
         }
-        // A stable sort: triangles of one material become one draw, in their own order.
+        // The sort is stable: the triangles of a material become one draw and keep their order.
         let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
         order.sort_by_key(|&triangle| mesh.triangle_materials[triangle]);
         for same in
@@ -217,7 +217,7 @@ impl Lists {
                     .extend(corners.map(|corner| first_vertex + corner));
             }
             let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
-            // A mesh without texture coordinates shows its materials plain.
+            // A mesh without texture coordinates uses its materials without textures.
             let place = |texture: Option<usize>| match mesh.texcoords[..] {
                 [] => shaders::Texture::default(),
                 _ => textures.place_of(texture),

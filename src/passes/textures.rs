@@ -1,4 +1,4 @@
-//! The scene's textures on the device, once for the rasteriser and for rays.
+//! The scene's textures on the device, stored once for the rasteriser and for rays.
 
 use crate::{
     Result, Scene,
@@ -6,33 +6,33 @@ use crate::{
     vulkan::{CommandPool, Declarations, Resource, WordList, shaders},
 };
 
-/// All texels of a scene, at the precision of their source, and alpha at 8 bits: `texels` of `shaders/texels.wgsl`.
+/// All texels of a scene, as `texels` of `shaders/texels.wgsl`: at the precision of their source, and alpha at 8 bits.
 #[derive(Default)]
 pub(crate) struct Textures {
-    /// `None`: no surface shows one.
+    /// `None` if no surface shows a texture.
     texels: Option<WordList>,
     places: Vec<shaders::Texture>,
-    /// Of the same textures as alpha.
+    /// Places of the same textures as alpha.
     alpha_places: Vec<shaders::Texture>,
 }
 
-/// What a scene's textures take.
+/// Declares the memory for a scene's textures.
 pub(crate) fn declare(declarations: &Declarations, scene: &Scene) -> Result<()> {
     let uses = scene.textures.iter().zip(uses_of(scene));
     let words = uses.map(|(texture, used)| used.word_count(texture)).sum();
-    // They are counted by 32 bits.
+    // Words are counted with 32 bits.
     declarations.check("words of textures", words, |_| u32::MAX.into())?;
     WordList::declare(declarations, "textures", words)
 }
 
-/// What a texture is there for.
+/// What a texture is used for.
 #[derive(Clone, Copy, Default, PartialEq)]
 pub(crate) struct TextureUses {
     has_bands: bool,
     has_alpha: bool,
 }
 
-/// Of each texture.
+/// The uses of each texture.
 pub(crate) fn uses_of(scene: &Scene) -> Vec<TextureUses> {
     let mut uses = vec![TextureUses::default(); scene.textures.len()];
     for material in &scene.materials {
@@ -54,7 +54,7 @@ impl TextureUses {
 }
 
 impl Textures {
-    /// Copies those that materials name to the device.
+    /// Copies the textures that materials name to the device.
     pub fn upload(commands: &CommandPool, scene: &Scene) -> Result<Textures> {
         let mut first_word = 0;
         let mut places = Vec::new();
@@ -71,7 +71,7 @@ impl Textures {
                 }
                 let place = shaders::Texture {
                     size: texture.size_px,
-                    // The plan has checked that it is that small.
+                    // The plan has checked that this fits.
                     first_word: first_word as u32,
                     words: words as u32,
                     is_srgb: is_srgb.into(),
@@ -100,26 +100,26 @@ impl Textures {
         })
     }
 
-    /// Where the texels of a texture of a material lie; of no columns where it has none.
+    /// The place of a material's texture in the list of texels. It has no columns if the material has no texture.
     pub fn place_of(&self, texture: Option<usize>) -> shaders::Texture {
         let place = texture.and_then(|index| self.places.get(index));
         place.copied().unwrap_or_default()
     }
 
-    /// The same of one that is alpha.
+    /// The same for an alpha texture.
     pub fn alpha_place_of(&self, texture: Option<usize>) -> shaders::Texture {
         let place = texture.and_then(|index| self.alpha_places.get(index));
         place.copied().unwrap_or_default()
     }
 
-    /// Under the name that the shaders give it.
+    /// The list with its name in the shaders.
     pub fn resource(&self) -> Option<(&'static str, Resource<'_>)> {
         let texels = self.texels.as_ref()?;
         Some(("texels", texels.resource()))
     }
 }
 
-/// The numbers that `word_index` of `shaders/texels.wgsl` makes a texture's first word of.
+/// The two numbers from which `word_index` of `shaders/texels.wgsl` computes a texture's first word.
 pub(crate) fn halves_of_first_word(texture: shaders::Texture) -> [f32; 2] {
     [texture.first_word >> 16, texture.first_word & 0xffff].map(|half| half as f32)
 }
@@ -132,7 +132,7 @@ fn words_per_texel(texels: &Texels) -> u64 {
     }
 }
 
-/// The alpha of each texel, of those to its right, below, and right below, in bytes of a word: all that is interpolated at a place.
+/// The alpha of each texel and of those to its right, below, and right below, as the bytes of a word. These four are interpolated.
 fn alpha_words(texture: &Texture) -> impl Iterator<Item = u32> {
     let [width, height] = texture.size_px.map(|size| size as usize);
     let alpha = move |column: usize, row: usize| {

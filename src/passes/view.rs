@@ -9,7 +9,7 @@ use crate::{
     vulkan::shaders::View,
 };
 
-/// Distance of the near plane, local units. With reversed depth it costs no precision to have it this near.
+/// Distance of the near plane, local units. With reversed depth, such a small distance costs no precision.
 const NEAR: f32 = 1.0 / (1 << 20) as f32;
 
 /// The camera's view: C, and a ray through each pixel at this offset from its centre.
@@ -21,7 +21,7 @@ pub(crate) fn of_camera(camera: &Camera, space: &LocalSpace, offset_px: DVec2) -
     let (cx, cy) = (intrinsics.cx - offset_px.x, intrinsics.cy - offset_px.y);
     let row_x = basis.right * (2.0 * fx / width) + basis.forward * (2.0 * cx / width - 1.0);
     let row_y = basis.down * (2.0 * fy / height) + basis.forward * (2.0 * cy / height - 1.0);
-    // Of a lens with distortion the rays are listed, in these axes.
+    // If the lens distorts the image, its rays are listed in these axes.
     let ray_direction = match camera.distortion() {
         Some(_) => [basis.forward, basis.right, basis.down],
         None => [
@@ -72,7 +72,7 @@ pub(crate) fn of_light_face(
         },
         Projection::Orthographic => {
             let half_extent = space.length(half_extent);
-            // A little farther than the scene, for what lies at depth 0 is not drawn.
+            // A little farther than the scene, because surfaces at depth 0 are not drawn.
             let range = 1.001 * space.length(domain.depth_range_m);
             View {
                 clip_from_offset: columns_of_rows(

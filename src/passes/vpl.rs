@@ -1,4 +1,4 @@
-//! VPL pass: the texels of an RSM that carry flux become virtual point lights, in a compact list.
+//! VPL pass: turns the texels of an RSM that carry flux into virtual point lights, in a compact list.
 
 use super::{Context, compact::Compactor, light::DeviceLight, rsm::Rsm};
 use crate::{
@@ -10,18 +10,18 @@ use crate::{
     },
 };
 
-/// VPLs of all lights, one behind the other, a layer per member.
+/// VPLs of all lights, one light after the other, with one layer per member.
 pub(crate) struct VplLists<A: Allocate = Device> {
     pub matte: A::Image,
-    /// Only where some material is specular.
+    /// Only if some material is specular.
     pub glossy: Option<A::Image>,
     compactor: Compactor<A>,
-    /// From one light's place to the next one's.
+    /// Distance from one light's place in the lists to that of the next.
     pub room_per_light: u32,
 }
 
 impl<A: Allocate> VplLists<A> {
-    /// Room for a VPL of either kind for each texel of the RSM of each light; `None` where no sum is taken of them.
+    /// Room for a matte and a glossy VPL for each texel of the RSM of each light; `None` if no sum over VPLs is taken.
     pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<VplLists<A>>> {
         let Some(rsm_size) = plan.rsm_size() else {
             return Ok(None);
@@ -52,7 +52,7 @@ impl<A: Allocate> VplLists<A> {
 }
 
 impl VplLists {
-    /// Zeros: what lies behind a list is read, too, and must be numbers.
+    /// Clears the lists to zero. Shaders also read beyond the end of a list, and must find numbers there.
     pub fn clear(&self, recorder: &mut Recorder) {
         for list in [Some(&self.matte), self.glossy.as_ref()]
             .into_iter()
@@ -63,18 +63,18 @@ impl VplLists {
         }
     }
 
-    /// How many texels the light that comes next has.
+    /// Sets the number of texels of the next light.
     pub fn set_texel_count(&mut self, texel_count: u32) -> Result<()> {
         self.compactor.set_item_count(texel_count)
     }
 
-    /// How many VPLs there are of either kind, after the submission.
+    /// The numbers of matte and glossy VPLs; valid after the submission.
     pub fn lengths(&self) -> Result<ListLengths> {
         self.compactor.read_lengths()
     }
 }
 
-/// Lists the VPLs of an RSM, in the light's own place among those of all lights.
+/// Lists the VPLs of an RSM, in the light's place in the lists of all lights.
 pub(crate) fn extract(
     recorder: &mut Recorder,
     context: &Context,

@@ -1,7 +1,7 @@
-//! Where the rays of the lights go: more often where their VPLs contribute more to the image, as a pilot has seen.
+//! Decides where the rays of the lights go: more often where their VPLs contribute more to the image, as a pilot has found.
 //!
-//! The map of a light is cut into tiles, and those into cells where a pilot had many samples. A tile's cells are as large as each
-//! other; their number is a power of four.
+//! The map of a light is cut into tiles. Tiles where a pilot had many samples are cut into cells. The cells of a tile are equally
+//! large, and their number is a power of four.
 
 use super::{
     light::DeviceLight,
@@ -15,33 +15,33 @@ use crate::{
     vulkan::{Allocate, CommandPool, Resource, TexelList, shaders::PilotSample},
 };
 
-/// Share of the rays that goes to the cells by their light alone, so that none is forgotten which the pilot has not seen.
+/// Share of the rays that is distributed to the cells by their light alone, so that cells that the pilot missed get some too.
 const EVEN_PART: f64 = 0.1;
-/// Share that goes to the tiles around those that contribute, and to the cells around: what is narrow may begin in one and go on in
-/// the next, of which the pilot has seen nothing. (Without those of cells a keyhole took 35 times the rays.)
+/// Shares that go to the tiles around those that contribute, and to the cells around those that do. A narrow feature may begin in one
+/// and continue in the next, where the pilot saw nothing. (Without the share for cells, a keyhole took 35 times the rays.)
 const NEIGHBOUR_TILE_PART: f64 = 0.05;
 const NEIGHBOUR_CELL_PART: f64 = 0.1;
-/// A cell with this share of all samples has neighbours as small as itself.
+/// The neighbours of a cell with at least this share of all samples become as small as the cell.
 const LARGE_SHARE: f64 = 1e-3;
-/// A tile has 4 to this power of cells at most: as many as `shaders/light_rays.wgsl` can number.
+/// A tile has at most 4 to this power of cells, as many as `shaders/light_rays.wgsl` can number.
 const MAX_LEVEL: u32 = 4;
-/// Samples that found light that a cell is to have.
+/// Number of samples with light that a cell should have.
 const SAMPLES_PER_CELL: usize = 8;
-/// What is known of a cell counts as much as so many samples of what is known of its tile.
+/// What is known of a tile counts as this many samples of each of its cells.
 const PRIOR_SAMPLES: f64 = 2.0;
-/// From a light farther away, in units of half the scene's size, its rays do not tell surfaces apart in f32. All its tiles but a part of
-/// one would miss the scene besides: the rays from P find what it lights.
+/// Distance in units of half the scene's size. The rays of a light farther away cannot tell surfaces apart in f32, and all but a
+/// part of one tile would miss the scene. Such a light gets no rays; rays from P find what it illuminates.
 const MAX_DISTANCE: f32 = 4096.0;
-/// The rays of a light in a set are a multiple of this: packets do not mix lights.
+/// The rays of a light in a set are a multiple of this, because packets do not mix lights.
 const PACKET_RAYS: u32 = 64;
-/// Cells beyond those that are whole tiles: half of them where samples were, half beside those.
+/// Most cells beyond those that are whole tiles: half of them where samples were, half next to those.
 const MAX_SMALL_CELLS: usize = 1 << 15;
 
 /// The distribution of the samples over the maps of all lights.
 pub(crate) struct VplSampler {
-    /// In the order of lights, faces, and Morton order.
+    /// In the order of lights, then of faces, then in Morton order.
     tiles: Vec<Tile>,
-    /// The probability of each cell, in the order of tiles and Morton order.
+    /// The probability of each cell, in the order of tiles, then in Morton order.
     cells: Vec<f64>,
     /// Where the tiles of each light begin.
     first_tiles: Vec<usize>,
@@ -52,10 +52,10 @@ pub(crate) struct VplSampler {
 
 /// What the samples of a pilot found.
 pub(crate) struct Pilot<'p> {
-    /// For every result those of a packet.
+    /// A packet of samples for each result.
     pub samples: &'p [PilotSample],
     pub first_result: u32,
-    /// From which result on the lights' rays had which seed.
+    /// The first result for which the lights' rays had a seed, and that seed.
     pub rays: &'p [(u32, u32)],
 }
 
@@ -63,46 +63,47 @@ pub(crate) struct Pilot<'p> {
 #[derive(Clone, Copy)]
 struct Seen {
     pilot: u8,
-    /// In the tile, in steps of the finest cells.
+    /// Place in the tile, in steps of the finest cells.
     place: u16,
-    /// What it adds to the integral of the square over the tile.
+    /// What the sample adds to the integral of the squared contribution over the tile.
     square: f64,
 }
 
 #[derive(Clone, Copy)]
 struct Tile {
-    /// By the light that is sent through it.
+    /// Probability by the light that passes through the tile.
     even_probability: f64,
     first_cell: usize,
-    /// It has 4 to this power of cells.
+    /// The tile has 4 to this power of cells.
     level: u32,
 }
 
-/// Rays of a light in a set of them, and its cells in the list.
+/// The rays of a light in a set, and its cells in the list.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RaysOfLight {
     pub first_ray: u32,
     pub ray_count: u32,
     pub first_cell: u32,
     pub cell_count: u32,
-    /// Of the light's probability, in units of its cells' bounds, for each ray.
+    /// The light's probability per ray, in units of its cells' bounds.
     pub stride: u32,
 }
 
 /// Which rays of a set go through which cell.
 pub(crate) struct RayTable {
-    /// Of all lights.
+    /// Rays of all lights together.
     pub set_size: u32,
     requested_set_size: u32,
     pub lights: Vec<RaysOfLight>,
-    /// Of the cells with rays: from where in the light's probability, how much, and the place among all cells.
+    /// The cells with rays: where each begins in the light's probability, its share, and its place among all cells.
     cells: Vec<(u32, u32, usize)>,
     cell_list: TexelList,
     densities: TexelList,
 }
 
 impl VplSampler {
-    /// By the light that goes through each tile; half of the samples to all lights alike, half by power.
+    /// Creates a sampler that samples tiles by the light that passes through them. Half of the samples go to all shining lights
+    /// evenly, half by power.
     pub fn even(lights: &[&DeviceLight]) -> VplSampler {
         let power = |light: &DeviceLight| {
             let texels = light.domain.texels.iter();
@@ -130,7 +131,7 @@ impl VplSampler {
         let mut first_tiles = Vec::new();
         for ((light, powers_w), sum_w) in lights.iter().zip(&powers_w).zip(&sums_w) {
             let of_light = 0.5 / shining.max(1) as f64 + 0.5 * sum_w / total_w;
-            // A light with fewer faces than another leaves room.
+            // A light with fewer faces than another leaves a gap.
             let first_tile = light.parameters.first_tile as usize;
             tiles.resize(first_tile, 0.0);
             first_tiles.push(first_tile);
@@ -160,7 +161,7 @@ impl VplSampler {
         }
     }
 
-    /// Hands about so many rays out to the cells: each light that shines has some.
+    /// Distributes about this many rays to the cells. Each light that shines gets some.
     pub fn table(&self, commands: &CommandPool, requested_set_size: u32) -> Result<RayTable> {
         let mut cells = Vec::new();
         let mut texels = Vec::new();
@@ -235,9 +236,9 @@ impl VplSampler {
         })
     }
 
-    /// Learns from what a pilot's samples of VPLs have contributed. A cell's probability becomes that which makes the least noise,
-    /// the root of its area times the integral of the square over it, but for the other parts. Contributions count as the norm has
-    /// it.
+    /// Learns from what a pilot's samples of VPLs have contributed. Apart from the even share and the shares of neighbours, a cell's
+    /// probability becomes the one with the least noise: the root of its area times the integral of the squared contribution over it.
+    /// The norm weights the contributions.
     ///
     /// Returns the share of the samples that go elsewhere from now on.
     pub fn learn(
@@ -301,7 +302,7 @@ impl VplSampler {
         moved
     }
 
-    /// The tiles with cells of these levels, and the cells' weights by what was seen, whose sum is 1. `None` if nothing was.
+    /// The tiles with cells of these levels, and the cells' weights by what was seen, with the sum 1. `None` if nothing was seen.
     fn weighted(&self, levels: &[u32]) -> Option<(Vec<Tile>, Vec<f64>)> {
         let mut cells = Vec::new();
         let mut tiles = self.tiles.clone();
@@ -315,7 +316,7 @@ impl VplSampler {
         (total > 0.0).then_some((tiles, cells))
     }
 
-    /// The levels of the tiles, such that cells with much weight have neighbours as small as they are, also in the next tile.
+    /// The levels of the tiles, chosen so that cells with much weight have neighbours as small as they are, also in the next tile.
     fn refined_levels(&self, lights: &[&DeviceLight], tiles: &[Tile], cells: &[f64]) -> Vec<u32> {
         let mut levels: Vec<u32> = tiles.iter().map(|tile| tile.level).collect();
         let mut wanted = Vec::new();
@@ -339,8 +340,8 @@ impl VplSampler {
         levels
     }
 
-    /// The cells around one of a tile, if all tiles had cells of its level, on other faces of its light too: their tiles, and places in
-    /// Morton order.
+    /// The cells around a cell of a tile, as if all tiles had cells of its level, also on other faces of its light.
+    /// Returns their tiles, and their places in Morton order.
     fn cells_around(
         &self,
         lights: &[&DeviceLight],
@@ -380,7 +381,7 @@ impl VplSampler {
         found
     }
 
-    /// Notes what a pilot has seen.
+    /// Records what a pilot has seen.
     fn look(
         &mut self,
         table: &RayTable,
@@ -407,7 +408,7 @@ impl VplSampler {
             let tile = &self.tiles[tile_of_cell[cell]];
             let finest = 1 << (2 * (MAX_LEVEL - tile.level));
             let place = (cell - tile.first_cell) * finest + (along * finest as f64) as usize;
-            // A ray stands for its candidates, one of which is drawn by what it contributes: on average the sum of their squares.
+            // A ray stands for its candidates, and one is drawn by its contribution. On average this gives the sum of their squares.
             let square = f64::from(sample.candidate) * f64::from(sample.found);
             let square = weights[receiver].powi(2) * square;
             self.seen[tile_of_cell[cell]].push(Seen {
@@ -425,7 +426,7 @@ impl Tile {
         self.first_cell..self.first_cell + (1 << (2 * self.level))
     }
 
-    /// The cells at a place in Morton order among cells of a level.
+    /// The cells at a place in Morton order, where `code` counts cells of `level`.
     fn cells_at(&self, code: u32, level: u32) -> std::ops::Range<usize> {
         let coarser = level.saturating_sub(self.level);
         let finer = self.level.saturating_sub(level);
@@ -433,11 +434,12 @@ impl Tile {
         first..first + (1 << (2 * finer))
     }
 
-    /// The root of each cell's area times the integral of the square over it: of what pilots say, each as much as it has samples there.
+    /// The root of each cell's area times the integral of the square over it. The integrals of the pilots are averaged, weighted by
+    /// their samples in the cell.
     fn weights(&self, seen: &[Seen], pilots: u8) -> Vec<f64> {
         let count = self.cells().len();
         let places_per_cell = (1 << (2 * MAX_LEVEL)) / count;
-        // Of each pilot and cell the integral, and samples.
+        // For each pilot and cell: the integral, and the number of samples.
         let mut sums = vec![(0.0, 0.0); usize::from(pilots) * count];
         for seen in seen {
             let cell = usize::from(seen.place) / places_per_cell;
@@ -472,7 +474,7 @@ impl Tile {
 }
 
 impl RayTable {
-    /// Where a ray goes: the cell, the part of its Morton curve, and the cell's probability. `None`: there is no such ray.
+    /// Where a ray goes: the cell, the fraction along its Morton curve, and the cell's probability. `None` if there is no such ray.
     fn place(&self, ray: u32, seed: u32) -> Option<(usize, f64, f64)> {
         if ray >= self.set_size {
             return None;
@@ -488,19 +490,19 @@ impl RayTable {
         (along < 1.0).then_some((cell, along, of_light / f64::from(self.set_size)))
     }
 
-    /// Whether it was made for about so many rays.
+    /// Whether the table was made for this requested number of rays.
     pub fn is_for(&self, set_size: u32) -> bool {
         self.requested_set_size == set_size
     }
 
-    /// What the tables of up to so many tiles take.
+    /// Declares the memory for tables of up to this many tiles.
     pub fn declare(allocate: &impl Allocate, tiles: u64) -> Result<()> {
         let cells = tiles + MAX_SMALL_CELLS as u64;
         TexelList::declare(allocate, "cells of the lights' rays", cells)?;
         TexelList::declare(allocate, "densities of VPLs", tiles + cells)
     }
 
-    /// The images under the names that the shaders give them.
+    /// The images with their names in the shaders.
     pub fn resources(&self) -> [(&'static str, Resource<'_>); 2] {
         [
             ("ray_cells", self.cell_list.resource()),
@@ -509,7 +511,7 @@ impl RayTable {
     }
 }
 
-/// What the light at each receiver counts.
+/// The weight of the light at each receiver.
 fn receiver_weights(samples: &[PilotSample], norm: ErrorNorm) -> Vec<f64> {
     let receivers = samples.chunks_exact(PACKET_SAMPLES as usize);
     match norm {
@@ -525,12 +527,12 @@ fn receiver_weights(samples: &[PilotSample], norm: ErrorNorm) -> Vec<f64> {
     }
 }
 
-/// Zeros between the bits of a number.
+/// Inserts zeros between the bits of a number.
 fn spread_bits(number: u32) -> u32 {
     (0..16).map(|bit| (number & (1 << bit)) << bit).sum()
 }
 
-/// The even bits of a number, close together.
+/// Packs the even bits of a number together.
 fn every_other_bit(bits: u32) -> u32 {
     (0..16).map(|bit| (bits >> bit) & (1 << bit)).sum()
 }

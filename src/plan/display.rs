@@ -1,4 +1,4 @@
-//! A plan in words.
+//! Formats a plan as text.
 
 use std::fmt;
 

@@ -1,18 +1,18 @@
-//! The kernels that do the same on different devices.
+//! The kernels that compute the same on different devices.
 
 use crate::{
     Error, Result,
     vulkan::{DeviceInfo, DeviceKind},
 };
 
-/// How rays find triangles. Large ones stand alone in two of these, and each lane goes by itself through a tree over the others.
+/// How rays find triangles. `Packet` and `Single` test large triangles separately; each lane traverses a tree over the others on its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RayKernel {
-    /// The rays of a subgroup together, for which it takes eight lanes: each works one triangle out and broadcasts it.
+    /// Traces the rays of a subgroup of eight lanes together: each lane prepares one triangle and broadcasts it.
     Packet,
-    /// The rays of each lane by themselves: any device of Vulkan 1.3.
+    /// Traces the rays of each lane separately. Runs on any Vulkan 1.3 device.
     Single,
-    /// By units of the device's own (`VK_KHR_ray_query`), each ray by itself, among all triangles.
+    /// Uses the device's ray tracing units (`VK_KHR_ray_query`): each ray separately, among all triangles.
     Query,
 }
 
@@ -28,7 +28,7 @@ impl RayKernel {
         }
     }
 
-    /// Whether the kernel gives right results on the device: a packet is that of eight lanes.
+    /// Whether the kernel gives right results on the device. `Packet` needs eight lanes.
     pub fn runs_on(self, device: &DeviceInfo) -> bool {
         match self {
             RayKernel::Packet => device.limits.broadcast_lanes == Some(8),
@@ -51,7 +51,7 @@ impl RayKernel {
         fitting(self, self.runs_on(device), "ray", self.name(), device)
     }
 
-    /// The fastest one of those that run on the device: what a GPU has units for, but CPU drivers do without those.
+    /// The fastest kernel that runs on the device. `Query` is skipped on CPU drivers, which have no ray tracing units.
     pub fn best_for(device: &DeviceInfo) -> Self {
         let own = [RayKernel::Query, RayKernel::Packet, RayKernel::Single];
         let first = usize::from(device.kind == DeviceKind::Cpu);
@@ -60,14 +60,14 @@ impl RayKernel {
     }
 }
 
-/// How the gather hands VPLs to its lanes.
+/// How the gather distributes VPLs to its lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GatherKernel {
-    /// Each of 8 lanes loads a VPL and broadcasts it: CPU drivers of 256 bits.
+    /// Each of 8 lanes loads a VPL and broadcasts it. For CPU drivers with 256-bit vectors.
     Broadcast8,
-    /// The same with 4 lanes: CPU drivers of 128 bits.
+    /// The same with 4 lanes. For CPU drivers with 128-bit vectors.
     Broadcast4,
-    /// Tiles in workgroup memory: GPUs.
+    /// Tiles in workgroup memory. For GPUs.
     Tile,
 }
 
@@ -87,7 +87,7 @@ impl GatherKernel {
         }
     }
 
-    /// Whether the kernel gives right results on the device: a broadcast counts on the number of lanes.
+    /// Whether the kernel gives right results on the device. A broadcast depends on the number of lanes.
     pub fn runs_on(self, device: &DeviceInfo) -> bool {
         match self {
             GatherKernel::Broadcast8 => device.limits.broadcast_lanes == Some(8),
@@ -101,7 +101,7 @@ impl GatherKernel {
         fitting(self, self.runs_on(device), "gather", self.name(), device)
     }
 
-    /// The fastest kernel for the device: lavapipe does one scalar load per lane from workgroup memory, GPUs do one for all.
+    /// The fastest kernel for the device. From workgroup memory, lavapipe does one scalar load per lane; GPUs do one load for all lanes.
     pub fn best_for(device: &DeviceInfo) -> Self {
         let running = Self::ALL.into_iter().find(|kernel| kernel.runs_on(device));
         let best = running.filter(|_| device.kind == DeviceKind::Cpu);

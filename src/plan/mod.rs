@@ -1,5 +1,4 @@
-//! What a scene needs: derived from it before any work starts, printed on request, and the only thing that picks passes
-//! and kernel permutations.
+//! Plans what a scene needs, before any work starts. Only the plan picks passes and kernel permutations; it can be printed.
 
 mod display;
 mod kernels;
@@ -19,21 +18,21 @@ use crate::{
     vulkan::{DeviceInfo, shaders::most_storage_images},
 };
 
-/// Bounds of the edge of the shadow map that lights share whose RSM is too coarse, texels.
+/// Bounds of the edge of the shared shadow map, texels. Lights whose RSM is too coarse share this map.
 const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
-/// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
+/// Texels of that map per triangle of the scene. With fewer, many triangles are missing from the map.
 const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
-/// What rasterisers of GPUs have, at least.
+/// Least sub-pixel bits of the rasterisers of GPUs.
 const FINE_SUB_PIXEL_BITS: u32 = 8;
-/// Points of the coarsest grid along the shorter edge. By rays these are also to average their noise.
+/// Points of the coarsest grid along the shorter edge. With rays, these points also average their noise.
 const RAY_GRID_POINTS: u32 = 50;
 const SUM_GRID_POINTS: u32 = 25;
-/// Texels along the edge of a tile, where final gathering is given a size of the RSM.
+/// Texels along the edge of a tile, if the scene sets the size of the RSM for final gathering.
 const RSM_TEXELS_PER_TILE: u32 = 8;
-/// Tiles along the edge of a face at most.
+/// Most tiles along the edge of a face.
 const MAX_TILES: u32 = 32;
 
-/// The passes and permutations that a frame takes on a device.
+/// The passes and permutations that a frame needs on a device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     pub resolution_px: [u32; 2],
@@ -43,9 +42,9 @@ pub struct Plan {
     pub is_smooth: bool,
     /// Some visible material has a texture.
     pub is_textured: bool,
-    /// Some visible material has a map of normals; then the mesh counts as smooth and as textured, too.
+    /// Some visible material has a normal map. Its mesh then also counts as smooth and as textured.
     pub is_bumped: bool,
-    /// Some visible material has an alpha texture; then all surfaces that rays hit are shaded as if they had maps of normals.
+    /// Some visible material has an alpha texture. All surfaces that rays hit are then shaded as if they had normal maps.
     pub has_cutouts: bool,
     /// Whether instances share meshes on the device.
     pub has_shared_meshes: bool,
@@ -56,63 +55,63 @@ pub struct Plan {
     /// How rays find what the camera sees; `None`: the rasteriser does.
     pub primary_rays: Option<RayKernel>,
     pub lights: Vec<LightPlan>,
-    /// Sets of images for what lights see: one a light where they fit, else one that the lights use in turn.
+    /// Sets of images for what lights see: one per light if they fit, else one that the lights use one after the other.
     pub map_sets: u32,
     pub indirect: Option<IndirectPlan>,
-    /// Joules per W/m² on the pixel, with a sensor.
+    /// Joules per W/m² on the pixel; `None` without a sensor.
     pub joule_per_irradiance: Option<f64>,
-    /// Irradiance on the pixel over the radiance of light along the axis, sr, with an aperture.
+    /// Irradiance on the pixel over the radiance of light along the axis, sr; `None` without an aperture.
     pub irradiance_per_radiance: Option<f64>,
-    /// With time of flight.
+    /// `None` without time of flight.
     pub tof: Option<TofPlan>,
-    /// relRMSE that is requested of the direct light of lights with an area; `None` without such lights.
+    /// Requested relRMSE of the direct light of lights with an area; `None` without such lights.
     pub area_light_error: Option<f64>,
-    /// Rows that the device lays images out in.
+    /// Images on the device are laid out in whole blocks of this many rows.
     pub(crate) image_block_rows: u32,
 }
 
-/// What time of flight takes.
+/// What time of flight needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TofPlan {
     pub frequency_count: u32,
     pub phase_count: u32,
-    /// Bands that the pixels see.
+    /// Number of bands that the pixels see.
     pub band_count: u32,
 }
 
 impl TofPlan {
-    /// Layers of an image of phasors: two frequencies each.
+    /// Layers of an image of phasors: each holds two frequencies.
     pub(crate) fn pair_count(self) -> u32 {
         self.frequency_count.div_ceil(2)
     }
 }
 
-/// What one light takes.
+/// What one light needs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightPlan {
     pub kind: &'static str,
-    /// Faces that the light emits into.
+    /// Number of faces that the light emits into.
     pub faces: u32,
-    /// With time of flight.
+    /// Whether the light is modulated; only with time of flight.
     pub is_modulated: bool,
-    /// Angles and intensities of a measured pattern; 0 without one.
+    /// Count of the numbers of a pattern, such as angles and intensities; 0 without a pattern.
     pub pattern_numbers: u32,
     pub shadow: ShadowPlan,
 }
 
-/// How the shadow test of a light finds what is in its way.
+/// How the shadow test of a light finds occluders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ShadowPlan {
     /// In the light's RSM, which is fine enough.
     Rsm { size: u32 },
-    /// In a map of the light's own. The size is the edge of a face, texels.
+    /// In the light's own map. The size is the edge of a face, texels.
     Map { size: u32 },
-    /// By rays among all triangles.
+    /// With rays among all triangles.
     Rays(RayKernel),
 }
 
 impl LightPlan {
-    /// The word of the shader permutations that tells what the light emits: a point of an area is a spot.
+    /// The permutation word for what the light emits. A point of an area counts as a spot.
     pub(crate) fn emission_word(&self) -> &'static str {
         match self.kind {
             "area" => "spot",
@@ -120,14 +119,14 @@ impl LightPlan {
         }
     }
 
-    /// Whether it shines from an area.
+    /// Whether the light has an area.
     pub(crate) fn is_area(&self) -> bool {
         self.kind == "area"
     }
 }
 
 impl ShadowPlan {
-    /// Edge of a face of the map that the shadow test reads, texels; `None`: it reads none.
+    /// Edge of a face of the map that the shadow test reads, texels; `None` if it reads none.
     pub fn map_size(self) -> Option<u32> {
         match self {
             ShadowPlan::Rsm { size } | ShadowPlan::Map { size } => Some(size),
@@ -135,7 +134,7 @@ impl ShadowPlan {
         }
     }
 
-    /// Edge of a face of the light's own map, texels; `None`: it has none.
+    /// Edge of a face of the light's own map, texels; `None` if it has none.
     pub(crate) fn own_map_size(self) -> Option<u32> {
         match self {
             ShadowPlan::Map { size } => Some(size),
@@ -144,15 +143,15 @@ impl ShadowPlan {
     }
 }
 
-/// What the indirect light takes.
+/// What the indirect light needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IndirectPlan {
-    /// Cells along one edge of a face of a light's emission domain: texels of its RSM, or tiles that final gathering sends rays
-    /// through.
+    /// Cells along one edge of a face of a light's emission domain: texels of its RSM, or tiles through which final gathering
+    /// sends rays.
     pub emission_size: u32,
     pub gather: GatherPlan,
     pub refinement: RefinementPlan,
-    /// Whether the standard error of each pixel's indirect light is wanted.
+    /// Whether the standard error of each pixel's indirect light is requested.
     pub has_stderr_layer: bool,
 }
 
@@ -161,23 +160,23 @@ pub struct IndirectPlan {
 pub enum GatherPlan {
     /// The sum over all VPLs, without visibility.
     VplSum { sum: VplSum, kernel: GatherKernel },
-    /// Rays from P and to VPLs.
+    /// Rays from P and rays to VPLs.
     FinalGather { kernel: RayKernel },
 }
 
 /// Which pixels are gathered; the others are interpolated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefinementPlan {
-    /// relRMSE of the indirect light that is requested: of a sum against that at every pixel, of final gathering against the
-    /// true bounce. `None`: every pixel is gathered.
+    /// Requested relRMSE of the indirect light; `None`: every pixel is gathered. The reference is the sum at every pixel for a sum,
+    /// and the true bounce for final gathering.
     pub target_error: Option<f64>,
-    /// What that counts over; for sums [`ErrorNorm::Image`].
+    /// The norm of this error; [`ErrorNorm::Image`] for sums.
     pub error_norm: ErrorNorm,
     /// Wall-clock time for the indirect light of a frame, milliseconds; `None`: no limit.
     pub max_ms: Option<f64>,
     /// Rays for the indirect light of a frame; `None`: no limit.
     pub max_rays: Option<u64>,
-    /// Pixels between the first ones that are gathered; a power of two, 1 where every pixel is gathered.
+    /// Stride of the grid of pixels that are gathered first; a power of two, 1 if every pixel is gathered.
     pub coarsest_stride: u32,
 }
 
@@ -190,7 +189,7 @@ impl IndirectPlan {
         }
     }
 
-    /// Edge of a face of the RSM, texels; `None`: there is none.
+    /// Edge of a face of the RSM, texels; `None` if there is no RSM.
     pub fn rsm_size(&self) -> Option<u32> {
         self.sum().map(|_| self.emission_size)
     }
@@ -202,7 +201,7 @@ impl IndirectPlan {
 }
 
 impl Plan {
-    /// What a scene needs, whether the device can hold it or not.
+    /// Plans for a scene, without checking that the device can hold it.
     pub(crate) fn for_scene(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         scene.validate()?;
         let tof = scene.tof.as_ref().map(|tof| TofPlan {
@@ -232,18 +231,17 @@ impl Plan {
             has_stderr_layer: indirect.stderr_layer().unwrap_or(false),
         });
         let primary_rays = planned_primary_rays(scene, device);
-        // Where there are rays, they cost less than a map, and their shadows are exact.
+        // If something casts rays anyway, they cost less than a map, and their shadows are exact.
         let has_rays = primary_rays.is_some() || indirect.is_some_and(|i| i.is_final_gather());
-        // What is left of a triangle with cut-outs is no triangle, which the test by a map takes it for.
-        // Nor is a light with an area a point, which a map has seen all from.
-        // A map names a triangle, and not on which instance.
+        // Rays are also used where the test by a map would be wrong. It takes a triangle with cut-outs as whole.
+        // It sees all from one point, but a light with an area shines from many. It names a triangle, but not its instance.
         let has_rays = has_rays || has_cutouts || scene.has_area_light() || has_shared_meshes;
         let shadow = scene.direct.shadow.unwrap_or(match has_rays {
             true => Shadow::Rays,
             false => Shadow::Map,
         });
-        // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
-        // miss what is smaller than twenty pixels.
+        // The shadow test uses the RSM's positions if they are as dense as those of a plain map: 64² texels would miss
+        // what is smaller than twenty pixels.
         let shadow = match (shadow, indirect.and_then(|indirect| indirect.rsm_size())) {
             (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
             (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
@@ -288,10 +286,10 @@ impl Plan {
         })
     }
 
-    /// Has rays find triangles in another way.
+    /// Changes how rays find triangles.
     ///
     /// # Errors
-    /// [`Error::NoDevice`](crate::Error::NoDevice) where that does not run on the device.
+    /// [`Error::NoDevice`](crate::Error::NoDevice) if that kernel does not run on the device.
     pub fn trace_by(&mut self, chosen: RayKernel, device: &DeviceInfo) -> Result<()> {
         let chosen = chosen.checked_for(device)?;
         if let Some(GatherPlan::FinalGather { kernel }) =
@@ -310,46 +308,46 @@ impl Plan {
         Ok(())
     }
 
-    /// The word of the shader permutations that tells whether there is a specular term.
+    /// The permutation word that says whether there is a specular term.
     pub(crate) fn brdf_word(&self) -> &'static str {
         if self.is_specular { "phong" } else { "lambert" }
     }
 
-    /// The words that tell what shades a surface beside its BRDF.
+    /// The permutation words for the shading of a surface, apart from its BRDF.
     pub(crate) fn shading_words(&self) -> [&'static str; 2] {
         let is_bumped = self.is_bumped || self.has_cutouts;
         shading_words(self.is_smooth, self.is_textured, is_bumped)
     }
 
-    /// The same for who reads it.
+    /// The name of the BRDF for readers.
     fn brdf_name(&self) -> &'static str {
         if self.is_specular { "Phong" } else { "Lambert" }
     }
 
-    /// Faces of the light that emits into the most.
+    /// The largest number of faces that a light emits into.
     pub(crate) fn max_faces(&self) -> u32 {
         let faces = self.lights.iter().map(|light| light.faces);
         faces.max().unwrap_or(1)
     }
 
-    /// Edge of a face of the shadow map that lights without a fine RSM use in turn, texels; `None`: no light needs one.
+    /// Edge of a face of the shadow map that lights without a fine RSM share, texels; `None` if no light needs one.
     pub(crate) fn own_map_size(&self) -> Option<u32> {
         let sizes = self.lights.iter().map(|light| light.shadow.own_map_size());
         sizes.max().flatten()
     }
 
-    /// Edge of a face of the RSM, texels; `None`: there is none.
+    /// Edge of a face of the RSM, texels; `None` if there is no RSM.
     pub(crate) fn rsm_size(&self) -> Option<u32> {
         self.indirect.and_then(|plan| plan.rsm_size())
     }
 
-    /// Whether direct light is tested by rays among the triangles.
+    /// Whether the shadow test of some light uses rays.
     pub(crate) fn has_shadow_rays(&self) -> bool {
         let is_by_rays = |light: &LightPlan| matches!(light.shadow, ShadowPlan::Rays(_));
         self.lights.iter().any(is_by_rays)
     }
 
-    /// How rays find triangles; `None`: nothing casts rays.
+    /// How rays find triangles; `None` if nothing casts rays.
     pub fn ray_kernel(&self) -> Option<RayKernel> {
         let of_light = |light: &LightPlan| match light.shadow {
             ShadowPlan::Rays(kernel) => Some(kernel),
@@ -363,18 +361,18 @@ impl Plan {
         self.primary_rays.or(of_gather).or_else(of_lights)
     }
 
-    /// Whether the standard error of each pixel's indirect light is wanted.
+    /// Whether the standard error of each pixel's indirect light is requested.
     pub(crate) fn has_stderr_layer(&self) -> bool {
         self.indirect.is_some_and(|plan| plan.has_stderr_layer)
     }
 
-    /// What time of flight takes of the bounce; `None` where that has no modulated light.
+    /// Time of flight of the bounce; `None` without a bounce or without a modulated light.
     pub(crate) fn bounced_tof(&self) -> Option<TofPlan> {
         let is_modulated = self.lights.iter().any(|light| light.is_modulated);
         self.tof.filter(|_| is_modulated && self.indirect.is_some())
     }
 
-    /// The word of the shader permutations that tells whether the bounce has phasors.
+    /// The permutation word that says whether the bounce has phasors.
     pub(crate) fn phasor_word(&self) -> &'static str {
         match self.bounced_tof() {
             Some(_) => "phasors",
@@ -393,7 +391,7 @@ impl Plan {
     }
 }
 
-/// Those of a surface.
+/// The shading words of one kind of surface.
 pub(crate) fn shading_words(
     is_smooth: bool,
     is_textured: bool,
@@ -408,7 +406,8 @@ pub(crate) fn shading_words(
     }
 }
 
-/// Rays where the lens bends them, and where the rasteriser snaps corners to so coarse a grid that it shows other triangles beside edges.
+/// Plans primary rays if the lens bends rays, or if the rasteriser snaps corners to a grid so coarse that it shows wrong
+/// triangles next to edges.
 fn planned_primary_rays(scene: &Scene, device: &DeviceInfo) -> Option<RayKernel> {
     let limits = device.limits;
     let is_coarse = limits.sub_pixel_bits < FINE_SUB_PIXEL_BITS
@@ -443,31 +442,31 @@ fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> Refin
     }
 }
 
-/// Pixels between those that are gathered in any case: so many points along the shorter edge, to see what the image is like.
+/// Stride of the pixels that are gathered in any case. About `points` of them along the shorter edge show what the image is like.
 fn coarsest_stride(resolution_px: [u32; 2], points: u32) -> u32 {
     let [width, height] = resolution_px;
     let stride = (width.min(height) / points).clamp(2, 16);
     1 << stride.ilog2()
 }
 
-/// Cells along one edge of a face. Tiles lie in Morton order, for which it is a power of two.
+/// Cells along one edge of a face. Tiles are stored in Morton order, so their number is a power of two.
 fn planned_emission_size(indirect: IndirectLight, light_count: usize) -> u32 {
     match (indirect.rsm_size(), light_count) {
         (Some(size), _) if indirect.sum().is_some() => size,
         (Some(size), _) => (size / RSM_TEXELS_PER_TILE)
             .clamp(1, MAX_TILES)
             .next_power_of_two(),
-        // Many lights share the rays that one has.
+        // Many lights share the rays that a single light would have.
         (None, 0..=4) => 16,
         (None, 5..=16) => 8,
         (None, _) => 4,
     }
 }
 
-/// Edge of a face of a shadow map that is fine enough for every light, so that the lights can use one in turn.
+/// Edge of a face of a shadow map that is fine enough for every light, so that the lights can share one.
 ///
-/// Shadow edges are those of triangles, not of texels: half the pixels' density is enough to find the triangles, if they
-/// are not much smaller than the texels.
+/// Shadow edges are those of triangles, not of texels. Half the pixels' density is enough to find the triangles,
+/// unless they are much smaller than the texels.
 fn shadow_size(scene: &Scene, fewest_faces: usize, device: &DeviceInfo) -> u32 {
     let [width, height] = scene.camera.resolution_px;
     let triangles = scene.triangle_count();

@@ -1,4 +1,4 @@
-//! The trees of the frame before.
+//! The ray trees of the previous frame.
 
 use std::sync::Arc;
 
@@ -11,30 +11,30 @@ use crate::{
     scene::{Mesh, Shared},
 };
 
-/// They stay as they are where instances alone have moved, come or gone, and are refitted to meshes that have changed their shape.
+/// The trees do not change if only instances have moved, come or gone. They are refitted to meshes that have changed their shape.
 #[derive(Default)]
 pub(crate) struct MeshTrees {
     scene: Option<SceneTree>,
     shared: Vec<MeshTreeOf>,
 }
 
-/// That of what lies in the scene's space.
+/// The tree of the meshes in the scene's space.
 struct SceneTree {
     space: LocalSpace,
     placed: Vec<Shared<Mesh>>,
     tree: Arc<MeshTree>,
 }
 
-/// That of a shared mesh.
+/// The tree of a shared mesh.
 struct MeshTreeOf {
     mesh: Shared<Mesh>,
-    /// Of its boxes.
+    /// The slack of its boxes.
     slack: f32,
     tree: Arc<MeshTree>,
 }
 
 impl MeshTrees {
-    /// Over what lies in the scene's space. See [`MeshTree::of_scene`] for the cut-outs.
+    /// The tree over the meshes in the scene's space. See [`MeshTree::of_scene`] for the cut-outs.
     pub fn of_scene(
         &mut self,
         geometry: &Geometry,
@@ -45,7 +45,7 @@ impl MeshTrees {
         let placed = geometry.placed.iter().map(|placed| placed.mesh.clone());
         let placed: Vec<Shared<Mesh>> = placed.collect();
         let before = self.scene.take();
-        // Beside instances there are no cut-outs, which might have changed.
+        // A scene with instances has no cut-outs, so they cannot have changed.
         let is_same = |kept: &SceneTree| {
             has_instances
                 && kept.tree.has_instances
@@ -73,7 +73,7 @@ impl MeshTrees {
         tree
     }
 
-    /// Over each of these meshes, whose instances lie like this in the scene. Those that are not asked for again are dropped.
+    /// The tree over each of these meshes. `to_local` places their instances in the scene. Trees that are not requested again are dropped.
     pub fn of_shared(
         &mut self,
         meshes: &[SharedMesh],
@@ -90,7 +90,7 @@ impl MeshTrees {
         for ((shared, slack), same) in meshes.iter().zip(slacks).zip(same) {
             let SharedMesh { mesh, space, .. } = shared;
             let kept = same.unwrap_or_else(|| {
-                // The first of as many triangles: most often the same mesh in another shape.
+                // The first one with the same number of triangles: usually the same mesh in another shape.
                 let is_like =
                     |kept: &mut MeshTreeOf| kept.mesh.triangles.len() == mesh.triangles.len();
                 let like = before.extract_if(.., is_like).next();
@@ -113,7 +113,7 @@ impl MeshTrees {
     }
 }
 
-/// The corners of the triangles that lie in the scene's space.
+/// The corners of the triangles in the scene's space.
 pub(crate) fn corners_of_placed(geometry: &Geometry, space: &LocalSpace) -> Vec<[Vec3; 3]> {
     let placed = geometry.placed.iter();
     placed

@@ -1,4 +1,4 @@
-//! The triangles of the scene's space or of a shared mesh, and a tree over them.
+//! The triangles of the scene's space or of a shared mesh, and the ray tree (BVH) over them.
 
 use std::time::Duration;
 
@@ -15,38 +15,40 @@ use super::{
     triangles::{TRIANGLE_TEXELS, triangle_texels, triangle_texels_in},
 };
 
-/// Triangles that stand alone come in groups of as many.
+/// Triangles outside the tree are stored in groups of this size.
 pub(super) const GROUP: usize = 8;
-/// Triangles of a scene without a tree, and those beside a tree, at most.
+/// Maximum number of triangles outside the tree. A scene with no more triangles needs no tree.
 pub(super) const MAX_FACETS: u64 = 64;
-/// A triangle whose box has more than this share of the scene's surface stands alone.
+/// A triangle is outside the tree if its box has more than this share of the area of the scene's box.
 const FACET_SHARE: f32 = 0.004;
-/// Levels of a shared mesh's tree whose boxes tell how far its instances reach.
+/// Levels of a shared mesh's tree whose boxes give the bounds of its instances.
 const COVER_LEVELS: u32 = 6;
-/// By how much the spread of a tree's boxes may grow before it is built again: rays take about as much longer.
+/// Factor by which the spread of a tree's boxes may grow before camlux builds the tree again. The time of rays grows by about the same
+/// factor.
 const MOST_GROWTH: f32 = 1.1;
 
-/// The triangles of the scene's space or of a shared mesh, and a tree over them.
+/// The triangles of the scene's space or of a shared mesh, and the ray tree over them.
 #[derive(Debug, Default)]
 pub(crate) struct MeshTree {
-    /// Triangles that stand alone.
+    /// Triangles outside the tree.
     facets: Vec<u32>,
     pub(super) group_count: u32,
-    /// Those that stand alone, filled up with triangles without area; then the others. Both in an order that does not depend on the tree, for of
-    /// triangles that a ray meets at one distance the first is hit.
+    /// First the triangles outside the tree, padded with triangles without area; then the others. Neither order depends on the tree,
+    /// because a ray hits the first of several triangles at the same distance.
     pub(super) triangles: Vec<Texel>,
     pub has_instances: bool,
     slack: f32,
-    /// That of the boxes when the tree was built.
+    /// The spread of the boxes when the tree was built.
     built_spread: f32,
     pub(super) grid: Grid,
-    /// Depth first: pairs of 16 bits for x, y and z, low corner | high corner << 16, and what follows the subtree, or a leaf's one triangle.
+    /// Depth first: pairs of 16 bits for x, y and z (low corner | high corner << 16), and the node after the subtree, or a leaf's one
+    /// triangle.
     pub(super) nodes: Vec<Texel>,
 }
 
 impl MeshTree {
-    /// Over the triangles that lie in the scene's space, of which those of other numbers than 0 have cut-outs: these are all in the tree.
-    /// Beside instances its boxes do not depend on how far the triangles reach.
+    /// Builds a tree over the triangles in the scene's space. Triangles whose entry in `cutouts` is not 0 have cut-outs; all of these are
+    /// in the tree. In a scene with instances, the grid of the boxes does not depend on how far the triangles reach.
     pub fn of_scene(corners: &[[Vec3; 3]], cutouts: &[u32], has_instances: bool) -> MeshTree {
         let (facets, others) = facets_and_others(corners, cutouts);
         let mut triangles = triangle_texels_in(&facets, corners, cutouts);
@@ -66,7 +68,7 @@ impl MeshTree {
         tree
     }
 
-    /// Over the triangles of a mesh in its own space, with the slack that its instances need.
+    /// Builds a tree over the triangles of a mesh in its own space, with the slack that its instances need.
     pub fn of_mesh(corners: &[[Vec3; 3]], slack: f32) -> MeshTree {
         let mut tree = MeshTree {
             slack,
@@ -77,8 +79,8 @@ impl MeshTree {
         tree
     }
 
-    /// Moves the triangles and fits the boxes to them. False where a new tree is better: the boxes have grown, or other triangles stand alone
-    /// or have cut-outs. Such a tree is to be dropped.
+    /// Moves the triangles and refits the boxes. Returns false if a new tree is better: the boxes have grown, or other triangles are
+    /// outside the tree or have cut-outs. Drop the tree in that case.
     pub fn refit_scene(
         &mut self,
         corners: &[[Vec3; 3]],
@@ -92,7 +94,7 @@ impl MeshTree {
         facets == self.facets && self.refit(corners, cutouts, &others)
     }
 
-    /// The same of [`of_mesh`](MeshTree::of_mesh).
+    /// The same for a tree of [`of_mesh`](MeshTree::of_mesh).
     pub fn refit_mesh(&mut self, corners: &[[Vec3; 3]], slack: f32) -> bool {
         let all: Vec<u32> = (0..corners.len() as u32).collect();
         self.slack == slack && self.refit(corners, &vec![0; corners.len()], &all)
@@ -102,12 +104,12 @@ impl MeshTree {
         (self.triangles.len() / TRIANGLE_TEXELS) as u32
     }
 
-    /// Of those of the leaves.
+    /// The index of the first triangle of the leaves.
     fn first_triangle(&self) -> usize {
         self.group_count as usize * GROUP
     }
 
-    /// Adds the tree over some triangles.
+    /// Adds the tree over these triangles.
     fn grow(&mut self, corners: &[[Vec3; 3]], cutouts: &[u32], others: &[u32]) {
         let first = self.triangle_count();
         self.triangles
@@ -168,14 +170,14 @@ impl MeshTree {
         true
     }
 
-    /// Beside instances it stays that of the whole scene.
+    /// Fits the grid to a box. In a scene with instances, the grid stays that of the whole scene.
     fn fit_grid(&mut self, bounds: Aabb) {
         if !self.has_instances {
             self.grid = Grid::around(bounds, self.slack);
         }
     }
 
-    /// The least box around the triangles below each node. None without nodes.
+    /// The smallest box around the triangles below each node; `None` without nodes.
     pub(super) fn fitted_boxes(&self, corners: &[[Vec3; 3]], others: &[u32]) -> Option<Vec<Aabb>> {
         let first = self.first_triangle();
         let mut boxes = vec![Aabb::empty(); self.nodes.len()];
@@ -191,7 +193,7 @@ impl MeshTree {
         (!boxes.is_empty()).then_some(boxes)
     }
 
-    /// Of a node with children. The first one follows the node, and the second one the first one's subtree.
+    /// The second child of a node. The first child follows the node, and the second child follows the first one's subtree.
     fn second_child(&self, node: usize) -> usize {
         match self.nodes[node + 1][3].to_bits() {
             word if word & LEAF != 0 => node + 2,
@@ -199,7 +201,7 @@ impl MeshTree {
         }
     }
 
-    /// Boxes that hold all of it: those of its first levels.
+    /// Boxes that contain the whole mesh: those of the tree's first levels.
     pub(super) fn cover(&self) -> Vec<[Vec3; 2]> {
         let mut boxes = Vec::new();
         let mut open = vec![(0, COVER_LEVELS)];
@@ -216,12 +218,13 @@ impl MeshTree {
     }
 }
 
-/// Of the place of a corner: −0 is not 0.
+/// The bits of a corner's position. They distinguish −0 from 0.
 fn bits([x, y, z, _]: Texel) -> [u32; 3] {
     [x, y, z].map(f32::to_bits)
 }
 
-/// The triangles that stand alone, large ones first where there are others; and these in their own order.
+/// Returns the triangles outside the tree and the others. If there are more than `MAX_FACETS` without cut-outs, the largest come first;
+/// otherwise both keep their order.
 fn facets_and_others(corners: &[[Vec3; 3]], cutouts: &[u32]) -> (Vec<u32>, Vec<u32>) {
     let is_whole = |&place: &u32| cutouts[place as usize] == 0;
     let places = 0..corners.len() as u32;

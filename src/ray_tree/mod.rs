@@ -1,4 +1,4 @@
-//! The scene's triangles as rays meet them on the device: the large ones alone, the others in a tree of boxes.
+//! The scene's triangles as rays test them on the device: the large ones one by one, the others in a ray tree (BVH).
 
 mod kept;
 mod mesh_tree;
@@ -19,24 +19,23 @@ use mesh_tree::{GROUP, MAX_FACETS};
 use nodes::{LEAF, LEAF_INSTANCE, build_parameters, flatten};
 pub(crate) use triangles::{TRIANGLE_TEXELS, corners_of, triangle_texels_in};
 
-/// Texels of the list of boxes before the first node.
+/// Texels in the list of boxes before the first node.
 pub(crate) const HEADER_TEXELS: usize = 3;
-/// By how much a box is larger than what it holds, local units. The ray that the triangle test sees is off by up to 16
-/// roundings (2⁻²⁴ each) of an offset within the scene, and that is at most 2√3; the products of the box test by another
-/// 16 of 2.
+/// How much larger a box is than its content, local units. The triangle test sees a ray that is off by up to 16 roundings (2⁻²⁴ each) of an
+/// offset within the scene, which is at most 2√3. The products of the box test are off by another 16 roundings of 2.
 const BOX_SLACK: f32 = 6e-6;
-/// The same of a shared mesh in the scene's units: the ray is turned into its space with another 16 roundings of an offset within the scene,
-/// and the triangle's corners into the scene's with four.
+/// The same for a shared mesh, in the scene's units. Turning the ray into the mesh's space adds 16 roundings of an offset within the scene,
+/// and turning the triangle's corners into the scene's space adds four.
 const BOX_SLACK_OF_SHARED: f32 = 1e-5;
 
 pub(crate) type Texel = [f32; 4];
 
-/// Texels of so many triangles at most. Boxes have fewer.
+/// Maximum number of texels for this many triangles. Boxes have fewer.
 pub(crate) fn max_triangle_texels(triangle_count: u64) -> u64 {
     TRIANGLE_TEXELS as u64 * (triangle_count + GROUP as u64)
 }
 
-/// Texels of the boxes over so many triangles and instances at most: the header, and trees with one of them a leaf.
+/// Maximum number of texels of the boxes over this many triangles and instances: the header, and trees with one of them per leaf.
 pub(crate) fn max_box_texels(triangle_count: u64, instance_count: u64) -> u64 {
     let in_trees = match triangle_count {
         0..=MAX_FACETS => instance_count,
@@ -45,46 +44,47 @@ pub(crate) fn max_box_texels(triangle_count: u64, instance_count: u64) -> u64 {
     HEADER_TEXELS as u64 + 2 * in_trees
 }
 
-/// A shared mesh in the order in which a ray tree has them.
+/// A shared mesh for a ray tree, which keeps the order of these meshes.
 pub(crate) struct SharedTree<'t> {
     pub tree: &'t MeshTree,
-    /// The place of its first triangle.
+    /// The place of its first triangle in the scene.
     pub first_place: u32,
-    /// From its own space to the scene's, for each instance.
+    /// The transform from its own space to the scene's, for each instance.
     pub to_local: Vec<DAffine3>,
 }
 
-/// Two lists of texels.
+/// The two lists of texels of the ray tree (BVH).
 #[derive(Debug, Default)]
 pub(crate) struct RayTree {
-    /// First the groups of triangles that stand alone and the number of nodes of the scene's own tree, as [`whole_number`]; its grid's low
-    /// corner; its steps. Then the nodes of that tree, at its end those over instances; then for each shared mesh its grid and its nodes.
+    /// The header: the number of groups of triangles outside the tree and the number of nodes of the scene's own tree, as [`whole_number`];
+    /// the low corner of that tree's grid; the grid's steps. Then the nodes of that tree, with those over instances at the end. Then the
+    /// grid and the nodes of each shared mesh.
     pub boxes: Vec<Texel>,
-    /// As in [`MeshTree`], mesh after mesh.
+    /// The triangles as in [`MeshTree`], mesh after mesh.
     pub triangles: Vec<Texel>,
     pub group_count: u32,
-    /// Of the scene's own tree: 0 where all triangles stand alone.
+    /// Nodes of the scene's own tree; 0 if all triangles are outside the tree.
     pub node_count: u32,
-    /// Shared mesh by shared mesh.
+    /// The instances, one shared mesh after the other.
     pub instances: Vec<TreeInstance>,
 }
 
-/// What a ray goes through that meets the box of an instance.
+/// What a ray needs when it meets the box of an instance.
 #[derive(Debug, Default, Clone, Copy, PartialEq)]
 pub(crate) struct TreeInstance {
-    /// Of its mesh, among all.
+    /// The first triangle of its mesh, among all triangles.
     pub first_triangle: u32,
     pub triangle_count: u32,
-    /// Of its mesh's tree in the list of boxes.
+    /// The first texel of its mesh's tree in the list of boxes.
     pub first_texel: u32,
-    /// The node behind the last of that tree.
+    /// The node after the last one of that tree.
     pub node_end: u32,
-    /// The node of the scene's tree behind its own.
+    /// The node of the scene's tree after the instance's own leaf.
     pub next_node: u32,
 }
 
 impl RayTree {
-    /// The tree of the scene, and those of shared meshes below the boxes of their instances.
+    /// Combines the tree of the scene and those of shared meshes, which are below the boxes of their instances.
     pub fn over(scene: &MeshTree, shared: &[SharedTree]) -> RayTree {
         let mut tree = RayTree {
             boxes: vec![[0.0; 4]; HEADER_TEXELS],
@@ -109,7 +109,7 @@ impl RayTree {
         tree
     }
 
-    /// Adds the tree over instances, and says which node is behind that of each.
+    /// Adds the tree over instances. Returns the node after the leaf of each instance.
     fn add_instances(&mut self, scene: &MeshTree, shared: &[SharedTree]) -> Vec<u32> {
         let bounds = shared.iter().flat_map(|mesh| {
             let cover = mesh.tree.cover();
@@ -179,22 +179,22 @@ impl RayTree {
     }
 }
 
-/// By how much the boxes of a mesh that is placed like this are larger than what they hold.
+/// The slack of the boxes of a mesh with these placements.
 fn slack_of_shared(to_local: &[DAffine3]) -> f32 {
     let unit = to_local.iter().map(unit_length);
     let unit = unit.fold(f64::MIN_POSITIVE, f64::max);
-    // A power of two, so that the tree stays as it is where instances grow and shrink a little.
+    // A power of two, so that the tree does not change if instances grow or shrink a little.
     (f64::from(BOX_SLACK_OF_SHARED) * unit.log2().ceil().exp2()) as f32
 }
 
-/// How long a length of 1 in the scene is in the space of a mesh, at most.
+/// The largest length in a mesh's space of a length of 1 in the scene.
 fn unit_length(to_local: &DAffine3) -> f64 {
     let back = to_local.matrix3.inverse().transpose();
     let rows = [back.x_axis, back.y_axis, back.z_axis];
     rows.map(DVec3::length).into_iter().fold(0.0, f64::max)
 }
 
-/// A node of a tree that begins farther back.
+/// A node of a tree that begins farther back in the lists.
 fn moved([x, y, z, word]: Texel, nodes: usize, triangles: usize) -> Texel {
     let word = word.to_bits();
     let by = match word & LEAF {
@@ -204,7 +204,8 @@ fn moved([x, y, z, word]: Texel, nodes: usize, triangles: usize) -> Texel {
     [x, y, z, f32::from_bits(word + by as u32)]
 }
 
-/// A number below 2²⁹ for `whole_number` of `shaders/instance.wgsl`: its bits are those of a float that is neither subnormal nor NaN.
+/// Encodes a number below 2²⁹ for `whole_number` of `shaders/instance.wgsl`. The bits are those of a float that is neither subnormal nor
+/// NaN.
 pub(crate) fn whole_number(number: u32) -> f32 {
     f32::from_bits(number | 1 << 30)
 }
@@ -238,7 +239,7 @@ mod tests {
         tree_with_cutouts(corners, &vec![0; corners.len()])
     }
 
-    /// Of a node by the grid that begins at a texel.
+    /// The box of a node, by the grid that begins at a texel.
     fn grid_box(tree: &RayTree, grid: usize, node: usize) -> [Vec3; 2] {
         let [low, step] = [0, 1].map(|i| Vec3::from_slice(&tree.boxes[grid + i][..3]));
         Grid { low, step }.box_of(&tree.boxes[HEADER_TEXELS + node])
@@ -253,12 +254,12 @@ mod tests {
         let tree = tree_over(&corners());
         let node_count = tree.boxes.len() - HEADER_TEXELS;
         assert_eq!(tree.boxes[0][..2], [1, node_count as u32].map(whole_number));
-        // A tree of one triangle a leaf.
+        // A tree with one triangle per leaf.
         assert_eq!(node_count, 2 * 100 - 1);
         assert_boxes_hold_triangles(&tree);
     }
 
-    /// Of a tree of a hundred leaves.
+    /// Checks a tree of a hundred leaves.
     fn assert_boxes_hold_triangles(tree: &RayTree) {
         let node_count = tree.boxes.len() - HEADER_TEXELS;
         let word = |node: usize| word(tree, node);
@@ -349,7 +350,7 @@ mod tests {
             );
             assert_eq!(instance.node_end, nodes);
             assert_eq!(instance.triangle_count, 101);
-            // Its nodes lead to its own triangles, which know their places.
+            // Its nodes lead to its own triangles, which store their places.
             let first_node = instance.first_texel as usize + 2 - HEADER_TEXELS;
             assert_eq!(word(&tree, first_node), nodes);
             let leaves = (first_node..nodes as usize).map(|node| word(&tree, node));
@@ -381,7 +382,7 @@ mod tests {
             assert_eq!(refitted.triangles, built.triangles);
             assert_boxes_hold_triangles(&refitted);
         }
-        // Each second triangle is far from its neighbours.
+        // Every second triangle is far from its neighbours.
         let mut apart = corners();
         for corner in apart[..100].iter_mut().step_by(2).flatten() {
             corner.y += 0.5;
@@ -397,7 +398,7 @@ mod tests {
         let mut cutouts = [0; 101];
         cutouts[5] = 1;
         assert!(!tree().refit_scene(&corners(), &cutouts, false));
-        // Another one is as large as the scene.
+        // Another triangle is as large as the scene.
         let mut grown = corners();
         grown[7] = grown[100];
         assert!(!tree().refit_scene(&grown, &[0; 101], false));
@@ -406,7 +407,7 @@ mod tests {
         assert!(!mesh().refit_mesh(&corners(), 2e-5));
     }
 
-    /// No box's words are the bits of a NaN, which a driver might change.
+    /// No word of a box has the bits of a NaN, which a driver might change.
     #[test]
     fn words_are_numbers() {
         let tree = tree_over(&corners());
@@ -414,7 +415,7 @@ mod tests {
         assert!(words.all(|word| word.is_finite()));
     }
 
-    /// The tree is as bad as can be, but there is one.
+    /// The tree is as bad as possible, but there is one.
     #[test]
     fn equal_triangles_have_a_tree() {
         let tree = tree_over(&vec![[Vec3::ZERO, 0.01 * Vec3::X, 0.01 * Vec3::Y]; 1000]);

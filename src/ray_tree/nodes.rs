@@ -1,4 +1,4 @@
-//! The nodes of a tree of boxes.
+//! The nodes of a ray tree (BVH).
 
 use glam::{UVec3, Vec3};
 use obvhs::{
@@ -9,16 +9,16 @@ use obvhs::{
 
 use super::Texel;
 
-/// What the word of a leaf has beside its triangle.
+/// The bit that marks a leaf in a node's word, beside the leaf's triangle.
 pub(super) const LEAF: u32 = 1 << 30;
-/// And where that has cut-outs.
+/// The bit of a leaf whose triangle has cut-outs.
 pub(super) const LEAF_CUTOUT: u32 = 1 << 29;
-/// That of an instance.
+/// The bit of a leaf that is an instance.
 pub(super) const LEAF_INSTANCE: u32 = 1 << 28;
-/// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them is the bits of a NaN.
+/// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them has the bits of a NaN.
 const GRID_STEPS: f32 = 32_000.0;
 
-/// To which boxes are rounded: the low corner, and the steps.
+/// The grid that boxes are rounded to: the low corner and the steps.
 #[derive(Debug, Default, Clone, Copy, PartialEq)]
 pub(super) struct Grid {
     pub(super) low: Vec3,
@@ -34,10 +34,10 @@ impl Grid {
         }
     }
 
-    /// A box rounded outwards.
+    /// Encodes a box, rounded outwards.
     pub(super) fn words(&self, bounds: &Aabb, slack: f32) -> [f32; 3] {
         let (min, max): (Vec3, Vec3) = (bounds.min.into(), bounds.max.into());
-        // An extent of nothing has no steps.
+        // Avoids a division by the step of an extent of 0.
         let safe_step = self.step.max(Vec3::splat(1e-30));
         let on_grid = |v: Vec3| (v - self.low) / safe_step;
         let last = Vec3::splat(GRID_STEPS + 2.0);
@@ -70,7 +70,8 @@ pub(super) fn build_parameters() -> BvhBuildParams {
     }
 }
 
-/// How much larger the boxes above are than those of leaves, each with whether it is one: what a ray has to test for what it may hit.
+/// The area of the inner boxes relative to the area of the leaves: what a ray has to test relative to what it may hit. Each box comes with
+/// whether it is a leaf.
 pub(super) fn spread<'b>(boxes: impl Iterator<Item = (bool, &'b Aabb)>) -> f32 {
     let mut areas = [0.0, 0.0];
     for (is_leaf, bounds) in boxes {
@@ -86,7 +87,7 @@ pub(super) fn flatten(
     slack: f32,
 ) -> Vec<Texel> {
     let mut depth_first = Vec::with_capacity(tree.nodes.len());
-    // Not by recursion: a tree may be as deep as it has triangles.
+    // Without recursion, because a tree may be as deep as it has triangles.
     let mut open = vec![0];
     while let Some(index) = open.pop() {
         let node = &tree.nodes[index as usize];
@@ -102,7 +103,8 @@ pub(super) fn flatten(
         let word = if node.is_leaf() {
             leaf(node)
         } else {
-            // The first child comes next; behind its subtree lies the second, and behind that one's what follows both.
+            // The first child is the next node. The second child follows the first one's subtree. The next node after both follows the
+            // second one's subtree.
             next[i] = next[next[i + 1]];
             next[i] as u32
         };

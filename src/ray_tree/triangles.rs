@@ -1,21 +1,21 @@
-//! Triangles as rays meet them.
+//! Triangles as rays test them.
 
 use glam::{DVec3, Vec3};
 
 use super::Texel;
 use crate::{LocalSpace, scene::Mesh};
 
-/// Texels of a triangle: its corners, each with a component of the unit normal; its place in the scene, and that of its cut-outs.
+/// Texels per triangle: its corners, each with a component of the unit normal; then its place in the scene and the number of its cut-outs.
 pub(crate) const TRIANGLE_TEXELS: usize = 4;
 
-/// The corners of a valid mesh's triangles in a space of the device.
+/// The corners of a valid mesh's triangles, in a space of the device.
 pub(crate) fn corners_of(mesh: &Mesh, space: &LocalSpace) -> Vec<[Vec3; 3]> {
     let local = |corner: u32| space.to_local(mesh.positions_m[corner as usize]).into();
     let triangles = mesh.triangles.iter();
     triangles.map(|corners| corners.map(local)).collect()
 }
 
-/// Triangles in this order, for rays that need no tree.
+/// The texels of triangles in this order, for rays that need no tree.
 pub(crate) fn triangle_texels_in(
     order: &[u32],
     corners: &[[Vec3; 3]],
@@ -30,7 +30,7 @@ pub(crate) fn triangle_texels_in(
 
 pub(super) fn triangle_texels(corners: [Vec3; 3], numbers: [u32; 2]) -> [Texel; TRIANGLE_TEXELS] {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
-    // In f64, so that slivers have a normal that is right to rounding. One without area has none, and is never hit.
+    // Computed in f64, so that the normals of slivers are right to rounding. A triangle without area has no normal and is never hit.
     let normal: DVec3 = (b - a).cross(c - a).normalize_or_zero();
     let normal = normal.as_vec3();
     let [a, b, c] = [0, 1, 2].map(|i| corners[i].extend(normal[i]).to_array());

@@ -1,4 +1,4 @@
-//! Modified Phong reflectance: its value, and directions drawn from it.
+//! Modified Phong reflectance: its value, and the sampling of directions.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,17 +9,17 @@ use crate::scene::Material;
 /// f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
 #[derive(Debug, Clone, Copy)]
 pub struct Brdf {
-    /// Band by band, like all light here.
+    /// Per band, like all light here.
     pub kd: DVec3,
     pub ks: DVec3,
     pub shininess: f64,
 }
 
-/// Directions drawn from the cosine lobe and the Phong lobe, in proportion to what they reflect.
+/// Samples directions from the cosine lobe and the Phong lobe, in proportion to what they reflect.
 #[derive(Debug, Clone, Copy)]
 pub struct Lobes {
     normal: DVec3,
-    /// Mirror of the view about the normal: r·v = l·mirror.
+    /// The view mirrored about the normal: r·v = l·mirror.
     mirror: DVec3,
     shininess: f64,
     /// Probability of the Phong lobe.
@@ -27,7 +27,7 @@ pub struct Lobes {
 }
 
 impl Brdf {
-    /// That of a material whose k_d is, by its texture, this.
+    /// The BRDF of a material with k_d = `kd`, as its texture gives it.
     pub fn new(material: &Material, kd: DVec3) -> Brdf {
         Brdf {
             kd,
@@ -56,14 +56,14 @@ impl Brdf {
             normal: n,
             mirror: mirror(v, n),
             shininess: self.shininess,
-            // 0 for a black surface, too.
+            // Also 0 for a black surface.
             specular_share: specular / (diffuse + specular).max(f64::MIN_POSITIVE),
         }
     }
 }
 
 impl Lobes {
-    /// A unit direction; it may lie below the surface. `choice` and `u` are uniform in 0 to 1.
+    /// A unit direction; it may point below the surface. `choice` and `u` are uniform in 0 to 1.
     pub fn sample(&self, choice: f64, u: [f64; 2]) -> DVec3 {
         if choice < self.specular_share {
             let cosine = (1.0 - u[0]).powf(1.0 / (self.shininess + 1.0));
@@ -84,7 +84,7 @@ impl Lobes {
     }
 }
 
-/// max(0, cosine)^s, which is 0 below the horizon of the lobe for s = 0, too.
+/// max(0, cosine)^s; also 0 below the lobe's horizon for s = 0.
 fn phong(cosine: f64, shininess: f64) -> f64 {
     if cosine > 0.0 {
         cosine.powf(shininess)
@@ -97,7 +97,7 @@ fn mirror(direction: DVec3, normal: DVec3) -> DVec3 {
     2.0 * normal.dot(direction) * normal - direction
 }
 
-/// The unit vector at an angle from a unit axis, turned by `turn` of a whole turn.
+/// The unit vector at an angle from a unit axis, rotated about it by `turn` of a whole turn.
 pub fn around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
     let (x, y) = axis.any_orthonormal_pair();
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();

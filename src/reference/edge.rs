@@ -1,18 +1,18 @@
-//! Pixels that show one of two surfaces by chance: their centre lies on an edge, and rounding decides.
+//! Pixels whose centre is on an edge, so that rounding decides which of two surfaces they show.
 
 use glam::DVec3;
 
 use super::{path::Transport, rays::Hit, surface::Surface, view_ray::view_ray};
 
-/// To how many bits of a pixel rasterisers round corners.
+/// Bits of a pixel that rasterisers round corners to.
 pub const SUB_PIXEL_BITS: u32 = 8;
-/// Two directions from here on are another surface's: 10°.
+/// Normals that differ by more than this, 10°, belong to different surfaces.
 const LEAST_COSINE: f64 = 0.984_807_753_012_208;
-/// How far apart corners of one plane may be, over the scene's size: meshes come in f32.
+/// Allowed distance of corners from their common plane, relative to the scene's size: meshes come in f32.
 const PLANE_ROUNDING: f64 = 1e-6;
 
-/// Whether the places next to a point of the image plane do not all show what that point shows, twice as far off as a rasteriser
-/// rounds corners.
+/// Whether a neighbour of a point of the image plane shows another surface than the point. The neighbours are at twice the distance by
+/// which a rasteriser rounds corners.
 pub fn is_edge(
     transport: &Transport,
     [x_px, y_px]: [f64; 2],
@@ -50,8 +50,8 @@ pub fn is_edge(
     })
 }
 
-/// Whether two triangles of a mesh are one surface between these points. Where it bends, it leaves the plane of a point by as
-/// much as its normal turns on the way; a silhouette or a step leaves it by more.
+/// Whether two triangles of a mesh are one surface between these points. A curved surface leaves the plane of a point by as much as its
+/// normal turns on the way; a silhouette or a step leaves it by more.
 fn is_continued(a: &Surface, b: &Surface) -> bool {
     let apart = b.position - a.position;
     let turn = a.geometric_normal.cross(b.geometric_normal).length();

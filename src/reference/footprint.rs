@@ -1,4 +1,4 @@
-//! A pixel's area, where the camera averages light over it.
+//! The area of a pixel, for cameras that average light over it.
 
 use std::f64::consts::TAU;
 
@@ -13,21 +13,21 @@ use crate::scene::PixelFilter;
 
 /// Points of a pixel at which its direct light is computed.
 pub const DIRECT_SAMPLES: u32 = 1024;
-/// Of all random numbers of a pixel, those of its direct light.
+/// Seed for the random numbers of a pixel's direct light.
 const DIRECT_SEED: u32 = 0x00d1_4ec7;
 
-/// What a pixel shows over its area.
+/// The light and depths over a pixel's area.
 #[derive(Debug, Clone, Copy)]
 pub struct Footprint {
     pub direct: Arrived,
-    /// Over the points that show a surface; infinite where none does.
+    /// Mean over the points that show a surface; infinite if none does.
     pub mean_depth_m: f64,
     pub nearest_depth_m: f64,
     /// Whether some point reflects light.
     pub has_receiver: bool,
 }
 
-/// A point of the image plane, drawn around a pixel's centre as often as the filter has it count.
+/// A point of the image plane near a pixel's centre, drawn with the filter's weight as density.
 pub fn drawn_px(filter: PixelFilter, centre_px: [f64; 2], [u, v]: [f64; 2]) -> [f64; 2] {
     let [x, y] = match filter {
         PixelFilter::Box => [u - 0.5, v - 0.5],
@@ -42,7 +42,7 @@ pub fn drawn_px(filter: PixelFilter, centre_px: [f64; 2], [u, v]: [f64; 2]) -> [
     [centre_px[0] + x, centre_px[1] + y]
 }
 
-/// What a point of the image plane shows, and its depth, metres; `None`: background.
+/// The surface that a point of the image plane shows, and its depth, metres; `None`: background.
 pub fn receiver_at(transport: &Transport, [x_px, y_px]: [f64; 2]) -> Option<(Receiver, f64)> {
     let camera = &transport.surfaces.scene.camera;
     let (direction, per_depth) = view_ray(camera, x_px, y_px);

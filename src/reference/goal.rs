@@ -1,36 +1,36 @@
-//! How far a reference is to be refined, and the size of its rounds.
+//! When to stop refining a reference, and the size of its rounds.
 
 use std::ops::ControlFlow;
 
 use super::Reference;
 use crate::{Result, Scene};
 
-/// Rounds that a goal is cut into, and the fewest that reach one. Few and large ones have the least error, for the points of a round
-/// know of each other; but the standard error comes from their spread, and from fewer it is not to be relied on.
+/// Number of rounds for a goal, and the minimum to reach one. Few large rounds have the smallest error, because the points of a round are
+/// stratified together. But the standard error comes from the spread of the rounds and is unreliable with fewer.
 const ROUNDS: u32 = 8;
-/// Rounds end often enough to be saved: about a minute on two cores.
+/// Keeps rounds short enough to be saved often: about a minute on two cores.
 const MOST_PATHS_PER_ROUND: u64 = 400_000_000;
 const MOST_SAMPLES_PER_ROUND: u32 = 4096;
 const FEWEST_SAMPLES_PER_ROUND: u32 = 4;
-/// A first look at how much the samples scatter.
+/// Samples of the first rounds, which measure how much the samples scatter.
 const PILOT_SAMPLES_PER_ROUND: u32 = 16;
 
-/// How the error falls with the samples of a round: n^-½ if they were independent, n^-¾ in the Cornell box. Too high a guess
-/// costs more rounds, too low a one samples that were not needed.
+/// Exponent with which the error falls with the samples of a round: n^-½ if they were independent, n^-¾ in the Cornell box. Too high a
+/// guess costs more rounds, too low a guess unnecessary samples.
 const RATE: f64 = 0.65;
 
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// So many samples in each pixel, in all, and eight rounds at least.
+    /// A total number of samples in each pixel, and at least eight rounds.
     SamplesPerPixel(u32),
     /// [`Reference::relative_standard_error`] of the indirect light at or below this.
     StandardError(f64),
 }
 
 impl Reference {
-    /// A reference without samples, whose rounds are of a good size for the goal. For a standard error that takes a few
-    /// samples, which are thrown away.
+    /// A reference without samples, with a round size that suits the goal. For a standard error it takes a few samples first and discards
+    /// them.
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) for an invalid scene, [`Error::Cancelled`](crate::Error::Cancelled).
@@ -60,7 +60,7 @@ impl Reference {
         Ok(reference)
     }
 
-    /// The power of two that cuts so many samples into enough rounds of a bearable length.
+    /// The power of two that divides the samples into enough rounds of acceptable length.
     fn round_for(&self, samples_per_pixel: u32) -> u32 {
         let paths_per_sample = self.paths_per_round() / u64::from(self.samples_per_round);
         let bearable = MOST_PATHS_PER_ROUND / paths_per_sample.max(1);
@@ -69,12 +69,12 @@ impl Reference {
         1 << samples.max(FEWEST_SAMPLES_PER_ROUND).ilog2()
     }
 
-    /// Share of the way to the goal, 0 to 1; 1 where it is reached.
+    /// Progress towards the goal, 0 to 1; 1 when it is reached.
     pub fn progress_to(&self, goal: Goal) -> f64 {
         self.progress_with(goal, self.rounds)
     }
 
-    /// The same after the next round, as far as that can be said: noise falls with the root of the number of rounds.
+    /// Expected progress after the next round: noise falls with the root of the number of rounds.
     pub fn progress_after_round(&self, goal: Goal) -> f64 {
         self.progress_with(goal, self.rounds + 1)
     }

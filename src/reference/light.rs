@@ -1,4 +1,4 @@
-//! What lights send to a point, and rays drawn from what they emit. Lengths are local units.
+//! The light that reaches a point, and rays sampled from the emission. Lengths are local units.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -10,8 +10,8 @@ use crate::scene::{AreaShape, Bands, Light, Pattern, ProjectedImage, RadiationPa
 /// Radius of a sphere around the local space.
 const SCENE_RADIUS: f64 = 1.733;
 
-/// Rounding of where a ray meets the surface that a lamp lies in, over the lamp's distance from the origin and the scene's
-/// size: such a lamp lights both sides of its surface, which is not in its way.
+/// Rounding error of the point where a ray meets the surface that contains a lamp, relative to the lamp's distance from the origin plus
+/// the scene's size. Rays keep this distance from the lamp, so its own surface does not block it and it lights both sides.
 const LAMP_ROUNDING: f64 = 1e-13;
 
 /// A light, ready for sampling.
@@ -20,7 +20,7 @@ pub enum Emitter {
     Lamp {
         position: DVec3,
         beam: Beam,
-        /// I where the beam's shape is 1, over the local unit squared: I/d² is W/m².
+        /// I where the beam's shape is 1, over the square of the local unit: I/d² is W/m².
         intensity: DVec3,
         area: Option<Area>,
     },
@@ -30,24 +30,24 @@ pub enum Emitter {
     },
 }
 
-/// Which points a lamp shines from, each of which sends all of its light as often as the others: the position is their middle.
+/// The area of a lamp, centred at its position. A sample picks a point uniformly, and this point then sends all of the lamp's light.
 #[derive(Debug, Clone, Copy)]
 pub struct Area {
-    /// To the middles of two edges, or to two points of the rim.
+    /// Vectors to the middles of two edges, or to two points of the rim.
     half_axes: [DVec3; 2],
     is_round: bool,
 }
 
-/// Where a lamp shines.
+/// The directions in which a lamp shines.
 #[derive(Debug, Clone)]
 pub enum Beam {
-    /// Of point and spot lights.
+    /// For point and spot lights.
     Cone {
         axis: DVec3,
         /// θ_i, θ_o
         half_angles_rad: [f64; 2],
     },
-    /// Of lamps with a pattern.
+    /// For lamps with a pattern.
     Pattern {
         /// C = 0, C = 90°, γ = 0.
         axes: [DVec3; 3],
@@ -77,7 +77,7 @@ impl Beam {
         }
     }
 
-    /// The share of the intensity in a direction, a unit vector.
+    /// The share of the intensity in a direction (unit vector).
     fn shape(&self, direction: DVec3) -> f64 {
         match self {
             Beam::Cone {
@@ -105,18 +105,18 @@ impl Beam {
     }
 }
 
-/// How a light reaches a point.
+/// How a light illuminates a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Illumination {
     /// Unit vector to the light.
     pub to_light: DVec3,
-    /// Irradiance of a surface that faces the light, W/m².
+    /// Irradiance of a surface facing the light, W/m².
     pub facing: DVec3,
-    /// Density of [`Emitter::sample`] over a surface that faces the light, per square unit.
+    /// Density of [`Emitter::sample`] over a surface facing the light, per square unit.
     pub density: f64,
-    /// To just before the light.
+    /// Distance to just before the light.
     pub distance: f64,
-    /// To the light; infinite where it is parallel.
+    /// Distance to the light; infinite for parallel light.
     pub length: f64,
 }
 
@@ -144,7 +144,7 @@ impl Emitter {
                     AreaShape::Disc { radius_m } => ([radius_m; 2], true),
                 };
                 let [across, along] = extents_m.map(|extent_m| extent_m / metres_per_unit);
-                // The cosine.
+                // The cosine falloff.
                 let beam = Beam::Cone {
                     axis,
                     half_angles_rad: [0.0, FRAC_PI_2],
@@ -168,7 +168,7 @@ impl Emitter {
                 let down = direction.normalize();
                 let first = (up - up.dot(down) * down).normalize();
                 let beam = Beam::Pattern {
-                    // Counterclockwise for one who looks along the direction.
+                    // Counterclockwise when looking along the direction.
                     axes: [first, first.cross(down), down],
                     widest_rad: widest_rad(pattern),
                     pattern: pattern.clone(),
@@ -208,7 +208,7 @@ impl Emitter {
         }
     }
 
-    /// The lamp at a point of its area, evenly drawn by two numbers in 0 to 1; `None` without an area.
+    /// The lamp at a point of its area, uniformly sampled by two numbers in 0 to 1; `None` without an area.
     pub fn at_point(&self, [u, v]: [f64; 2]) -> Option<Emitter> {
         let Emitter::Lamp {
             position,
@@ -237,7 +237,7 @@ impl Emitter {
         matches!(self, Emitter::Lamp { area: Some(_), .. })
     }
 
-    /// Infinite where the light is parallel.
+    /// Infinite for parallel light.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         match self {
             Emitter::Parallel { .. } => f64::INFINITY,
@@ -245,7 +245,7 @@ impl Emitter {
         }
     }
 
-    /// `None` where the light sends nothing.
+    /// `None` if the light sends nothing to the point.
     pub fn illuminate(&self, point: DVec3) -> Option<Illumination> {
         match *self {
             Emitter::Parallel { travel, irradiance } => Some(Illumination {
@@ -280,8 +280,7 @@ impl Emitter {
         }
     }
 
-    /// A ray that the light emits, evenly over its directions (parallel light: over a disc across the scene). `u` is uniform
-    /// in 0 to 1.
+    /// A ray that the light emits, uniform over its directions (parallel light: over a disc across the scene). `u` is uniform in 0 to 1.
     pub fn sample(&self, u: [f64; 2]) -> Ray {
         let (origin, direction) = match *self {
             Emitter::Parallel { travel, .. } => {
@@ -298,9 +297,9 @@ impl Emitter {
     }
 }
 
-/// Origin and direction of a ray, evenly drawn from a cone.
+/// Origin and direction of a ray, uniformly sampled in a cone.
 fn in_cone(position: DVec3, axis: DVec3, outer_rad: f64, u: [f64; 2]) -> (DVec3, DVec3) {
-    // 1 − cos θ is even in the solid angle. By the half angle, for narrow cones.
+    // 1 − cos θ is uniform in the solid angle. The half angle keeps its digits for narrow cones.
     let half_sine = (0.5 * outer_rad).sin();
     let versine = 2.0 * half_sine * half_sine * u[0];
     let sine = (versine * (2.0 - versine)).max(0.0).sqrt();
@@ -309,7 +308,7 @@ fn in_cone(position: DVec3, axis: DVec3, outer_rad: f64, u: [f64; 2]) -> (DVec3,
     (position + clearance(position) * direction, direction)
 }
 
-/// Beyond it there is no light: the node behind the last one that any plane is lit at.
+/// The angle beyond which there is no light: the node after the last one at which any plane is lit.
 fn widest_measured_rad(pattern: &Pattern) -> f64 {
     let rows = pattern.gammas_rad.len();
     let mut widest = 1;
@@ -356,7 +355,8 @@ fn pattern_solid_angle(pattern: &RadiationPattern) -> f64 {
     }
 }
 
-/// The image in a direction by its components along up, left and the axis: what a screen across the axis gets of a pixel, over cos³.
+/// The projected image's intensity in a direction, given by its components along up, left and the axis: the pixel's value on a screen
+/// across the axis, over cos³.
 fn projected_intensity(image: &ProjectedImage, [up, left, ahead]: [f64; 3]) -> f64 {
     let lens = image.intrinsics;
     let column = lens.cx - lens.fx * left / ahead;
@@ -371,7 +371,7 @@ fn projected_intensity(image: &ProjectedImage, [up, left, ahead]: [f64; 3]) -> f
     f64::from(image.values[index]) / cosine.powi(3)
 }
 
-/// The pattern in a direction by its components along C = 0, C = 90° and γ = 0: between the nodes linear in both angles.
+/// The pattern in a direction, given by its components along C = 0, C = 90° and γ = 0. Between the nodes it is linear in both angles.
 fn measured_intensity(pattern: &Pattern, [x, y, z]: [f64; 3]) -> f64 {
     let (gamma, plane) = (x.hypot(y).atan2(z), y.atan2(x).rem_euclid(TAU));
     let cell = |nodes: &[f64], value: f64| {
@@ -393,7 +393,7 @@ fn measured_intensity(pattern: &Pattern, [x, y, z]: [f64; 3]) -> f64 {
         + across * ((1.0 - along) * corner(column + 1, row) + along * corner(column + 1, row + 1))
 }
 
-/// ∫ p dω by Simpson's rule in each interval of γ, of which the integrand is smooth; in C it is linear.
+/// ∫ p dω by Simpson's rule in each interval of γ, where the integrand is smooth; in C it is linear.
 fn measured_solid_angle(pattern: &Pattern) -> f64 {
     const PARTS: u32 = 8;
     let rows = pattern.gammas_rad.len();
@@ -436,8 +436,8 @@ fn cap_solid_angle(theta_rad: f64) -> f64 {
     4.0 * PI * half_sine * half_sine
 }
 
-/// ∫ s(θ) dω: the cap within θ_i, and the rest by Simpson's rule, whose integrand is smooth and keeps its digits for narrow
-/// cones because it is a sum of like signs.
+/// ∫ s(θ) dω: the cap within θ_i, and the rest by Simpson's rule. The integrand is smooth. The sum has terms of one sign, so it keeps its
+/// digits for narrow cones.
 fn weighted_solid_angle([inner_rad, outer_rad]: [f64; 2]) -> f64 {
     const PARTS: u32 = 1024;
     let half_part = 0.5 * (outer_rad - inner_rad) / f64::from(PARTS);
@@ -449,7 +449,7 @@ fn weighted_solid_angle([inner_rad, outer_rad]: [f64; 2]) -> f64 {
     cap_solid_angle(inner_rad) + TAU * half_part / 3.0 * parts.sum::<f64>()
 }
 
-/// Angle between unit vectors, rad; also small ones keep their digits.
+/// Angle between unit vectors, rad; small angles keep their digits.
 fn angle(a: DVec3, b: DVec3) -> f64 {
     2.0 * (a - b).length().atan2((a + b).length())
 }

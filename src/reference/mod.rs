@@ -1,8 +1,9 @@
-//! The true single bounce, sampled by paths on the CPU in f64: what the engine's images are measured against.
+//! The true single bounce, path-sampled on the CPU in f64. The engine's images are measured against it.
 //!
-//! Shares the scene, and for time of flight e^{iφ} and what is derived of phasors, with the rest, and nothing else with the shaders, the f64 kernels and the rasteriser: rays through a tree of boxes
-//! instead of maps, its own BRDF, lights and camera. The scene is moved to the origin and scaled to a size of about 1,
-//! exactly, so that a scene of 1 mm and one of 10 km are computed alike.
+//! It shares the scene with the rest of the engine and, for time of flight, e^{iφ} and the quantities derived from phasors. It shares
+//! nothing else with the shaders, the f64 kernels and the rasteriser: it traces rays through a tree of boxes instead of maps and has its
+//! own BRDF, lights and camera. The scene is moved to the origin and scaled to a size of about 1, exactly, so that scenes of 1 mm and of
+//! 10 km are computed alike.
 
 mod brdf;
 mod edge;
@@ -40,11 +41,11 @@ use crate::{
 /// Paths between two calls of the progress function: a fifth of a second on two cores.
 const PATHS_PER_STEP: usize = 1 << 20;
 
-/// A path-sampled image that can be refined without end.
+/// A path-sampled image that can be refined without limit.
 ///
-/// Direct light needs no samples where pixels are points, as lights are; where the camera averages over them, it has 1 024. Indirect light is the mean of rounds. A round gives
-/// each pixel the points of a net (Sobol', Owen-scrambled) that fall evenly into the directions; rounds are
-/// independent of each other, so their spread, with that of the pixels around, gives the standard error of each pixel.
+/// Direct light needs no samples if pixels and lights are points; if the camera averages over pixels, it uses 1 024. Indirect light is the
+/// mean of rounds. In each round, a pixel gets the points of an Owen-scrambled Sobol' net, which cover the directions evenly. Rounds are
+/// independent, so their spread, together with that of the surrounding pixels, gives the standard error of each pixel.
 #[derive(Debug)]
 pub struct Reference {
     scene: Scene,
@@ -52,21 +53,21 @@ pub struct Reference {
     pixels: Vec<Pixel>,
     samples_per_round: u32,
     rounds: u32,
-    /// Number of the first round, which its random numbers depend on.
+    /// Number of the first round; its random numbers depend on it.
     first_round: u32,
     wall_milliseconds: f64,
 }
 
 impl Reference {
-    /// Finds what each pixel sees and its direct light. There is no indirect light before the first round. Rounds have a
-    /// power of two of samples, 65 536 at most; other sizes are rounded up to one. [`Reference::start`] chooses.
+    /// Finds what each pixel sees and computes its direct light. There is no indirect light before the first round. The number of samples
+    /// of a round is a power of two, at most 65 536; other numbers are rounded up. [`Reference::start`] chooses it.
     ///
     /// # Errors
     /// [`Error::Scene`] for an invalid scene, [`Error::Memory`] for an image that is too large.
     pub fn new(scene: &Scene, samples_per_round: u32) -> Result<Reference> {
         scene.validate()?;
         let start = Instant::now();
-        // How the engine would go about it does not make another truth.
+        // The engine's method does not change the ground truth.
         let scene = Scene {
             direct: Direct::default(),
             indirect: None,
@@ -109,8 +110,8 @@ impl Reference {
         })
     }
 
-    /// The same with other random numbers, before its first round: references of different seeds are independent of each other. The
-    /// seed of [`Reference::new`], and of rounds that are added to a file, is 0.
+    /// The same reference with other random numbers; call it before the first round. References with different seeds are independent.
+    /// [`Reference::new`] uses seed 0, and so do rounds added to a file.
     pub fn with_seed(self, seed: u16) -> Reference {
         Reference {
             first_round: u32::from(seed) << 16,
@@ -118,8 +119,8 @@ impl Reference {
         }
     }
 
-    /// With pixels on [edges](Layer::Edge) as wide as a device needs that rasterises more coarsely than most, which is to 8 bits of a
-    /// pixel: [`DeviceLimits::sub_pixel_bits`](crate::DeviceLimits::sub_pixel_bits).
+    /// Widens the pixels on [edges](Layer::Edge) for a device that rasterises more coarsely than the usual 8 bits of a pixel:
+    /// [`DeviceLimits::sub_pixel_bits`](crate::DeviceLimits::sub_pixel_bits).
     pub fn with_sub_pixel_bits(mut self, bits: u32) -> Reference {
         if bits >= edge::SUB_PIXEL_BITS {
             return self;
@@ -134,13 +135,12 @@ impl Reference {
         self
     }
 
-    /// Goes on from a file with the image of a [`Reference::frame`]: further rounds add to its own.
+    /// Continues from a file with the image of a [`Reference::frame`]: further rounds add to those of the file.
     ///
-    /// The file holds f32, so going on is the same as never having stopped up to 1e-7 of a value.
+    /// The file holds f32, so the result equals an uninterrupted run up to 1e-7 of a value.
     ///
     /// # Errors
-    /// [`Error::Scene`] for an invalid scene, [`Error::Input`] for a file that cannot be read or holds no reference of this
-    /// scene.
+    /// [`Error::Scene`] for an invalid scene, [`Error::Input`] for a file that cannot be read or holds no reference of this scene.
     pub fn resume(scene: &Scene, file: &Path) -> Result<Reference> {
         let image = LayeredImage::read(file)?;
         let refuse = |problem: String| Error::Input {
@@ -211,7 +211,7 @@ impl Reference {
         Ok(reference)
     }
 
-    /// Independent rounds so far.
+    /// Number of independent rounds so far.
     pub fn rounds(&self) -> u32 {
         self.rounds
     }
@@ -221,8 +221,8 @@ impl Reference {
         self.rounds.saturating_mul(self.samples_per_round)
     }
 
-    /// Paths of a round, over all pixels that see a surface: one from the pixel for each sample, and one more from each
-    /// light. Each takes two rays: to the next surface, and to see whether light gets through.
+    /// Paths of a round, over all pixels that see a surface: for each sample, one from the pixel and one from each light. Each path takes
+    /// two rays: one to the next surface, and one to test whether light gets through.
     pub fn paths_per_round(&self) -> u64 {
         let seen = self.pixels.iter();
         let seen = seen.filter(|pixel| pixel.point.is_some() || pixel.footprint.is_some());
@@ -231,15 +231,15 @@ impl Reference {
             * (1 + self.scene.lights.len() as u64)
     }
 
-    /// Whether no sample has found any indirect light so far.
+    /// Whether no sample has found indirect light so far.
     fn has_no_indirect_light(&self) -> bool {
         let values = self.pixels.iter().flat_map(|pixel| pixel.indirect);
         self.rounds > 0 && values.into_iter().all(|moments| moments.mean == 0.0)
     }
 
-    /// Estimate of the indirect image's own relRMSE: sqrt(Σσ²/Σt²), with the noise in Σt² taken off; of the radiance or of the phasors of one frequency,
-    /// whichever is largest. `None` before there are two
-    /// rounds, and for a scene whose indirect light is black.
+    /// Estimate of the indirect image's own relRMSE: sqrt(Σσ²/Σt²), with the noise in Σt² subtracted. It is the largest of the values for
+    /// the radiance and for the phasors of each frequency. `None` before there are two rounds, and for a scene whose indirect light is
+    /// black.
     pub fn relative_standard_error(&self) -> Option<f64> {
         if self.rounds < 2 {
             return None;
@@ -259,7 +259,7 @@ impl Reference {
         Some(of_phasors.fold(of_bands, f64::max))
     }
 
-    /// Squares of the standard errors of three means, from two rounds on.
+    /// Squares of the standard errors of three means, available from two rounds on.
     fn variances(&self, moments: &dyn Fn(&Pixel) -> [Moments; 3]) -> Vec<DVec3> {
         let variance = |moments: Moments| moments.variance_of_mean(self.rounds);
         let pixels = self.pixels.iter();
@@ -280,11 +280,10 @@ impl Reference {
         pixels.map(Pixel::is_sampled).collect()
     }
 
-    /// Adds a round to every pixel, and reports the share of it that is done, 0 to 1. The image does not depend on the number of
-    /// threads.
+    /// Adds a round to every pixel, and reports its progress, 0 to 1. The image does not depend on the number of threads.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] when `progress` breaks: the image is as it was before the round.
+    /// [`Error::Cancelled`] when `progress` breaks: the image then stays as before the round.
     pub fn add_round(&mut self, progress: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<()> {
         let start = Instant::now();
         let (round, samples) = (self.first_round + self.rounds, self.samples_per_round);
@@ -310,7 +309,8 @@ impl Reference {
         Ok(())
     }
 
-    /// The image so far: the layers of a rendered frame, the pixels on edges and, from two rounds on, the standard error of the indirect light.
+    /// The image so far: the layers of a rendered frame, the pixels on edges and, from two rounds on, the standard error of the indirect
+    /// light.
     pub fn frame(&self) -> Frame {
         let indirect = |pixel: &Pixel| pixel.indirect.map(|moments| moments.mean);
         let radiance = |pixel: &Pixel| {
@@ -378,7 +378,7 @@ impl Reference {
         }
     }
 
-    /// Those of a time-of-flight camera.
+    /// The layers of a time-of-flight camera.
     fn tof_layers(
         &self,
         description: &FrameDescription,

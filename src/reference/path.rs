@@ -1,9 +1,8 @@
-//! The light that reaches a surface point: directly, and by one bounce.
+//! The light that reaches a surface point directly and by one bounce.
 //!
-//! A bounce L–Q–P is drawn in two ways. From P: a direction from f_P's lobes finds Q. From L: an emitted ray finds Q. The
-//! first is at its best where Q is near P, the second where Q is near L; their samples are combined by the balance heuristic
-//! (Veach & Guibas 1995), under which a sample of either counts F(Q) / (p_P(Q) + p_L(Q)), F being the integrand over surface
-//! area and the p the densities of the two ways.
+//! A bounce L–Q–P is sampled in two ways. From P, a direction sampled from f_P's lobes finds Q. From L, an emitted ray finds Q. The first
+//! works best if Q is near P, the second if Q is near L. The balance heuristic (Veach & Guibas 1995) combines their samples: a sample of
+//! either counts F(Q) / (p_P(Q) + p_L(Q)), where F is the integrand over surface area and the p are the densities of the two ways.
 
 use std::ops::Range;
 
@@ -22,10 +21,10 @@ use crate::{
     scene::{MAX_FREQUENCIES, TimeOfFlight},
 };
 
-/// Over the scene's size: nearer to a camera is what it lies in, but for the rounding of f64.
+/// Relative to the scene's size: a surface nearer to a camera than this contains the camera, apart from f64 rounding.
 const OWN_SURFACE: f64 = 1e-13;
 
-/// A scene in local space: coordinates of its surfaces lie within −1 and 1.
+/// A scene in local space: coordinates of its surfaces are within −1 and 1.
 #[derive(Debug)]
 pub struct Transport {
     pub surfaces: Surfaces,
@@ -33,14 +32,14 @@ pub struct Transport {
     emitters: Vec<Emitter>,
     tof: Option<TimeOfFlight>,
     origin_m: DVec3,
-    /// A power of two, so that nothing is rounded by it.
+    /// A power of two, so that scaling rounds nothing.
     pub metres_per_unit: f64,
 }
 
 /// P, seen from C.
 #[derive(Debug, Clone, Copy)]
 pub struct Receiver {
-    /// [Moved](Surface::towards) by what rounding may be.
+    /// [Moved](Surface::towards) by the possible rounding error.
     pub surface: Surface,
     /// Unit vector.
     pub to_camera: DVec3,
@@ -49,7 +48,7 @@ pub struct Receiver {
     lobes: Lobes,
 }
 
-/// What paths bring to C.
+/// The light of paths that end at C.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Arrived {
     /// W/sr/m²
@@ -59,7 +58,7 @@ pub struct Arrived {
 }
 
 impl Arrived {
-    /// Adds what this is so many times.
+    /// Adds `other`, scaled by `times`.
     pub fn add(&mut self, other: &Arrived, times: f64) {
         self.radiance += times * other.radiance;
         for (own, other) in self.phasors.iter_mut().zip(other.phasors) {
@@ -69,7 +68,7 @@ impl Arrived {
 }
 
 impl Receiver {
-    /// `distance`: to C.
+    /// `distance` is the distance to C.
     pub fn new(surface: Surface, to_camera: DVec3, distance: f64) -> Receiver {
         Receiver {
             surface: surface.towards(to_camera, distance),
@@ -115,7 +114,7 @@ impl Transport {
         }
     }
 
-    /// Of time of flight.
+    /// Number of time-of-flight frequencies.
     pub fn frequency_count(&self) -> usize {
         self.tof.as_ref().map_or(0, |tof| tof.frequencies_hz.len())
     }
@@ -154,7 +153,8 @@ impl Transport {
         self.origin_m + self.metres_per_unit * local
     }
 
-    /// What a half line meets first. A surface that its origin lies in is not in its way: rounding would decide where.
+    /// The first hit of a half line. A surface that contains the origin does not block it: otherwise rounding would decide where it
+    /// blocks.
     pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let start = OWN_SURFACE / direction.length();
         let ray = Ray::half_line(origin + start * direction, direction);
@@ -174,7 +174,7 @@ impl Transport {
         Some(self.surfaces.at(&hit, ray.direction))
     }
 
-    /// L_{P→C} of all lights. Of those with an area it is that of these points of a sequence that the seed tells.
+    /// L_{P→C} of all lights. For area lights, it uses the given points of a sequence that the seed selects.
     pub fn direct(&self, receiver: &Receiver, points: Range<u32>, seed: u32) -> Arrived {
         let mut arrived = Arrived::default();
         for (index, emitter) in self.emitters.iter().enumerate() {
@@ -213,7 +213,7 @@ impl Transport {
         }
     }
 
-    /// One sample of the single bounce: its expected value is the indirect light from P to C.
+    /// One sample of the single bounce. Its expected value is the indirect light from P to C.
     pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> Arrived {
         let mut arrived = Arrived::default();
         let p = &receiver.surface;
@@ -252,8 +252,8 @@ impl Transport {
         arrived
     }
 
-    /// F(Q) / (p_P(Q) + p_L(Q)) with V = 1 on both segments, and |LQ| + |QP| + |PC|; `None` where F is 0. Q is seen from one of its neighbours on the
-    /// path, and must show the same side to the other one.
+    /// F(Q) / (p_P(Q) + p_L(Q)) with V = 1 on both segments, and |LQ| + |QP| + |PC|; `None` where F is 0. Q is seen from one of its
+    /// neighbours on the path and must show the same side to the other one.
     fn bounce(
         &self,
         receiver: &Receiver,
@@ -270,7 +270,7 @@ impl Transport {
         }
         // L_{Q→P}
         let (radiance, illumination) = self.reflected(emitter, q, -to_q)?;
-        // Area of Q to solid angle at P.
+        // Converts the area at Q to the solid angle at P.
         let area_to_angle = q.geometric_normal.dot(-to_q) / distance_squared;
         let from_p = receiver.lobes.density(to_q) * area_to_angle;
         let from_light = illumination.density * q.geometric_normal.dot(illumination.to_light);
@@ -280,7 +280,7 @@ impl Transport {
         Some((f_p * radiance * scale, illumination, length))
     }
 
-    /// Radiance of a surface towards a unit direction by an unobstructed light: f · L_{L→P} · cosθ. `None` where it is 0.
+    /// Radiance of a surface towards a unit direction, from an unobstructed light: f · L_{L→P} · cosθ. `None` where it is 0.
     fn reflected(
         &self,
         emitter: &Emitter,
@@ -322,7 +322,7 @@ impl Transport {
     }
 }
 
-/// Whether a direction leaves on the surface's side, by both of its normals.
+/// Whether a direction is on the surface's side, for both of its normals.
 fn is_above(surface: &Surface, direction: DVec3) -> bool {
     surface.normal.dot(direction) > 0.0 && surface.geometric_normal.dot(direction) > 0.0
 }

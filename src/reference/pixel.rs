@@ -8,7 +8,7 @@ use super::path::{AREA_SAMPLES, Arrived, Draws, Receiver, Transport};
 use super::view_ray::view_ray;
 use crate::{model::Phasor, scene::PixelFilter};
 
-/// Of all random numbers of a pixel, those of the points of lights with an area that its direct light comes from.
+/// Seed for the random numbers of the area light points in a pixel's direct light.
 const AREA_SEED: u32 = 0x00a2_ea11;
 
 /// One pixel of a reference.
@@ -19,13 +19,13 @@ pub struct Pixel {
     /// 1 + index; 0: background.
     pub mesh_id: u32,
     pub material_id: u32,
-    /// Along the view axis, and along the ray; infinite for the background.
+    /// Depth is along the view axis, range along the ray; infinite for the background.
     pub depth_m: f64,
     pub range_m: f64,
-    /// Whether [another surface](is_edge) is so near that it might as well be seen.
+    /// Whether [another surface](is_edge) is so near that rounding might show it instead.
     pub is_edge: bool,
     pub direct: Arrived,
-    /// Where the camera averages over pixels: P and what follows it are the centre's.
+    /// Present if the camera averages over pixels. P and the values after it are still the centre's.
     pub footprint: Option<(PixelFilter, Footprint)>,
     centre_px: [f64; 2],
     /// Statistics over rounds: of the bands, W/sr/m², and of re and im of each phasor.
@@ -33,7 +33,7 @@ pub struct Pixel {
     pub indirect_phasors: Vec<[Moments; 2]>,
 }
 
-/// Mean and scatter of the means of rounds.
+/// Mean and scatter of the rounds' means.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Moments {
     pub mean: f64,
@@ -42,14 +42,14 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Takes in the value that makes it `count` values.
+    /// Adds a value, the `count`-th.
     pub fn add(&mut self, value: f64, count: u32) {
         let before = value - self.mean;
         self.mean += before / f64::from(count);
         self.scatter += before * (value - self.mean);
     }
 
-    /// The moments of `count` values that have this mean and this variance of the mean, which does not matter for fewer than two.
+    /// The moments of `count` values with this mean and this variance of the mean. The variance does not matter for fewer than two values.
     pub fn from_mean(mean: f64, variance_of_mean: f64, count: u32) -> Moments {
         let count = f64::from(count.max(1));
         Moments {
@@ -69,7 +69,7 @@ impl Moments {
 }
 
 impl Pixel {
-    /// What a point of the image plane shows.
+    /// Computes what a point of the image plane shows.
     pub fn new(transport: &Transport, x_px: f64, y_px: f64) -> Pixel {
         let scene = &transport.surfaces.scene;
         let (direction, per_depth) = view_ray(&scene.camera, x_px, y_px);
@@ -117,7 +117,7 @@ impl Pixel {
         }
     }
 
-    /// Looks for edges as far from the point as a device that rasterises to so many bits of a pixel needs.
+    /// Looks for edges at the distance from the point that a device needs if it rasterises to this number of bits of a pixel.
     pub fn mark_edge(&mut self, transport: &Transport, [x_px, y_px]: [f64; 2], bits: u32) {
         let camera = &transport.surfaces.scene.camera;
         let origin = transport.to_local(camera.position_m);
@@ -125,7 +125,7 @@ impl Pixel {
         self.is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), bits);
     }
 
-    /// Whether it reflects light.
+    /// Whether the pixel reflects light.
     pub fn is_sampled(&self) -> bool {
         match &self.footprint {
             Some((_, footprint)) => footprint.has_receiver,
@@ -133,12 +133,12 @@ impl Pixel {
         }
     }
 
-    /// P where it reflects light.
+    /// P, if it reflects light.
     fn receiver(&self) -> Option<Receiver> {
         self.point.filter(|p| !p.surface.brdf.is_black())
     }
 
-    /// Mean of a round of samples of the indirect radiance. Depends on nothing but these arguments.
+    /// Mean of a round of samples of the indirect radiance. It depends only on these arguments.
     pub fn sample_round(
         &self,
         transport: &Transport,
@@ -168,7 +168,7 @@ impl Pixel {
                 continue;
             };
             let [u0, u1, lobe, _] = draw(0, seed);
-            // Two lights share a set of four dimensions; another seed is another sequence.
+            // Two lights share a set of four dimensions; another seed gives another sequence.
             let emission = |light: usize| {
                 let [a, b, c, d] = draw(1, mix(seed, light as u32 / 2));
                 [[a, b], [c, d]][light % 2]
@@ -191,7 +191,7 @@ impl Pixel {
         mean
     }
 
-    /// Of re and im of the indirect light's phasor.
+    /// Moments of re and im of the indirect light's phasor.
     pub fn phasor_moments(&self, frequency: usize) -> [Moments; 3] {
         let [re, im] = self.indirect_phasors[frequency];
         [re, im, Moments::default()]
@@ -203,7 +203,7 @@ impl Pixel {
         Phasor { re, im }
     }
 
-    /// Takes in the mean of a round, the `count`-th.
+    /// Adds the mean of a round, the `count`-th.
     pub fn add_round(&mut self, mean: &Arrived, count: u32) {
         for (moments, mean) in self.indirect.iter_mut().zip(mean.radiance.to_array()) {
             moments.add(mean, count);
@@ -215,7 +215,7 @@ impl Pixel {
     }
 }
 
-/// A well mixed number from two: multiplications and shifts with constants of SplitMix64 and MurmurHash3.
+/// Mixes two numbers well into one: multiplications and shifts with constants of SplitMix64 and MurmurHash3.
 pub fn mix(a: u32, b: u32) -> u32 {
     let mut bits = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits ^= bits >> 33;

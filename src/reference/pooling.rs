@@ -1,23 +1,23 @@
-//! The variance of each pixel's mean, from its own rounds and those of the pixels around it.
+//! The variance of each pixel's mean, from its own rounds and those of the surrounding pixels.
 //!
-//! A few rounds tell little of a variance: now and then they agree by chance, and where all of them miss the light that matters they
-//! agree on too little. So the pixel's own estimate is mixed with the mean of those around it, as if these had added rounds of
-//! their own (as Smyth 2004 does for genes).
+//! A few rounds give a poor estimate of a variance: sometimes they agree by chance, and if all of them miss the light that matters they
+//! agree on too small a value. So the pixel's own estimate is mixed with the mean of the surrounding ones, as if these had added rounds
+//! (as Smyth 2004 does for genes).
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 /// Pixels to either side that count as neighbours.
 const REACH: usize = 1;
-/// The neighbours count like so many more differences between rounds. More of them would hide how much noisier a pixel is than those
-/// around it.
+/// Weight of the neighbours, as a number of differences between rounds. A larger weight would hide how much noisier a pixel is than its
+/// neighbours.
 const NEIGHBOURS_WORTH: u32 = 3;
-/// Each leaves four tenths of the error or less: the mean over a square has no eigenvalue below −1/3, and counts for three tenths.
+/// Each step leaves at most 0.4 of the error: the mean over a square has a weight of at most 0.3 and no eigenvalue below −1/3.
 const STEPS_TO_INVERT: u32 = 30;
-/// What a pixel's own rounds count for at least, so that the mixture can be undone.
+/// Least weight of a pixel's own rounds, so that the mixing can be inverted.
 const OWN_WORTH: u32 = 7;
 
-/// How the variances of an image are mixed.
+/// Weights that mix the variances of an image.
 pub struct Pooling<'a> {
     width: usize,
     /// Which pixels have a variance.
@@ -26,7 +26,7 @@ pub struct Pooling<'a> {
 }
 
 impl Pooling<'_> {
-    /// Of an image of this width, from so many rounds, two at least.
+    /// For an image of this width, from at least two rounds.
     pub fn new(width: usize, is_sampled: &[bool], rounds: u32) -> Pooling<'_> {
         let own_worth = (rounds - 1).max(OWN_WORTH);
         let all = f64::from(own_worth) + f64::from(NEIGHBOURS_WORTH);
@@ -37,7 +37,7 @@ impl Pooling<'_> {
         }
     }
 
-    /// The mixed variances of the pixels from their own.
+    /// Mixes the pixels' own variances.
     pub fn pooled(&self, own: &[DVec3]) -> Vec<DVec3> {
         let pixels = (0..own.len()).into_par_iter();
         pixels
@@ -48,7 +48,7 @@ impl Pooling<'_> {
             .collect()
     }
 
-    /// What was mixed to these variances, so that an image can be gone on with from its file (Richardson's iteration).
+    /// Recovers the own variances from mixed ones, so that an image can be continued from its file (Richardson's iteration).
     pub fn own(&self, pooled: &[DVec3]) -> Vec<DVec3> {
         let mut own = pooled.to_vec();
         for _ in 0..STEPS_TO_INVERT {
@@ -57,11 +57,11 @@ impl Pooling<'_> {
                 *own += *pooled - again;
             }
         }
-        // Rounding may leave a little less than nothing.
+        // Rounding may leave slightly negative values.
         own.iter().map(|own| own.max(DVec3::ZERO)).collect()
     }
 
-    /// Over the square around a pixel, which counts itself.
+    /// Mean over the square around a pixel, including the pixel.
     fn mean_around(&self, own: &[DVec3], pixel: usize) -> DVec3 {
         let height = own.len() / self.width;
         let range = |at: usize, end: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(end);

@@ -1,7 +1,7 @@
-//! Rays among triangles: a tree of boxes in f32, and triangles in f64.
+//! Ray tracing among triangles: a tree of boxes in f32, and triangles in f64.
 //!
-//! Boxes only cull. They are widened by more than the rounding of f32 rays, so no hit is lost, and what is hit is decided
-//! in f64 by a watertight test: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013).
+//! The boxes only cull. They are widened by more than the rounding of f32 rays, so no hit is lost. A watertight f64 test decides the hits:
+//! Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013).
 
 use std::{fmt, time::Duration};
 
@@ -13,18 +13,18 @@ use obvhs::{
     ray::{Ray as BoxRay, RayHit},
 };
 
-/// By how much the boxes are larger than what they hold, in units of the scene's size: f32 rays within the scene are
-/// off by up to 2⁻²⁴ in origin, direction and each step of the slab test.
+/// Margin of the boxes around their contents, in units of the scene's size. f32 rays within the scene are off by up to 2⁻²⁴ in origin,
+/// direction and each step of the slab test.
 const BOX_SLACK: f32 = 1e-6;
 
-/// A ray that starts on no triangle, or leads to none.
+/// For a ray that starts on no triangle, or leads to none.
 const NO_TRIANGLE: u32 = u32::MAX;
 
 /// The triangles of a scene, coordinates within −1 and 1.
 #[derive(Default)]
 pub struct Triangles {
     tree: Bvh2,
-    /// In the order of the tree's leaves: corners, and place in the order in which they were given.
+    /// In the order of the tree's leaves: corners, and index in the given order.
     triangles: Vec<([[f64; 3]; 3], u32)>,
 }
 
@@ -34,20 +34,20 @@ pub struct Ray {
     pub origin: DVec3,
     /// Any length but zero.
     pub direction: DVec3,
-    /// Ends at origin + end · direction; infinite for a half line.
+    /// The ray ends at origin + end · direction; infinite for a half line.
     pub end: f64,
     /// The triangle that the ray starts on, which it cannot hit.
     pub from_triangle: u32,
-    /// The triangle that it leads to, which is not in its way.
+    /// The triangle that the ray leads to, which does not block it.
     pub to_triangle: u32,
 }
 
 /// Where a ray meets a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// In lengths of the ray's direction.
+    /// In units of the length of the ray's direction.
     pub distance: f64,
-    /// In the order in which the triangles were given.
+    /// Index in the given order of the triangles.
     pub triangle: u32,
     /// Barycentric coordinates of the three corners.
     pub weights: [f64; 3],
@@ -64,7 +64,7 @@ impl Triangles {
             ..BvhBuildParams::medium_build()
         };
         let mut tree = build_bvh2(&boxes, parameters, &mut Duration::default());
-        // Room for a search: the builder sets it before it moves nodes about.
+        // Stack size of a search. The builder sets it before it moves nodes.
         tree.max_depth = depth_of(&tree);
         let triangle = |&place: &u32| (corners[place as usize].map(|c| c.to_array()), place);
         Triangles {
@@ -73,7 +73,7 @@ impl Triangles {
         }
     }
 
-    /// The first triangle on the ray that is there at the hit.
+    /// The nearest hit on the ray that `is_there` accepts.
     pub fn nearest(&self, ray: &Ray, is_there: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let search = Search::new(ray)?;
         let mut nearest: Option<Hit> = None;
@@ -91,7 +91,7 @@ impl Triangles {
         nearest
     }
 
-    /// Whether nothing that is there is between the two ends.
+    /// Whether no hit that `is_there` accepts is between the two ends.
     pub fn is_free(&self, ray: &Ray, is_there: impl Fn(&Hit) -> bool) -> bool {
         let Some(search) = Search::new(ray) else {
             return true;
@@ -126,7 +126,7 @@ impl fmt::Debug for Triangles {
     }
 }
 
-/// Not by recursion: a tree may be as deep as it has triangles.
+/// Iterates instead of recursing: a tree may be as deep as its number of triangles.
 fn depth_of(tree: &Bvh2) -> usize {
     let mut depth = 0;
     let mut level = vec![0];
@@ -146,16 +146,16 @@ fn widened_bounds([a, b, c]: &[DVec3; 3]) -> Aabb {
     Aabb::new(low - BOX_SLACK, high + BOX_SLACK)
 }
 
-/// What is computed once for a ray.
+/// Values computed once for each ray.
 struct Search<'r> {
     ray: &'r Ray,
-    /// Of the ray's direction.
+    /// Length of the ray's direction.
     length: f64,
-    /// A ray in f32, of unit direction, from where the ray enters the scene's bounds.
+    /// An f32 ray of unit direction that begins where the ray enters the scene's bounds.
     box_ray: BoxRay,
-    /// Distance at which that is.
+    /// Distance to that point.
     start: f64,
-    /// The ray's main axis is the last. A shear of the other two turns the ray into it.
+    /// The ray's main axis is the last one. Shearing the other two aligns the ray with it.
     axes: [usize; 3],
     shear: DVec2,
     /// In the order of `axes`.
@@ -164,7 +164,7 @@ struct Search<'r> {
 }
 
 impl Search<'_> {
-    /// `None` for a ray that passes the scene by.
+    /// `None` for a ray that misses the scene.
     fn new(ray: &Ray) -> Option<Search<'_>> {
         let length = ray.direction.length();
         let direction = ray.direction / length;
@@ -176,7 +176,7 @@ impl Search<'_> {
         let [low, high] = [-bound, bound].map(|bound| (bound - ray.origin) * inverse);
         let (mut start, mut end) = (0.0, length * ray.end);
         for axis in 0..3 {
-            // Along a face of these bounds a ray gives NaN and is culled; they are wider than the scene, so nothing is there.
+            // A ray along a face of these bounds gives NaN and is culled. The bounds are wider than the scene, so nothing is there.
             start = f64::max(start, low[axis].min(high[axis]));
             end = f64::min(end, low[axis].max(high[axis]));
         }
@@ -201,12 +201,12 @@ impl Search<'_> {
         Some(search)
     }
 
-    /// From the start of the f32 ray, to the next larger f32.
+    /// Distance from the start of the f32 ray, rounded up to the next f32.
     fn box_distance(&self, distance: f64) -> f32 {
         ((distance - self.start) as f32).next_up()
     }
 
-    /// Where the ray meets a triangle before `end`.
+    /// Hit of the ray with a triangle before `end`.
     fn hit(&self, (corners, triangle): &([[f64; 3]; 3], u32), end: f64) -> Option<Hit> {
         let [x, y, z] = self.axes;
         let depths = corners.map(|corner| corner[z] - self.origin[2]);
@@ -270,7 +270,7 @@ mod tests {
             let triangles = Triangles::new(&corners);
             let mut hits = 0;
             for index in 0..4000 {
-                // From within, from outside, from far away, and along an axis.
+                // From inside, from outside, from far away, and along an axis.
                 let from = vector(random) * [0.9, 3.0, 1e4, 0.9][index % 4];
                 let mut direction = vector(random) - from * f64::from(index % 4 != 0);
                 if index % 4 == 3 {
@@ -310,7 +310,7 @@ mod tests {
     #[test]
     fn shared_edges_and_corners_are_tight() {
         let random = &mut fastrand::Rng::with_seed(2);
-        // An octahedron whose faces are cut in four, with uneven corners.
+        // An octahedron whose faces are divided into four, with uneven corners.
         let mut faces = Vec::new();
         for signs in 0..8 {
             let sign = |bit: u32| if signs >> bit & 1 == 0 { 0.83 } else { -0.71 };

@@ -1,26 +1,26 @@
-//! What a ray finds on a surface.
+//! The surface at a ray's hit.
 
 use glam::{DVec2, DVec3};
 
 use super::{brdf::Brdf, rays::Hit};
 use crate::scene::{Mesh, Scene, Texture};
 
-/// Rounding of a hit's position: γ(7) · Σ|weight · corner| of three coordinates within 1 (pbrt, "Managing rounding error")
-/// is 1.4e-15; and that of the triangle's plane is as large.
+/// Rounding error of a hit's position. γ(7) · Σ|weight · corner| of three coordinates within 1 (pbrt, "Managing rounding error") is
+/// 1.4e-15. That of the triangle's plane is the same size.
 const POSITION_ROUNDING: f64 = 8e-15;
 
-/// The sine of the least angle, 1°, between a view and a surface within rounding of P that the view is sure to get off.
+/// Sine of 1°. P is sure to be moved off another surface within its rounding if the view ray meets that surface at this angle or more.
 const LEAST_SINE: f64 = 0.017;
-/// Beyond this, P is not moved any farther: 10⁻⁸ of the scene's size.
+/// Limit of the move of P: 10⁻⁸ of the scene's size.
 const MOST_STEPS: f64 = 1e6;
 
-/// The triangles of a scene in local space, and where they came from.
+/// The triangles of a scene in local space, and their sources.
 #[derive(Debug)]
 pub struct Surfaces {
-    /// Each of its meshes in world space; here for materials, normals and textures.
+    /// All meshes are in world space. Used for materials, normals and textures.
     pub scene: Scene,
     pub triangles: Vec<[DVec3; 3]>,
-    /// Mesh, and triangle within it.
+    /// Mesh, and triangle in the mesh.
     sources: Vec<[u32; 2]>,
 }
 
@@ -28,7 +28,7 @@ pub struct Surfaces {
 #[derive(Debug, Clone, Copy)]
 pub struct Surface {
     pub position: DVec3,
-    /// Unit normals on the side that is seen: of the triangle, and interpolated where the mesh has normals.
+    /// Unit normals on the visible side: the triangle's, and the interpolated one if the mesh has normals.
     pub geometric_normal: DVec3,
     pub normal: DVec3,
     pub triangle: u32,
@@ -36,16 +36,17 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Where a ray to that side starts: lifted off the surface by what rounding may have sunk it.
+    /// Start of a ray to that side, lifted off the surface by the rounding error that may have sunk it.
     pub fn start(&self) -> DVec3 {
         self.position + POSITION_ROUNDING * self.geometric_normal
     }
 
-    /// The surface a little nearer to who sees it from this distance: the way there is free, whereas P itself may lie behind
-    /// another surface by its rounding, as in the corner of two walls. What is computed there is the limit that is seen.
+    /// The surface moved slightly towards a viewer at this distance. The way there is free, whereas rounding may put P itself behind
+    /// another surface, as in the corner of two walls. Light computed there is the limit that the viewer sees.
     ///
-    /// Across the ray, P is off by δ, the rounding of corners as seen from the ray's start. Along the ray that is δ/sin α for a
-    /// surface at the angle α to it: once for that on which P lies, once for another one, and once more to be off that one by
+    /// Across the ray, P is off by δ, the rounding of corners as seen from the ray's start. Along the ray, that is δ/sin α for a surface
+    /// at the angle α to it. The step counts this three times: for P's own surface, for another surface, and for a margin off that one
+    /// larger than the rounding of points on it.
     /// more than the rounding of what is on it.
     pub fn towards(self, to_viewer: DVec3, distance: f64) -> Surface {
         let off_own = 1.0 / self.geometric_normal.dot(to_viewer);
@@ -68,7 +69,7 @@ impl Surfaces {
                 let corners = triangle.map(|corner| to_local(mesh.positions_m[corner as usize]));
                 let [a, b, c] = corners;
                 if (b - a).cross(c - a).try_normalize().is_none() {
-                    // No area, no light, and no normal.
+                    // Without area there is no light and no normal.
                     continue;
                 }
                 triangles.push(corners);
@@ -89,7 +90,7 @@ impl Surfaces {
         [mesh, materials[index as usize]]
     }
 
-    /// Whether the triangle's material is there where a ray meets it, and not cut out.
+    /// Whether the triangle's material is present at the hit, and not cut out.
     pub fn is_at(&self, hit: &Hit) -> bool {
         let [mesh, index] = self.sources[hit.triangle as usize].map(|index| index as usize);
         let mesh = &self.scene.meshes[mesh];
@@ -131,7 +132,7 @@ impl Surfaces {
                 let side = outward.dot(geometric_normal).signum();
                 let mapped = mapped_normal(map, [a, b, c], uvs, side * normal);
                 let mapped = mapped.map(|mapped| side * mapped);
-                // One that turns away from who sees the surface does not count.
+                // Ignore a normal that is turned away from the viewer.
                 normal = mapped
                     .filter(|n| n.dot(geometric_normal) > 0.01)
                     .unwrap_or(normal);
@@ -155,8 +156,8 @@ fn turned_to(normal: DVec3, side: DVec3) -> DVec3 {
     }
 }
 
-/// What a map of normals, from −1 to 1, makes of the normal on a triangle's front. The gradients of u and v in the triangle's plane tell where they grow; `None`
-/// where the texture coordinates span no area.
+/// Applies a normal map's value, from −1 to 1, to the normal on a triangle's front. The gradients of u and v in the triangle's plane give
+/// the tangents. `None` if the texture coordinates span no area.
 fn mapped_normal(
     map: DVec3,
     [a, b, c]: [DVec3; 3],
@@ -171,13 +172,13 @@ fn mapped_normal(
     }
     let p_u = ((b - a) * uv2.y - (c - a) * uv1.y) / area;
     let tangent = (p_u - front * front.dot(p_u)).try_normalize()?;
-    // Right-handed where the map is not mirrored on the surface.
+    // Right-handed unless the map is mirrored on the surface.
     let bitangent = front.cross(tangent) * area.signum();
     let turned = map.x * tangent + map.y * bitangent + map.z.max(0.0) * front;
     turned.try_normalize()
 }
 
-/// `None` for a flat mesh, and where normals cancel.
+/// `None` for a flat mesh, and if normals cancel.
 fn interpolated_normal(mesh: &Mesh, corners: [usize; 3], weights: [f64; 3]) -> Option<DVec3> {
     if mesh.normals.is_empty() {
         return None;
@@ -188,7 +189,7 @@ fn interpolated_normal(mesh: &Mesh, corners: [usize; 3], weights: [f64; 3]) -> O
     (blend.length() > 1e-6).then(|| blend.normalize())
 }
 
-/// Repeating, v up, texel centres at half texels.
+/// Repeats, with v up and texel centres at half texels.
 fn sample_bilinear(texture: &Texture, [u, v]: [f64; 2]) -> DVec3 {
     let [width, height] = texture.size_px.map(|size| size as usize);
     let place = |coordinate: f64, size: usize| {

@@ -35,13 +35,13 @@ pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
     (unit, unit.dot(forward).recip())
 }
 
-/// Halvings of the interval in which a radius lies: to the last bit.
+/// Halvings of the interval that contains a radius, enough to reach the last bit.
 const HALVINGS: u32 = 60;
-/// Rounds in which the tangential part is taken off.
+/// Most iterations that remove the tangential part.
 const ROUNDS: u32 = 50;
 
-/// The direction that a lens shows at an image point. The radial part is inverted by halving intervals, which needs no derivatives; the tangential
-/// part, which is small, is taken off in rounds.
+/// The direction that a lens shows at an image point. Bisection inverts the radial part and needs no derivatives. Iterations remove the
+/// small tangential part.
 fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
     match distortion {
         Distortion::Fisheye([k1, k2, k3, k4]) => {
@@ -85,7 +85,8 @@ fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
     }
 }
 
-/// Where an increasing function that begins at 0 first reaches a value: it is looked for in steps that begin small, and then between two of them.
+/// The first point at which an increasing function that begins at 0 reaches a value. It searches in small steps, and then bisects the last
+/// one.
 fn first_reaching(value: f64, end: f64, function: impl Fn(f64) -> f64) -> f64 {
     let mut low = 0.0;
     let mut high = (value / 64.0).min(end);

@@ -1,4 +1,4 @@
-//! Lights that shine from an area.
+//! Area lights.
 
 use std::f64::consts::TAU;
 
@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::{Light, PatternAxes, SpotCone};
 
-/// What an area light looks like from its front.
+/// The shape of an area light, seen from its front.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AreaShape {
-    /// Its width; and its height, along `up`.
+    /// Its width, and its height along `up`.
     Rectangle {
         size_m: [f64; 2],
     },
@@ -18,7 +18,7 @@ pub enum AreaShape {
     },
 }
 
-/// Every point of an area sends the same to all sides of its front but for the cosine: s(θ) = cos θ is that of this cone.
+/// Every point of an area light emits to its front with the cosine: s(θ) = cos θ is the falloff of this cone.
 const COSINE: SpotCone = SpotCone {
     inner_half_angle_deg: 0.0,
     outer_half_angle_deg: 90.0,
@@ -41,7 +41,7 @@ impl AreaShape {
         }
     }
 
-    /// Where a place of the unit square lies, evenly over the shape, in halves of its extents from the middle.
+    /// Maps a place in the unit square evenly to the shape, in half extents from the middle.
     fn across(self, [x, y]: [f64; 2]) -> [f64; 2] {
         match self {
             AreaShape::Rectangle { .. } => [2.0 * x - 1.0, 2.0 * y - 1.0],
@@ -54,7 +54,7 @@ impl AreaShape {
 }
 
 impl Light {
-    /// The directions along an area light's width and height, unit vectors; `None` for lights without an area.
+    /// Unit vectors along an area light's width and height; `None` for lights without an area.
     pub(crate) fn area_axes(&self) -> Option<[DVec3; 2]> {
         let Light::Area { direction, up, .. } = self else {
             return None;
@@ -63,8 +63,8 @@ impl Light {
         Some([axes.plane_0.cross(axes.direction), axes.plane_0])
     }
 
-    /// The spot light that an area light is at a point of it, with all of its power: `place` is one of the unit square, over which such points
-    /// are even. `None` for lights without an area.
+    /// The spot light at a point of an area light, with all of its power. `place` is in the unit square, which maps evenly to the area.
+    /// `None` for lights without an area.
     pub fn area_point(&self, place: [f64; 2]) -> Option<Light> {
         let Light::Area {
             position_m,
@@ -87,7 +87,7 @@ impl Light {
         })
     }
 
-    /// The same in the middle; any other light is itself.
+    /// The spot light in the middle of an area light; any other light unchanged.
     pub(crate) fn at_middle(&self) -> Light {
         let middle = match self {
             Light::Area {

@@ -1,4 +1,4 @@
-//! What a scene file pulls in: meshes, their materials, their textures.
+//! The files that a scene file uses: meshes, their materials, their textures.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -22,14 +22,14 @@ pub(super) struct MeshRequest {
     /// The line that names it.
     pub named_at: String,
     pub transform: Transform,
-    /// Takes the place of every material of the file.
+    /// Replaces every material of the file.
     pub material_override: Option<u32>,
     pub flat: bool,
-    /// Whether the scene file names the same again, at another place.
+    /// Whether the scene file places the same mesh again elsewhere.
     pub is_repeated: bool,
 }
 
-/// What a mesh is made of: a file, of glTF the index of a mesh in it, and what the scene file says of it.
+/// Identifies a mesh: the file, the index of the mesh in it (for glTF), and the options in the scene file.
 pub(super) type MeshKey = (PathBuf, usize, bool, Option<u32>);
 
 impl MeshRequest {
@@ -39,7 +39,7 @@ impl MeshRequest {
     }
 }
 
-/// Scale, then rotation, then translation.
+/// Applies scale, then rotation, then translation.
 #[derive(Clone, Copy)]
 pub(super) struct Transform {
     pub scale: f64,
@@ -70,26 +70,26 @@ pub(super) struct Assets {
     /// File and line of each material.
     pub material_places: Vec<String>,
     pub textures: Vec<Texture>,
-    /// What the files have that is not modelled, each once.
+    /// Features of the files that are not modelled, each listed once.
     pub left_out: Vec<String>,
-    /// Those that are placed several times, in their own space.
+    /// Meshes that are placed several times, in their own space.
     pub shared_meshes: HashMap<MeshKey, Shared<Mesh>>,
-    /// `None`: one of alpha that cuts nothing out.
+    /// `None`: an alpha texture that cuts nothing out.
     texture_of_file: HashMap<(PathBuf, TextureUse), Option<usize>>,
 }
 
-/// What a file is read for.
+/// How a texture file is used.
 #[derive(PartialEq, Eq, Hash)]
 pub(super) enum TextureUse {
     Reflectance,
-    /// The bits of their strength, and whether they may be heights.
+    /// The bits of the strength, and whether the values may be heights.
     Normals(u64, bool),
-    /// The bits of its factor.
+    /// The bits of the factor.
     Alpha(u64),
 }
 
 impl Assets {
-    /// Loads a file as one mesh, or glTF as one for each node, with the materials and textures that its faces use. Returns the lights that it has.
+    /// Loads a file as one mesh (glTF: one per node), with the materials and textures that its faces use. Returns its lights.
     pub fn load_mesh(&mut self, request: MeshRequest) -> Result<Vec<Light>> {
         let extension = request.path.extension().unwrap_or_default();
         let load = match extension.to_ascii_lowercase().to_str() {
@@ -163,7 +163,7 @@ impl Assets {
         Ok(materials)
     }
 
-    /// In a mesh where other faces have texture coordinates, a face without them would show one arbitrary texel.
+    /// Refuses a face of a textured material without texture coordinates: it would show one arbitrary texel if other faces have them.
     fn check_texcoords(&self, run: &FaceGroup, file: &Path, material: u32) -> Result<()> {
         let material = &self.materials[material as usize];
         if run.form.texcoords || !material.has_texture() {
@@ -248,7 +248,7 @@ impl Assets {
         Ok(material)
     }
 
-    /// Notes once what a file has that is not modelled.
+    /// Records once a feature of a file that is not modelled.
     pub fn leave_out(&mut self, file: &Path, what: &str) {
         let text = format!("{} has what camlux leaves out: {what}", file.display());
         if !self.left_out.contains(&text) {
@@ -256,7 +256,7 @@ impl Assets {
         }
     }
 
-    /// Adds a material, read at this place.
+    /// Adds a material that was read at this place. Returns its index.
     pub fn push_material(&mut self, material: Material, at: String) -> u32 {
         let index = self.materials.len() as u32;
         self.materials.push(material);
@@ -264,7 +264,7 @@ impl Assets {
         index
     }
 
-    /// The index of a texture; a file that several materials name for the same use is loaded once.
+    /// The index of a texture. A file that several materials use in the same way is loaded once.
     pub fn texture(
         &mut self,
         file: &Path,

@@ -1,10 +1,10 @@
-//! How far the surfaces of a scene reach.
+//! Bounds of the surfaces of a scene.
 
 use glam::{BVec3, DMat3, DVec3};
 
 use super::{Instance, Mesh, Scene};
 
-/// Axis-aligned box.
+/// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundingBox {
     pub min_m: DVec3,
@@ -12,7 +12,7 @@ pub struct BoundingBox {
 }
 
 impl BoundingBox {
-    /// The least box around points; None without any.
+    /// The smallest box around points; `None` without points.
     pub fn around(points_m: impl Iterator<Item = DVec3>) -> Option<BoundingBox> {
         let boxes = points_m.map(|point_m| BoundingBox {
             min_m: point_m,
@@ -28,7 +28,7 @@ impl BoundingBox {
         }
     }
 
-    /// The largest distance from a point to one of the box.
+    /// The largest distance from a point to a point of the box.
     fn reach_from(&self, point_m: DVec3) -> f64 {
         let [below, above] = [self.min_m, self.max_m].map(|corner_m| (corner_m - point_m).abs());
         below.max(above).length()
@@ -52,13 +52,13 @@ pub struct BoundingSphere {
 }
 
 impl Scene {
-    /// Triangles of all meshes.
+    /// Number of triangles of all meshes.
     pub fn triangle_count(&self) -> u64 {
         let triangles = self.meshes.iter().map(|mesh| mesh.triangles.len() as u64);
         triangles.sum()
     }
 
-    /// The box around every vertex that a triangle uses; None without triangles. For a validated scene.
+    /// The box around every vertex that a triangle uses; `None` without triangles. The scene must be validated.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
         let mut bounds = None;
         for instance in &self.meshes {
@@ -66,7 +66,7 @@ impl Scene {
                 continue;
             };
             let with_around = bounds.map_or(around, |bounds: BoundingBox| bounds.union(around));
-            // Most instances lie within what is known already, and need no look at their vertices.
+            // Most instances are within the box so far, so their vertices need not be read.
             if instance.is_in_world_space() || bounds == Some(with_around) {
                 bounds = Some(with_around);
                 continue;
@@ -80,14 +80,14 @@ impl Scene {
         bounds
     }
 
-    /// A sphere around every vertex that a triangle uses; None without triangles. For a validated scene.
+    /// A sphere around every vertex that a triangle uses; `None` without triangles. The scene must be validated.
     ///
-    /// Its centre is the area-weighted centroid of the triangles (the mean of their corners, where all areas are 0), its
-    /// radius the largest distance to a used vertex. So it turns with the scene, which the sphere around an axis-aligned box
-    /// does not, and depends neither on the order of the meshes nor on how finely a surface is tessellated: a shadow map
-    /// fitted to it has the same texels however the scene is turned or cut. It is not the smallest such sphere.
+    /// The centre is the area-weighted centroid of the triangles, or the mean of their corners if all areas are 0. The radius is the
+    /// largest distance to a used vertex. So the sphere rotates with the scene, unlike the sphere around an axis-aligned box. It depends
+    /// neither on the order of the meshes nor on the tessellation. A shadow map fitted to it has the same texels however the scene is
+    /// rotated or tessellated. It is not the smallest such sphere.
     pub fn bounding_sphere(&self) -> Option<BoundingSphere> {
-        // Sums are taken about a point of the scene: at 10⁷ m from 0, sums about 0 would lose the detail.
+        // Sums are relative to a point of the scene: at 10⁷ m from 0, sums relative to 0 would lose the detail.
         let origin_m = self.bounding_box()?.centre_m();
         let (mut sum, mut area_m2) = (DVec3::ZERO, 0.0);
         for instance in &self.meshes {
@@ -124,7 +124,7 @@ impl Scene {
         Some(BoundingSphere { centre_m, radius_m })
     }
 
-    /// The same sphere. Where there is nothing, or only a point, its radius is 1 m, for a light must emit into something.
+    /// The same sphere. Without surfaces, or with a single point, its radius is 1 m, because a light must emit into something.
     pub(crate) fn bounding_sphere_or_unit(&self) -> BoundingSphere {
         let sphere = self.bounding_sphere();
         let radius_m = sphere.map_or(0.0, |sphere| sphere.radius_m);
@@ -136,7 +136,7 @@ impl Scene {
 }
 
 impl Instance {
-    /// A box in the world around that of the mesh in its own space.
+    /// A box in world space around the mesh's own box.
     fn box_around(&self) -> Option<BoundingBox> {
         let corners_m = self.extent().bounds?.corners_m().into_iter();
         BoundingBox::around(corners_m.map(|corner_m| self.to_world.transform_point3(corner_m)))
@@ -150,10 +150,10 @@ impl Instance {
     }
 }
 
-/// How far a mesh reaches in its own space.
+/// The bounds of a mesh in its own space.
 #[derive(Debug, Clone)]
 pub(super) struct Extent {
-    /// Whether a triangle uses a vertex.
+    /// For each vertex, whether a triangle uses it.
     is_used: Vec<bool>,
     bounds: Option<BoundingBox>,
     area_m2: f64,
@@ -180,7 +180,7 @@ impl Extent {
     }
 }
 
-/// The sum of areas times offsets from an origin, and that of areas.
+/// The sum of area times offset from an origin, and the sum of the areas.
 fn area_moment(triangles_m: impl Iterator<Item = [DVec3; 3]>, origin_m: DVec3) -> (DVec3, f64) {
     let (mut sum, mut total_m2) = (DVec3::ZERO, 0.0);
     for corners in triangles_m {
@@ -192,7 +192,7 @@ fn area_moment(triangles_m: impl Iterator<Item = [DVec3; 3]>, origin_m: DVec3) -
     (sum, total_m2)
 }
 
-/// The factor of a matrix that turns, mirrors and scales alike along all axes.
+/// The scale factor of a matrix that rotates, mirrors and scales equally along all axes; `None` for other matrices.
 fn similarity(linear: DMat3) -> Option<f64> {
     let products = linear.transpose() * linear;
     let square = products.x_axis.x;

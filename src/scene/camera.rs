@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Distortion, PixelSampling};
 
-/// A camera. Pixel (0, 0) is the upper left one and its centre lies at (0.5, 0.5).
+/// A camera. Pixel (0, 0) is the upper left one; its centre is at (0.5, 0.5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     /// Width, height.
@@ -14,7 +14,7 @@ pub struct Camera {
     pub look_at_m: DVec3,
     pub up: DVec3,
     pub lens: Lens,
-    /// How light is averaged over a pixel; `None`: a pixel shows what lies at its centre.
+    /// How light is averaged over a pixel; `None`: a pixel shows the point at its centre.
     pub pixel_sampling: Option<PixelSampling>,
 }
 
@@ -50,7 +50,7 @@ pub struct CameraBasis {
 }
 
 impl Camera {
-    /// The intrinsics that the lens amounts to at this resolution.
+    /// The intrinsics of the lens at this resolution.
     pub fn intrinsics_px(&self) -> Intrinsics {
         match self.lens {
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => intrinsics,
@@ -67,7 +67,7 @@ impl Camera {
         }
     }
 
-    /// The camera's axes. Meaningful for a validated camera only.
+    /// The camera's axes. The camera must be validated.
     pub fn basis(&self) -> CameraBasis {
         let forward = (self.look_at_m - self.position_m).normalize();
         let right = forward.cross(self.up).normalize();
@@ -78,7 +78,7 @@ impl Camera {
         }
     }
 
-    /// How the lens distorts the image.
+    /// The distortion of the lens; `None` without distortion.
     pub fn distortion(&self) -> Option<Distortion> {
         match self.lens {
             Lens::Distorted { distortion, .. } => Some(distortion),
@@ -86,15 +86,15 @@ impl Camera {
         }
     }
 
-    /// Direction through a point of the image plane, scaled so that its component along the view axis is 1; through a fisheye lens of length 1.
+    /// Direction through a point of the image plane. Its component along the view axis is 1; through a fisheye lens its length is 1.
     pub fn ray_direction(&self, x_px: f64, y_px: f64) -> DVec3 {
         let basis = self.basis();
-        // No point of a valid camera's image has none.
+        // Every point of a valid camera's image has a direction.
         let DVec3 { x, y, z } = self.unproject(x_px, y_px).unwrap_or(DVec3::Z);
         basis.forward * z + basis.right * x + basis.down * y
     }
 
-    /// Where the image shows a point, pixels; `None` where the lens does not see it. It may lie beyond the image's edges.
+    /// The position of a point in the image, pixels; `None` if the lens does not see it. It may be outside the image.
     pub fn project(&self, point_m: DVec3) -> Option<DVec2> {
         let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
         let CameraBasis {
@@ -114,13 +114,13 @@ impl Camera {
             return None;
         }
         let point = distortion.project(direction);
-        // Beyond a fold the formula shows what the lens does not.
+        // Beyond a fold, the formula gives points that the lens does not show.
         let seen = distortion.unproject(point)?.normalize();
         let is_seen = seen.distance(direction.normalize()) < 1e-6;
         is_seen.then(|| on_pixels(point))
     }
 
-    /// The same as [`Camera::ray_direction`] in the camera's axes; `None` where the distorted image [folds over](Distortion::unproject).
+    /// Like [`Camera::ray_direction`], in the camera's axes; `None` if the distorted image [folds over](Distortion::unproject).
     pub(crate) fn unproject(&self, x_px: f64, y_px: f64) -> Option<DVec3> {
         let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
         let point = DVec2::new((x_px - cx) / fx, (y_px - cy) / fy);

@@ -1,23 +1,23 @@
-//! Lights that something carries along.
+//! Lights that move with the camera or a mesh.
 
 use glam::{DMat3, DVec3};
 
 use super::{Camera, CameraBasis, Light, Scene};
 
-/// What carries a light.
+/// What a light moves with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
     Camera,
-    /// The mesh of that index.
+    /// The mesh with this index.
     Mesh(usize),
 }
 
 impl Scene {
-    /// Puts a camera in the place of the scene's, and moves the lights that it carries along.
+    /// Replaces the scene's camera, and moves the lights that it carries.
     pub fn set_camera(&mut self, camera: Camera) {
         let before = std::mem::replace(&mut self.camera, camera);
         let pose = |camera: &Camera| (camera.position_m, camera.look_at_m, camera.up);
-        // A camera that stays leaves every digit of its lights.
+        // If the camera does not move, its lights keep every digit.
         if pose(&before) == pose(&self.camera) {
             return;
         }
@@ -26,7 +26,7 @@ impl Scene {
         self.carry_lights(Carrier::Camera, rotation, translation_m);
     }
 
-    /// Turns the lights that something carries about the world's origin, and then moves them.
+    /// Rotates the lights of a carrier about the world's origin, and then translates them.
     pub fn carry_lights(&mut self, by: Carrier, rotation: DMat3, translation_m: DVec3) {
         for &(light, carrier) in &self.carried_lights {
             if carrier == by
@@ -51,12 +51,12 @@ impl Light {
         }
     }
 
-    /// From the camera's axes (x right, y down, z forward) to the world.
+    /// Transforms the light from the camera's axes (x right, y down, z forward) to the world.
     pub(super) fn place_by_camera(&mut self, camera: &Camera) {
         self.carry(axes(camera), camera.position_m);
     }
 
-    /// From a mesh file's coordinates to the world.
+    /// Transforms the light from a mesh file's coordinates to the world.
     pub(super) fn place_by_mesh(&mut self, scale: f64, rotation: DMat3, translation_m: DVec3) {
         if let Some(position_m) = self.position_m_mut() {
             *position_m *= scale;

@@ -1,25 +1,25 @@
-//! Lens distortion, by the models of OpenCV and with its coefficients.
+//! Lens distortion, with the models and coefficients of OpenCV.
 
 use glam::{DMat2, DVec2, DVec3};
 
-/// Coefficients of a calibration.
+/// The coefficients of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Distortion {
-    /// The model of `cv::calibrateCamera`, Brown and Conrady's with a rational radial part: k1 k2 p1 p2 k3 k4 k5 k6.
+    /// The model of `cv::calibrateCamera` (Brown and Conrady, with a rational radial part): k1 k2 p1 p2 k3 k4 k5 k6.
     Rational([f64; 8]),
-    /// The model of `cv::fisheye`, Kannala and Brandt's: k1 k2 k3 k4.
+    /// The model of `cv::fisheye` (Kannala and Brandt): k1 k2 k3 k4.
     Fisheye([f64; 4]),
 }
 
-/// Steps from the principal point to an image point; each starts where the one before arrived.
+/// Steps from the principal point to an image point; each starts from the result of the one before.
 const STEPS: u32 = 16;
-/// Newton's iterations for a step.
+/// Newton iterations per step.
 const ITERATIONS: u32 = 20;
-/// How near they come, focal lengths.
+/// The precision of the iterations, focal lengths.
 const PRECISION: f64 = 1e-14;
 
 impl Distortion {
-    /// As OpenCV names it.
+    /// The name of the model in OpenCV.
     pub fn model(&self) -> &'static str {
         match self {
             Distortion::Rational(_) => "rational",
@@ -27,7 +27,7 @@ impl Distortion {
         }
     }
 
-    /// In OpenCV's order.
+    /// The coefficients, in OpenCV's order.
     pub fn coefficients(&self) -> &[f64] {
         match self {
             Distortion::Rational(coefficients) => coefficients,
@@ -35,8 +35,8 @@ impl Distortion {
         }
     }
 
-    /// Image point that a direction in the camera's axes (x right, y down, z forward) is seen at, focal lengths from the principal point.
-    /// Of [`Distortion::Rational`] z is above 0.
+    /// The image point of a direction in the camera's axes (x right, y down, z forward), focal lengths from the principal point. For
+    /// [`Distortion::Rational`], z must be above 0.
     pub fn project(&self, direction: DVec3) -> DVec2 {
         let across = direction.truncate();
         match self {
@@ -48,8 +48,8 @@ impl Distortion {
         }
     }
 
-    /// The direction in the camera's axes that is seen at an image point: of length 1 for [`Distortion::Fisheye`], else of z = 1. `None` where the
-    /// image folds over on the way there from the principal point, or the lens sees nothing so far out.
+    /// The direction in the camera's axes at an image point: of length 1 for [`Distortion::Fisheye`], otherwise with z = 1. `None` if the
+    /// image folds over between the principal point and this point, or if the lens sees nothing that far out.
     pub fn unproject(&self, point: DVec2) -> Option<DVec3> {
         match self {
             Distortion::Rational(coefficients) => {
@@ -80,7 +80,7 @@ fn rational(&[k1, k2, p1, p2, k3, k4, k5, k6]: &[f64; 8], point: DVec2) -> (DVec
     let above = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
     let below = 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6));
     let radial = above / below;
-    // By r².
+    // Derivatives by r².
     let above_slope = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3);
     let below_slope = k4 + r2 * (2.0 * k5 + r2 * 3.0 * k6);
     let slope = (above_slope - radial * below_slope) / below;
@@ -97,12 +97,12 @@ fn rational(&[k1, k2, p1, p2, k3, k4, k5, k6]: &[f64; 8], point: DVec2) -> (DVec
         mixed,
         radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x,
     );
-    // Past a pole of the radial part it starts anew from below.
+    // Past a pole, the radial part starts again from below. The sign marks such points as folded.
     let derivatives = DMat2::from_cols(by_x, by_y) * below.signum();
     (distorted, derivatives)
 }
 
-/// The point that is distorted to `aim`, by Newton's method from one near it; `None` past a fold.
+/// The point that the lens distorts to `aim`, by Newton's method from a point near it; `None` past a fold.
 fn rational_solved(coefficients: &[f64; 8], aim: DVec2, near: DVec2) -> Option<DVec2> {
     let mut point = near;
     for _ in 0..ITERATIONS {
@@ -128,7 +128,7 @@ fn fisheye(&[k1, k2, k3, k4]: &[f64; 4], angle: f64) -> (f64, f64) {
     (radius, slope)
 }
 
-/// The angle that is shown at `aim`, by Newton's method from one near it; `None` past a fold, or behind the lens.
+/// The angle that the lens shows at `aim`, by Newton's method from an angle near it; `None` past a fold, or behind the lens.
 fn fisheye_solved(k: &[f64; 4], aim: f64, near: f64) -> Option<f64> {
     let mut angle = near;
     for _ in 0..ITERATIONS {

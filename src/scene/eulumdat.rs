@@ -5,18 +5,18 @@ use std::path::Path;
 use super::pattern::{Measured, Pattern};
 use crate::{Error, Result};
 
-/// More than any instrument measures.
+/// Limits, above what any instrument measures.
 const MOST_PLANES: usize = 721;
 const MOST_GAMMAS: usize = 721;
-/// Lines of a file, counted from 1.
+/// Line numbers in a file, counted from 1.
 const SYMMETRY: usize = 3;
 const PLANE_COUNT: usize = 4;
 const GAMMA_COUNT: usize = 6;
 const CONVERSION: usize = 24;
 const LAMP_SETS: usize = 26;
-/// Of each set of lamps.
+/// Lines per set of lamps.
 const LAMP_LINES: usize = 6;
-/// Utilisation factors behind the lamps.
+/// Lines of utilisation factors after the lamps.
 const FACTOR_LINES: usize = 10;
 
 pub(super) fn parse(text: &str, file: &Path) -> Result<Pattern> {
@@ -64,7 +64,7 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<Pattern> {
     };
     let planes_deg = list(first, plane_count, "angles of the C planes")?;
     let gammas_deg = list(first + plane_count, gamma_count, "angles of gamma")?;
-    // Which planes are in the file, those that a symmetry makes out left out.
+    // The planes that the file contains. Planes that follow from the symmetry are not stored.
     let (from, measured_count) = match symmetry {
         0.0 => (0, plane_count),
         1.0 => (0, 1),
@@ -97,7 +97,7 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<Pattern> {
     Pattern::of(measured).map_err(|problem| error(first, problem))
 }
 
-/// Symmetry about the plane C90–C270: the file has the planes from 270 over 0 to 90 degrees.
+/// Handles symmetry about the plane C90–C270: the file has the planes from 270 through 0 to 90 degrees.
 fn about_the_plane_90(measured: Measured, planes_deg: &[f64]) -> Measured {
     let Measured {
         gammas_deg,
@@ -107,7 +107,7 @@ fn about_the_plane_90(measured: Measured, planes_deg: &[f64]) -> Measured {
     let count = gammas_deg.len();
     let quarter = planes_deg.len() / 4;
     let half: Vec<&[f64]> = intensities.chunks(count).collect();
-    // Plane i of the whole turn, mirrored where it lies behind C90.
+    // Plane i of the full circle, mirrored if it is behind C90.
     let of_turn = |i: usize| {
         let turn = planes_deg.len();
         let mirrored = if i > quarter && i < 3 * quarter {

@@ -17,17 +17,16 @@ impl Scene {
     #[doc = include_str!("../../docs/scene.md")]
     ///
     /// # Errors
-    /// [`Error::Scene`] with file and line: a file that is missing or unreadable, text that is not TOML, an unknown or
-    /// missing key, a value of the wrong type, and everything that [`Scene::validate`] refuses.
+    /// [`Error::Scene`] with file and line: a missing or unreadable file, text that is not TOML, an unknown or missing key, a value of the
+    /// wrong type, and everything that [`Scene::validate`] refuses.
     pub fn load(path: &Path) -> Result<Scene> {
         Scene::parse(&read_text(path, "scene file")?, path)
     }
 
-    /// Like [`Scene::load`], for the text of a scene file; `file` gives the name for messages and the folder that
-    /// relative paths start from.
+    /// Like [`Scene::load`], for the text of a scene file. `file` gives the name for messages and the folder for relative paths.
     ///
     /// # Errors
-    /// Those of [`Scene::load`].
+    /// The same as for [`Scene::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
         let known = [
             "version", "camera", "lens", "sensor", "tof", "light", "mesh", "material", "direct",
@@ -99,7 +98,7 @@ impl Scene {
             request.is_repeated = counts[&request.key(0)] > 1;
             let transform = request.transform;
             of_files.extend(assets.load_mesh(request)?);
-            // A file may be several meshes.
+            // One file may contain several meshes.
             let loaded = transforms.len()..assets.meshes.len();
             places.extend(loaded.clone().map(|i| (("mesh", i), at.clone())));
             transforms.extend(loaded.map(|_| transform));
@@ -125,7 +124,7 @@ impl Scene {
         }
 
         if let Some(tof) = &mut tof {
-            // A path of parallel light has no length, so that these cannot be modulated.
+            // Parallel light cannot be modulated, because its paths have no length.
             let parallel = of_files
                 .iter()
                 .enumerate()
@@ -158,7 +157,7 @@ impl Scene {
     }
 }
 
-/// `own`: the names of the file's own materials.
+/// Reads a `[[mesh]]` table. `own`: the names of the scene file's own materials.
 fn mesh_request(mut keys: Keys, folder: &Path, own: &[String]) -> Result<MeshRequest> {
     keys.only(&[
         "path",

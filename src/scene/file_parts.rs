@@ -47,7 +47,7 @@ pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
     })
 }
 
-/// The pose and the lens are those of the file.
+/// Reads a camera whose pose and lens come from a glTF file.
 fn camera_of_gltf(
     mut keys: Keys,
     folder: &Path,
@@ -106,7 +106,7 @@ fn pixel_sampling(keys: &mut Keys) -> Result<Option<PixelSampling>> {
     }))
 }
 
-/// `table`: the one that has it.
+/// Reads a lens. `table`: the name of the table that contains it.
 fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
     let distortion = distortion(keys)?;
     match keys.take_one(&["fov_y_deg", "intrinsics_px"])? {
@@ -142,7 +142,7 @@ fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
     }
 }
 
-/// Coefficients that are not given are 0.
+/// Reads the distortion. Missing coefficients are 0.
 fn distortion(keys: &mut Keys) -> Result<Option<Distortion>> {
     fn coefficients<const N: usize>(value: Value, names: [&str; N]) -> Result<[f64; N]> {
         let mut keys = value.table("coefficients")?;
@@ -206,12 +206,12 @@ fn photodetector(keys: &mut Keys) -> Result<Option<Photodetector>> {
     }
 }
 
-/// A light, its coordinates relative to what carries it.
+/// A light with coordinates relative to its carrier.
 pub(super) struct ReadLight<'t> {
     pub light: Light,
-    /// What is said of its modulation.
+    /// The value of the key `modulated`.
     pub modulated: Option<Value<'t>>,
-    /// And the line that names it.
+    /// The carrier, and the value that names it.
     pub carrier: Option<(Carrier, Value<'t>)>,
 }
 
@@ -230,7 +230,7 @@ fn carrier<'t>(keys: &mut Keys<'t>) -> Result<Option<(Carrier, Value<'t>)>> {
     ))
 }
 
-/// `folder`: that of the scene file.
+/// Reads a light. `folder`: the folder of the scene file.
 pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'t>> {
     const POSITION: &str = "position = [x, y, z]";
     const DIRECTION: &str = "direction = [x, y, z], the way the light travels";
@@ -323,7 +323,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
                 keys.need("direction", DIRECTION)?.vec3()?,
                 keys.need("up", "up = [x, y, z], up in the image")?.vec3()?,
             );
-            // Its lens is a camera's.
+            // A projector's lens is described like a camera's.
             let camera = Camera {
                 resolution_px: image.size_px,
                 position_m,
@@ -356,7 +356,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
                     (AreaShape::Rectangle { size_m }, up.vec3()?)
                 }
                 Some((_, radius)) => {
-                    // A disc may be turned about its axis.
+                    // The rotation of a disc about its axis may be given, but need not be.
                     let up = keys.optional("up", |up| up.vec3())?;
                     let radius_m = radius.number()?;
                     let any = || direction.normalize_or(DVec3::Z).any_orthonormal_vector();
@@ -390,7 +390,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
     })
 }
 
-/// How integers of an image stand for values.
+/// How integers of an image encode values.
 fn encoding(keys: &mut Keys) -> Result<Encoding> {
     let chosen = keys.optional("encoding", |value| {
         value.choice(&Encoding::ALL, Encoding::name)
@@ -398,7 +398,7 @@ fn encoding(keys: &mut Keys) -> Result<Encoding> {
     Ok(chosen.unwrap_or(Encoding::Srgb))
 }
 
-/// The opening of a spot light in which a pattern lies, where one is given.
+/// The opening of a spot light that limits a pattern, if it is given.
 fn opening(keys: &mut Keys) -> Result<Option<SpotCone>> {
     let outer = keys.take("outer_half_angle_deg");
     let inner = keys.take("inner_half_angle_deg");
@@ -444,7 +444,7 @@ pub(super) fn material(mut keys: Keys, name: String) -> Result<Material> {
     let kd = keys.need("kd", "kd = 0.8 or kd = [r, g, b]")?.bands()?;
     let mut material = Material::lambert(name, kd);
     material.ks = keys.optional("ks", Value::bands)?.unwrap_or_default();
-    // An exponent of 1 would be a silent choice of a very wide lobe.
+    // A default exponent of 1 would silently give a very wide lobe.
     if material.is_specular() {
         let shininess = keys.need("shininess", "shininess = 20.0, the exponent of ks")?;
         material.shininess = shininess.number()?;

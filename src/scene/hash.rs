@@ -1,4 +1,4 @@
-//! A fingerprint of a scene, so that an image can say what it was made from.
+//! The hash of a scene, so that an image can state what it was made from.
 
 use super::{
     Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Pattern,
@@ -6,11 +6,11 @@ use super::{
     Shadow, Texture, TimeOfFlight,
 };
 
-/// Begins every hashed scene; to be changed with the form of the bytes behind it.
+/// The beginning of every hashed scene. Change it when the format of the bytes after it changes.
 const FORM: &[u8] = b"camlux scene 5";
 
 impl Scene {
-    /// BLAKE3 in hexadecimal (64 digits) over everything that the image depends on. Names and file paths are left out.
+    /// BLAKE3 hash in hexadecimal (64 digits) of everything that the image depends on. Names and file paths are left out.
     ///
     /// Equal for two scenes whose values are equal; the order of lights, meshes and materials counts.
     pub fn hash(&self) -> String {
@@ -73,7 +73,7 @@ impl Scene {
         for mesh in meshes {
             bytes.update(&mesh.digest(digest_of_mesh));
         }
-        // Scenes without time of flight keep the hash that they had before there was any.
+        // Scenes without time of flight keep their hash from before time of flight existed.
         if let Some(tof) = tof {
             bytes.time_of_flight(tof);
             let photodetector = sensor.and_then(|sensor| sensor.photodetector);
@@ -85,12 +85,12 @@ impl Scene {
                 [wavelength_nm, quantum_efficiency]
             });
         }
-        // And cameras whose pixels are points.
+        // The same for cameras whose pixels are points.
         if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
             bytes.name(filter.name());
             bytes.numbers([f64::from(samples)]);
         }
-        // And materials without maps of normals and cut-outs.
+        // The same for materials without normal maps and cut-outs.
         for (i, material) in materials.iter().enumerate() {
             for (name, texture) in [
                 ("normals", material.normal_texture),
@@ -102,7 +102,7 @@ impl Scene {
                 }
             }
         }
-        // And meshes that lie where their positions say.
+        // The same for meshes that are in world space.
         for (i, instance) in meshes.iter().enumerate() {
             if !instance.is_in_world_space() {
                 bytes.name("placed");
@@ -114,16 +114,16 @@ impl Scene {
     }
 }
 
-/// Lists and names begin with their length, so that no two scenes give the same bytes.
-/// Structs are taken apart without `..`, so that a new field cannot be forgotten.
+/// The bytes of a scene. Lists and names begin with their length, so that no two scenes give the same bytes. Structs are destructured
+/// without `..`, so that a new field cannot be forgotten.
 #[derive(Default)]
 struct Bytes {
     hasher: blake3::Hasher,
-    /// To be hashed together, which is several times as fast as one number after the other.
+    /// Bytes to hash together, which is several times as fast as hashing one number after the other.
     pending: Vec<u8>,
 }
 
-/// Bytes that are hashed at once.
+/// The number of bytes that are hashed at once.
 const BLOCK_BYTES: usize = 64 << 10;
 
 impl Bytes {
@@ -141,7 +141,7 @@ impl Bytes {
     }
 
     fn numbers<const N: usize>(&mut self, numbers: [f64; N]) {
-        // -0 and 0 render the same; the sum is 0 for both.
+        // -0 and 0 render the same; adding 0 makes both 0.
         let bytes = numbers.map(|number| (number + 0.0).to_le_bytes());
         self.update(bytes.as_flattened());
     }
@@ -167,7 +167,7 @@ impl Bytes {
             look_at_m,
             up,
             lens,
-            // At the end of the scene's bytes.
+            // Hashed at the end of the scene's bytes.
             pixel_sampling: _,
         } = *camera;
         self.numbers(resolution_px.map(f64::from));
@@ -250,7 +250,7 @@ impl Bytes {
             ks,
             shininess,
             kd_texture,
-            // At the end of the scene's bytes.
+            // Hashed at the end of the scene's bytes.
             normal_texture: _,
             alpha_texture: _,
         } = material;

@@ -1,14 +1,14 @@
-//! IES LM-63 files, of 1986 to 2019: photometry of type C, without tilt.
+//! IES LM-63 files from 1986 to 2019: type C photometry, without tilt.
 
 use std::path::Path;
 
 use super::pattern::{Measured, Pattern};
 use crate::{Error, Result};
 
-/// More numbers than any instrument measures.
+/// Limit, above what any instrument measures.
 const MOST_ANGLES: usize = 100_000;
 
-/// The numbers of a file, with their lines.
+/// The numbers of a file, with their line numbers.
 struct Numbers<'t> {
     file: &'t Path,
     words: Box<dyn Iterator<Item = (usize, &'t str)> + 't>,
@@ -89,7 +89,7 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<Pattern> {
     }
     numbers.list(4, "unit and size of the opening")?;
     let ballast = numbers.next("ballast factor")?;
-    // Until 1991 the ballast's photometric factor; since then it stands for something else.
+    // Until 1991 this was the ballast's photometric factor; since then it has another meaning.
     let behind = numbers.next("factor behind it")?;
     let is_new = text.trim_start().starts_with("IESNA:LM-63");
     let photometric = if is_new { 1.0 } else { behind };

@@ -1,4 +1,4 @@
-//! Which indirect light is wanted.
+//! Options for indirect light.
 
 use std::ops::RangeInclusive;
 
@@ -11,56 +11,57 @@ use crate::keys::{Keys, Value};
 /// `rsm_size` is the number of texels along one edge of a face of the reflective shadow map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IndirectLight {
-    /// The CamSim document's equation: the mean over the RSM, without distance falloff and without visibility.
+    /// The equation of the CamSim document: the mean over the RSM, without distance falloff and without visibility.
     RsmAverage {
         rsm_size: u32,
-        /// relRMSE against the sum over all VPLs that interpolation between pixels may cause, within [`TARGET_ERRORS`];
-        /// `None`: the sum is taken at every pixel. It says nothing of how far that sum is from the true bounce.
+        /// Target relRMSE of the interpolation between pixels, against the sum over all VPLs, within [`TARGET_ERRORS`]. `None`: camlux
+        /// evaluates the sum at every pixel. It does not limit the error of that sum against the true bounce.
         interpolation_error: Option<f64>,
     },
-    /// The sum over all VPLs with the integral's measure kept (Keller 1997), without visibility. At every pixel: the 1/d² of a
-    /// near VPL makes spikes of a pixel or two that neither a grid nor a sample of pixels sees.
+    /// The sum over all VPLs with the measure of the integral (Keller 1997), without visibility. camlux evaluates it at every pixel: the
+    /// 1/d² of a near VPL makes spikes of one or two pixels, which a grid or a sample of pixels misses.
     InstantRadiosity { rsm_size: u32 },
-    /// Final gathering by multiple importance sampling from P and from the lights: converges to the true single bounce.
+    /// Final gathering by multiple importance sampling from P and from the lights. It converges to the true single bounce.
     FinalGather {
-        /// relRMSE against the true single bounce, sqrt(Σ(x−t)²/Σt²), within [`TARGET_ERRORS`].
+        /// Target relRMSE against the true single bounce, sqrt(Σ(x−t)²/Σt²), within [`TARGET_ERRORS`].
         target_error: f64,
-        /// What that sum is taken over.
+        /// The norm of that error.
         error_norm: ErrorNorm,
-        /// `None`: the engine chooses.
+        /// `None`: camlux chooses.
         rsm_size: Option<u32>,
-        /// Wall-clock time for the indirect light of a frame, milliseconds, above 0: where it is over before the target is met, the
-        /// best image so far is the result. The image then depends on how fast the device was. `None`: as long as it takes.
+        /// Wall-clock limit for the indirect light of a frame, milliseconds, above 0. If it expires before the target error is met, the
+        /// result is the best image so far. The image then depends on the speed of the device. `None`: no limit.
         max_ms: Option<f64>,
-        /// The same for rays, above 0; the image does not depend on the device's speed.
+        /// Limit on the rays for the indirect light of a frame, above 0. The image does not depend on the speed of the device. `None`: no
+        /// limit.
         max_rays: Option<u64>,
         /// Whether frames have the layer [`StandardError`](crate::output::Layer::StandardError).
         stderr_layer: bool,
     },
 }
 
-/// What the target error of [`IndirectLight::FinalGather`] counts over.
+/// The norm of the target error of [`IndirectLight::FinalGather`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ErrorNorm {
     /// Over all pixels at once: bright pixels count most.
     #[default]
     Image,
-    /// Over tiles of the image, each with light counting as much as another: no dark part is left noisy.
+    /// Over tiles of the image. All tiles with light count equally, so no dark part stays noisy.
     Local,
 }
 
 /// The formula of a plain sum over virtual point lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VplSum {
-    /// That of [`IndirectLight::RsmAverage`].
+    /// The formula of [`IndirectLight::RsmAverage`].
     RsmAverage,
-    /// That of [`IndirectLight::InstantRadiosity`].
+    /// The formula of [`IndirectLight::InstantRadiosity`].
     InstantRadiosity,
 }
 
-/// The target error of [`IndirectLight::FinalGather`] where a scene file gives none.
+/// The default target error of [`IndirectLight::FinalGather`] in scene files.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
-/// Errors that can be requested.
+/// The range of errors that can be requested.
 pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
 
 const FINAL_GATHER: &str = "final-gather";
@@ -80,7 +81,7 @@ impl IndirectLight {
         }
     }
 
-    /// Final gathering with an RSM of the engine's choice.
+    /// Final gathering with an RSM size that camlux chooses.
     pub const fn final_gather(target_error: f64) -> Self {
         IndirectLight::FinalGather {
             target_error,
@@ -92,8 +93,8 @@ impl IndirectLight {
         }
     }
 
-    /// The estimator of that name, one of [`IndirectLight::NAMES`]: a sum of an RSM of that size, or final gathering as a scene
-    /// file has it that says no more.
+    /// The estimator with this name, one of [`IndirectLight::NAMES`]. A sum gets this RSM size; final gathering gets the defaults of scene
+    /// files.
     pub fn from_name(name: &str, rsm_size_of_sum: u32) -> Option<Self> {
         if name == FINAL_GATHER {
             return Some(IndirectLight::final_gather(DEFAULT_TARGET_ERROR));
@@ -116,7 +117,7 @@ impl IndirectLight {
         }
     }
 
-    /// Texels along one edge of a face of the RSM; `None`: the engine chooses.
+    /// Texels along one edge of a face of the RSM; `None`: camlux chooses.
     pub fn rsm_size(&self) -> Option<u32> {
         match *self {
             IndirectLight::RsmAverage { rsm_size, .. }
@@ -125,7 +126,7 @@ impl IndirectLight {
         }
     }
 
-    /// Chooses the size of the RSM, texels along one edge of a face.
+    /// Sets the size of the RSM, texels along one edge of a face.
     pub const fn set_rsm_size(&mut self, size: u32) {
         match self {
             IndirectLight::RsmAverage { rsm_size, .. }
@@ -134,7 +135,7 @@ impl IndirectLight {
         }
     }
 
-    /// The requested error against the true bounce; `None` for sums, which do not converge to it.
+    /// The target error against the true bounce; `None` for sums, which do not converge to it.
     pub fn target_error(&self) -> Option<f64> {
         match *self {
             IndirectLight::FinalGather { target_error, .. } => Some(target_error),
@@ -142,7 +143,7 @@ impl IndirectLight {
         }
     }
 
-    /// The requested error against the sum at every pixel; `None` where none is interpolated.
+    /// The target error of the interpolation, against the sum at every pixel; `None` if nothing is interpolated.
     pub fn interpolation_error(&self) -> Option<f64> {
         match *self {
             IndirectLight::RsmAverage {
@@ -153,7 +154,7 @@ impl IndirectLight {
         }
     }
 
-    /// What the target error counts over; `None` for sums.
+    /// The norm of the target error; `None` for sums.
     pub fn error_norm(&self) -> Option<ErrorNorm> {
         match *self {
             IndirectLight::FinalGather { error_norm, .. } => Some(error_norm),
@@ -161,7 +162,7 @@ impl IndirectLight {
         }
     }
 
-    /// Milliseconds that final gathering may take; `None`: no limit.
+    /// Time limit of final gathering, milliseconds; `None`: no limit.
     pub fn max_ms(&self) -> Option<f64> {
         match *self {
             IndirectLight::FinalGather { max_ms, .. } => max_ms,
@@ -169,7 +170,7 @@ impl IndirectLight {
         }
     }
 
-    /// Rays that final gathering may cast; `None`: no limit.
+    /// Limit on the rays of final gathering; `None`: no limit.
     pub fn max_rays(&self) -> Option<u64> {
         match *self {
             IndirectLight::FinalGather { max_rays, .. } => max_rays,
@@ -185,7 +186,7 @@ impl IndirectLight {
         }
     }
 
-    /// What a scene file says of it besides its name and `rsm_size`: keys, and values where there are any.
+    /// Its parameters in scene files besides the name and `rsm_size`: keys, and values if they are set.
     pub fn parameters(&self) -> Vec<(&'static str, Option<Parameter>)> {
         let number = |value: Option<f64>| value.map(Parameter::Number);
         let error_norm = self.error_norm().map(ErrorNorm::name);
@@ -241,7 +242,7 @@ pub enum Parameter {
 }
 
 impl ErrorNorm {
-    /// All, in the order of the documentation.
+    /// All norms, in the order of the documentation.
     pub const ALL: [ErrorNorm; 2] = [ErrorNorm::Image, ErrorNorm::Local];
 
     /// The name in scene files, on the command line and in image headers.
@@ -254,10 +255,10 @@ impl ErrorNorm {
 }
 
 impl VplSum {
-    /// All, in the order of the documentation.
+    /// All sums, in the order of the documentation.
     pub const ALL: [VplSum; 2] = [VplSum::RsmAverage, VplSum::InstantRadiosity];
 
-    /// The name of the estimator that takes this sum.
+    /// The name of the estimator that uses this sum.
     pub fn name(self) -> &'static str {
         match self {
             VplSum::RsmAverage => "rsm-average",
@@ -265,7 +266,7 @@ impl VplSum {
         }
     }
 
-    /// The word of the shader permutation.
+    /// The word for this sum in the shader permutation.
     pub(crate) fn word(self) -> &'static str {
         match self {
             VplSum::RsmAverage => "average",
@@ -274,13 +275,13 @@ impl VplSum {
     }
 }
 
-/// Reads the table of a scene file.
+/// Reads the `[indirect]` table of a scene file.
 pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
     const RSM_SIZE: &str = "rsm_size = 64, texels along one face's edge";
     const FINAL_GATHER: &str =
         "estimator = \"final-gather\", which finds visibility by rays and meets a target_error";
 
-    // A key of former versions.
+    // A key of earlier versions.
     if let Some(visibility) = keys.take("visibility") {
         let hint = match visibility.text() {
             Ok("none") => "remove it: rsm-average and instant-radiosity have none".into(),

@@ -1,4 +1,4 @@
-//! Meshes as they are placed in a scene.
+//! Meshes placed in a scene.
 
 use std::ops::{Deref, DerefMut};
 
@@ -6,15 +6,14 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::{Mesh, Shared};
 
-/// A mesh at a place in the scene. Instances of one mesh share it, in the host's memory and on the device.
+/// A mesh placed in the scene. Instances of one mesh share it, in the host's memory and on the device.
 ///
-/// It derefs to its mesh, whose positions and normals are those of the mesh's own space; [`Instance::placed`] has them in
-/// world space.
+/// It derefs to its mesh, whose positions and normals are in the mesh's own space. [`Instance::placed`] gives them in world space.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Instance {
     pub name: String,
     pub mesh: Shared<Mesh>,
-    /// From the mesh's own space to world space, metres. The identity: the mesh lies where its positions say.
+    /// Transform from the mesh's own space to world space, metres. With the identity, the mesh is where its positions say.
     pub to_world: DAffine3,
 }
 
@@ -24,12 +23,12 @@ impl Instance {
         self.to_world == DAffine3::IDENTITY
     }
 
-    /// Whether it is the very same mesh at the same place.
+    /// Whether both are the same shared mesh at the same place.
     pub(crate) fn is_same(&self, other: &Instance) -> bool {
         self.mesh.ptr_eq(&other.mesh) && self.to_world == other.to_world
     }
 
-    /// The mesh in world space: the same one where that is its own space, else a copy.
+    /// The mesh in world space: the shared one if its own space is world space, otherwise a copy.
     pub fn placed(&self) -> Shared<Mesh> {
         if self.is_in_world_space() {
             return self.mesh.clone();
@@ -45,7 +44,7 @@ impl Instance {
         })
     }
 
-    /// The same mesh turned about the world's origin and then moved.
+    /// The same mesh, rotated about the world's origin and then translated.
     pub fn posed(&self, rotation: DQuat, translation_m: DVec3) -> Instance {
         Instance {
             to_world: DAffine3::from_rotation_translation(rotation, translation_m) * self.to_world,
@@ -53,14 +52,14 @@ impl Instance {
         }
     }
 
-    /// The corners of each triangle in world space. For a mesh of a validated scene.
+    /// The corners of each triangle in world space. The mesh must belong to a validated scene.
     pub(super) fn corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
         let place = |at_m| self.to_world.transform_point3(at_m);
         self.mesh.corners_m().map(move |corners| corners.map(place))
     }
 }
 
-/// What takes normals along. Of a matrix that flattens, any will do.
+/// The matrix that transforms normals. For a singular matrix, any result is valid.
 pub(super) fn normal_matrix(linear: DMat3) -> DMat3 {
     match linear.determinant() {
         0.0 => linear,
@@ -68,14 +67,14 @@ pub(super) fn normal_matrix(linear: DMat3) -> DMat3 {
     }
 }
 
-/// A normal of any length but zero, taken along and made a unit vector.
+/// Transforms a normal of any length but zero, and normalises it.
 pub(super) fn unit_normal(turn: DMat3, normal: DVec3) -> DVec3 {
     // Without the division the square of a very short or long normal would leave the range of f64.
     (turn * (normal / normal.abs().max_element())).normalize_or(DVec3::Z)
 }
 
 impl From<Mesh> for Instance {
-    /// The mesh where it lies, under its own name.
+    /// Places the mesh where its positions are, under its own name.
     fn from(mesh: Mesh) -> Self {
         Instance::from(Shared::from(mesh))
     }

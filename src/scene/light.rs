@@ -23,23 +23,23 @@ pub enum Light {
         direction: DVec3,
         irradiance_w_m2: Bands,
     },
-    /// Emits P_L as a lamp was measured to do, or as a projector.
+    /// Emits P_L with the pattern of a measured lamp or a projector.
     Pattern {
         position_m: DVec3,
         /// γ = 0; any length but zero.
         direction: DVec3,
-        /// Towards the plane C = 0; of any length, at an angle to the direction.
+        /// Towards the plane C = 0; of any length, not parallel to the direction.
         up: DVec3,
         pattern: RadiationPattern,
         power_w: Bands,
     },
-    /// Emits P_L from every point of an area alike, to its front and there with the cosine.
+    /// Emits P_L equally from every point of an area, to its front, with the cosine.
     Area {
-        /// The middle.
+        /// The middle of the area.
         position_m: DVec3,
         /// To the front; any length but zero.
         direction: DVec3,
-        /// Along the height of a rectangle; of any length, at an angle to the direction.
+        /// Along the height of a rectangle; of any length, not parallel to the direction.
         up: DVec3,
         shape: AreaShape,
         power_w: Bands,
@@ -56,7 +56,7 @@ pub struct SpotCone {
 }
 
 impl Light {
-    /// The words that name kinds in scene files. A new one comes last: scene hashes count them.
+    /// The names of the kinds in scene files. Add new ones at the end: scene hashes use the index.
     pub const KINDS: [&str; 6] = [
         "point",
         "spot",
@@ -66,7 +66,7 @@ impl Light {
         "area",
     ];
 
-    /// The word that names this kind in scene files.
+    /// The name of this kind in scene files.
     pub fn kind(&self) -> &'static str {
         match self {
             Light::Point { .. } => "point",
@@ -80,7 +80,7 @@ impl Light {
         }
     }
 
-    /// The axes of a pattern.
+    /// The axes of a pattern; `None` for other lights.
     pub fn pattern_axes(&self) -> Option<PatternAxes> {
         match self {
             Light::Pattern { direction, up, .. } => Some(PatternAxes::new(*direction, *up)),
@@ -88,7 +88,7 @@ impl Light {
         }
     }
 
-    /// What the light is, by the names that headers and manifests have: a number; or a position, a direction, or a value per band.
+    /// The light's parameters, by their names in headers and manifests: a number, a position, a direction, or a value per band.
     pub fn parameters(&self) -> Vec<(&'static str, Vec<f64>)> {
         match self {
             Light::Point {
@@ -159,7 +159,7 @@ impl Light {
         }
     }
 
-    /// The same, to be changed.
+    /// The position as a mutable reference.
     pub fn position_m_mut(&mut self) -> Option<&mut DVec3> {
         match self {
             Light::Point { position_m, .. }
@@ -170,7 +170,7 @@ impl Light {
         }
     }
 
-    /// Axis of the cone or pattern, the front of an area, or direction in which parallel light travels, of any length but zero; `None` for a point light.
+    /// Axis of the cone or pattern, front of an area, or direction of parallel light, of any length but zero; `None` for a point light.
     pub fn direction(&self) -> Option<DVec3> {
         match *self {
             Light::Spot { direction, .. }
@@ -181,7 +181,7 @@ impl Light {
         }
     }
 
-    /// The same, to be changed.
+    /// The direction as a mutable reference.
     pub fn direction_mut(&mut self) -> Option<&mut DVec3> {
         match self {
             Light::Spot { direction, .. }
@@ -192,7 +192,7 @@ impl Light {
         }
     }
 
-    /// Which way up a pattern or an area is, of any length; `None` for others.
+    /// The up vector of a pattern or an area, of any length; `None` for other lights.
     pub fn up(&self) -> Option<DVec3> {
         match *self {
             Light::Pattern { up, .. } | Light::Area { up, .. } => Some(up),
@@ -200,7 +200,7 @@ impl Light {
         }
     }
 
-    /// The same, to be changed.
+    /// The up vector as a mutable reference.
     pub fn up_mut(&mut self) -> Option<&mut DVec3> {
         match self {
             Light::Pattern { up, .. } | Light::Area { up, .. } => Some(up),
@@ -208,7 +208,7 @@ impl Light {
         }
     }
 
-    /// What the light emits: P_L in W, or E_L in W/m² of a directional light.
+    /// The emission of the light: P_L in W, or E_L in W/m² for a directional light.
     pub fn emission(&self) -> Bands {
         match *self {
             Light::Point { power_w, .. }
@@ -221,7 +221,7 @@ impl Light {
         }
     }
 
-    /// The name of that value.
+    /// The name of the emission parameter.
     pub fn emission_name(&self) -> &'static str {
         match self {
             Light::Directional { .. } => "irradiance_w_m2",
@@ -229,7 +229,7 @@ impl Light {
         }
     }
 
-    /// The same light, emitting this: P_L in W, or E_L in W/m² of a directional light.
+    /// The same light with another emission: P_L in W, or E_L in W/m² for a directional light.
     pub fn with_emission(&self, emission: Bands) -> Light {
         let mut light = self.clone();
         match &mut light {

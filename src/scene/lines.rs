@@ -1,18 +1,18 @@
-//! Lines of OBJ and MTL files with their places, because `tobj` reports none.
+//! The lines of OBJ and MTL files with their line numbers, which `tobj` does not report.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use crate::{Error, Result, input_file};
 
-/// One statement: a keyword and what follows it.
+/// One statement: a keyword and its arguments.
 pub(super) struct Line<'t> {
     file: &'t Path,
     number: usize,
     text: Cow<'t, str>,
 }
 
-/// Reads a file that need not be UTF-8: comments and names are often Latin-1.
+/// Reads a text file that need not be UTF-8: comments and names are often Latin-1.
 pub(super) fn read_text(file: &Path, named_at: &str, what: &str) -> Result<String> {
     let bytes = input_file::read(file).map_err(|error| {
         Error::scene(
@@ -24,13 +24,13 @@ pub(super) fn read_text(file: &Path, named_at: &str, what: &str) -> Result<Strin
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The same path for the same file, however it is named.
+/// Returns the same path for the same file, however it is named.
 pub(super) fn resolved(file: &Path) -> PathBuf {
     // A file that cannot be resolved cannot be read either, and reading it gives the better message.
     file.canonicalize().unwrap_or_else(|_| file.to_owned())
 }
 
-/// `mesh.obj:12`
+/// Formats a place, such as `mesh.obj:12`.
 pub(super) fn place(file: &Path, line: usize) -> String {
     format!("{}:{line}", file.display())
 }
@@ -50,10 +50,10 @@ pub(super) fn lines<'t>(text: &'t str, file: &'t Path) -> impl Iterator<Item = L
     statements.filter(|line| !line.keyword().is_empty() && !line.keyword().starts_with('#'))
 }
 
-/// A line with those that continue it.
+/// Joins a line with its continuation lines.
 fn continued<'t>(first: &'t str, mut rest: impl Iterator<Item = &'t str>) -> Cow<'t, str> {
     let mut text = Cow::Borrowed(first.trim());
-    // A comment is not continued: a path at its end would swallow the next line.
+    // Comments are not continued: otherwise a path at the end of a comment would swallow the next line.
     while text.ends_with('\\') && !text.starts_with('#') {
         let text = text.to_mut();
         text.pop();
@@ -84,7 +84,7 @@ impl Line<'_> {
         self.text.split_whitespace().next().unwrap_or_default()
     }
 
-    /// What follows the keyword: a name or a path, which may hold spaces.
+    /// The text after the keyword: a name or a path, which may contain spaces.
     pub fn name(&self) -> Result<&str> {
         let name = self.text.trim()[self.keyword().len()..].trim();
         if name.is_empty() {
@@ -93,13 +93,13 @@ impl Line<'_> {
         Ok(name)
     }
 
-    /// What follows the keyword, word by word, without a comment at the end.
+    /// The words after the keyword, without a comment at the end.
     pub fn words(&self) -> impl Iterator<Item = &str> {
         let statement = self.text.split('#').next().unwrap_or_default();
         statement.split_whitespace().skip(1)
     }
 
-    /// The numbers behind the keyword, as many as `counts` allows.
+    /// The numbers after the keyword. `counts` limits how many there are.
     pub fn numbers(&self, counts: std::ops::RangeInclusive<usize>) -> Result<Vec<f64>> {
         let expected = || {
             format!(

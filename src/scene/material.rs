@@ -13,12 +13,12 @@ pub struct Material {
     pub ks: Bands,
     /// s, the Phong exponent.
     pub shininess: f64,
-    /// Index into [`Scene::textures`](super::Scene::textures).
+    /// Index of the diffuse texture in [`Scene::textures`](super::Scene::textures).
     pub kd_texture: Option<usize>,
-    /// The same of a map of normals: red, green and blue from 0 to 1 are the shading normal's components from −1 to 1 in the direction in which u grows,
-    /// in that in which v does, and along the normal that the mesh has there.
+    /// Index of a normal map. Red, green and blue from 0 to 1 encode components of the shading normal from −1 to 1: along the direction in
+    /// which u grows, along the one in which v grows, and along the mesh's normal.
     pub normal_texture: Option<usize>,
-    /// The same of a texture whose red value tells where there is a surface: from 0.5 on; below it is cut out, on both sides. It counts to 8 bits.
+    /// Index of an alpha texture. Where its red value is below 0.5, the surface is cut out, on both sides. The value counts to 8 bits.
     pub alpha_texture: Option<usize>,
 }
 
@@ -36,19 +36,20 @@ impl Material {
         }
     }
 
-    /// Whether it has a texture of any kind.
+    /// Whether the material has a texture of any kind.
     pub fn has_texture(&self) -> bool {
         let textures = [self.kd_texture, self.normal_texture, self.alpha_texture];
         textures.iter().any(Option::is_some)
     }
 
-    /// Whether the specular term is there at all.
+    /// Whether the material has a specular term.
     pub fn is_specular(&self) -> bool {
         self.ks.iter().any(|&ks| ks > 0.0)
     }
 }
 
-/// A texture of k_d, of normals or of alpha, sampled bilinearly with repetition and without mip levels: pixels are point samples, as they are in the reference.
+/// A texture of k_d, normals or alpha. It is sampled bilinearly, with repetition and without mip levels: pixels are point samples, as in
+/// the reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     pub name: String,

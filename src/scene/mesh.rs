@@ -10,7 +10,7 @@ pub struct Mesh {
     pub positions_m: Vec<DVec3>,
     /// One shading normal per position, any length but zero; empty: flat shading.
     pub normals: Vec<DVec3>,
-    /// One (u, v) per position, v up; empty: no texture can be seen on this mesh.
+    /// One (u, v) per position, v up; empty: the mesh shows no texture.
     pub texcoords: Vec<[f64; 2]>,
     /// Three indices into `positions_m` per triangle.
     pub triangles: Vec<[u32; 3]>,
@@ -35,7 +35,7 @@ impl Mesh {
         }
     }
 
-    /// The corners of each triangle. For a mesh of a validated scene.
+    /// The corners of each triangle. The mesh must belong to a validated scene.
     pub(super) fn corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
         let position_m = |vertex| self.positions_m[vertex as usize];
         self.triangles.iter().map(move |t| t.map(position_m))

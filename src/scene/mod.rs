@@ -1,7 +1,7 @@
-//! What is lit: camera, sensor, lights, meshes, materials, and which indirect light is wanted.
+//! The scene: camera, sensor, lights, meshes, materials, and options for indirect light.
 //!
-//! Lengths are metres, angles in the scene description are degrees, powers watts. Positions are f64 so that a scene far
-//! from the origin keeps its detail. Build a [`Scene`] from slices, or load one with [`Scene::load`].
+//! Lengths are in metres, angles in the scene description in degrees, powers in watts. Positions are f64, so that a scene far from the
+//! origin keeps its detail. Build a [`Scene`] from slices, or load one with [`Scene::load`].
 
 mod area;
 mod assets;
@@ -66,18 +66,18 @@ pub use tof::{
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
 pub type Bands = [f64; 3];
 
-/// Everything a frame is computed from.
+/// Everything that a frame is computed from.
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub camera: Camera,
-    /// Without a sensor no energy layer is made.
+    /// `None`: frames have no energy layer.
     pub sensor: Option<Sensor>,
-    /// What the camera makes of path lengths; needs a sensor with a [`Photodetector`].
+    /// How the camera measures path lengths; needs a sensor with a [`Photodetector`].
     pub tof: Option<TimeOfFlight>,
     pub lights: Vec<Light>,
-    /// Indices of lights that move with something, and with what.
+    /// Indices of lights that move with a carrier, and the carrier.
     pub carried_lights: Vec<(usize, Carrier)>,
-    /// Meshes as they are placed. Those that share a mesh hold it once.
+    /// The placed meshes. Instances that share a mesh store it once.
     pub meshes: Vec<Instance>,
     /// Indexed by [`Mesh::triangle_materials`].
     pub materials: Vec<Material>,
@@ -85,21 +85,21 @@ pub struct Scene {
     pub textures: Vec<Shared<Texture>>,
     /// How direct light is computed.
     pub direct: Direct,
-    /// Without it the frame holds direct light only.
+    /// `None`: the frame holds direct light only.
     pub indirect: Option<IndirectLight>,
-    /// What the files of a scene have that is not modelled, for [`Scene::warnings`].
+    /// Features of the scene's files that are not modelled, for [`Scene::warnings`].
     pub left_out: Vec<String>,
 }
 
 impl Scene {
-    /// Its meshes, each once however often it is placed.
+    /// The meshes, each listed once however often it is placed.
     pub(crate) fn distinct_meshes(&self) -> Vec<&Shared<Mesh>> {
         let mut seen = HashSet::new();
         let meshes = self.meshes.iter().map(|instance| &instance.mesh);
         meshes.filter(|mesh| seen.insert(mesh.id())).collect()
     }
 
-    /// The same scene with a mesh of its own in world space for each instance.
+    /// The same scene with a separate mesh in world space for each instance.
     pub fn flattened(&self) -> Scene {
         let mut flattened = self.clone();
         for instance in &mut flattened.meshes {
@@ -111,21 +111,21 @@ impl Scene {
         flattened
     }
 
-    /// Whether some triangle of a mesh has such a material. For a validated scene.
+    /// Whether a triangle of the mesh has such a material. The scene must be validated.
     pub(crate) fn has_material(&self, mesh: &Mesh, is_such: impl Fn(&Material) -> bool) -> bool {
         let are_such: Vec<bool> = self.materials.iter().map(is_such).collect();
         let mut of_triangles = mesh.triangle_materials.iter();
-        // Most scenes have none, which is known without a look at their triangles.
+        // Most scenes have no such material, so their triangles need not be checked.
         are_such.contains(&true) && of_triangles.any(|&material| are_such[material as usize])
     }
 
-    /// Whether some light shines from an area.
+    /// Whether the scene has an area light.
     pub(crate) fn has_area_light(&self) -> bool {
         let mut lights = self.lights.iter();
         lights.any(|light| matches!(light, Light::Area { .. }))
     }
 
-    /// Whether there is a surface with cut-outs. For a validated scene.
+    /// Whether a surface has cut-outs. The scene must be validated.
     pub(crate) fn has_cutouts(&self) -> bool {
         self.distinct_meshes().iter().any(|mesh| {
             !mesh.texcoords.is_empty() && self.has_material(mesh, |m| m.alpha_texture.is_some())
@@ -133,17 +133,17 @@ impl Scene {
     }
 }
 
-/// What turns the radiance that a pixel sees into energy: Q_C = E_C · pixel area · duty cycle · exposure time.
+/// Converts the radiance that a pixel sees to energy: Q_C = E_C · pixel area · duty cycle · exposure time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor {
     /// Width and height of a pixel, micrometres.
     pub pixel_pitch_um: [f64; 2],
     pub exposure_time_s: f64,
-    /// Share of the exposure in which the signal is on, 0 to 1.
+    /// Share of the exposure during which the signal is on, 0 to 1.
     pub duty_cycle: f64,
     /// For time of flight.
     pub photodetector: Option<Photodetector>,
-    /// Focal length over the diameter of the aperture. `None`: E_C is the radiance by number, as the model has it.
+    /// Focal length divided by the diameter of the aperture. `None`: E_C equals the radiance in number, as in the model.
     pub f_number: Option<f64>,
 }
 
@@ -155,7 +155,8 @@ impl Sensor {
         pixel_area_m2 * self.duty_cycle * self.exposure_time_s
     }
 
-    /// E_C over the radiance of light that arrives at this cosine of the angle to the axis, sr: (π/4)·cos⁴θ over the square of the f-number.
+    /// E_C divided by the radiance, for light at this cosine of the angle to the axis, sr: (π/4)·cos⁴θ divided by the square of the
+    /// f-number.
     pub fn irradiance_per_radiance(&self, cosine: f64) -> f64 {
         match self.f_number {
             None => 1.0,
@@ -167,21 +168,22 @@ impl Sensor {
 /// How direct light is computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Direct {
-    /// `None`: by rays where indirect light casts rays anyway, surfaces have cut-outs or lights an area, else from maps.
+    /// `None`: rays if indirect light casts rays anyway, surfaces have cut-outs or lights have an area; otherwise maps.
     pub shadow: Option<Shadow>,
 }
 
-/// How V(L,P) of direct light is found. See `docs/model.md`.
+/// How the visibility V(L,P) of direct light is found. See `docs/model.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shadow {
-    /// From a map of what the light sees: its RSM where that is fine enough, else a map of its own. Not for surfaces with cut-outs and lights with an area.
+    /// From a map of what the light sees: its RSM if that is fine enough, otherwise a separate shadow map. Not for surfaces with cut-outs
+    /// or area lights.
     Map,
-    /// By a ray from P to L among all triangles: exact but for rounding.
+    /// By a ray from P to L against all triangles: exact except for rounding.
     Rays,
 }
 
 impl Shadow {
-    /// Both, in the order of the documentation.
+    /// Both values, in the order of the documentation.
     pub const ALL: [Shadow; 2] = [Shadow::Map, Shadow::Rays];
 
     /// The name used in scene files.

@@ -1,8 +1,8 @@
-//! MTL material libraries: Kd, Ks, Ns, map_Kd, norm, map_Bump, map_d. Everything else in them (ambient, emission, `d`, `illum`) has no
-//! place in the model and is left out.
+//! MTL material libraries: Kd, Ks, Ns, map_Kd, norm, map_Bump, map_d. Everything else (ambient, emission, `d`, `illum`) is not part of the
+//! model and is ignored.
 //!
-//! The MTL format states no defaults. Here Ks is 0 when absent, and Kd is 1 below a map_Kd. A material that has neither Kd
-//! nor map_Kd, or has Ks without Ns, is refused: any number put there would be a guess.
+//! The MTL format defines no defaults. Here Ks is 0 if absent, and Kd is 1 if there is only a map_Kd. A material that has neither Kd nor
+//! map_Kd, or has Ks without Ns, is refused: any number would be a guess.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::lines::{Line, lines, read_text, resolved};
 use crate::{Error, Result};
 
-/// The materials that the MTL files of one OBJ define.
+/// The materials that the MTL files of one OBJ file define.
 #[derive(Default)]
 pub(super) struct Library {
     entries: HashMap<String, LibraryMaterial>,
@@ -20,36 +20,36 @@ pub(super) struct Library {
 pub(super) struct LibraryMaterial {
     pub properties: tobj::Material,
     pub places: Places,
-    /// The folder that maps are relative to.
+    /// The folder for relative map paths.
     pub folder: PathBuf,
 }
 
-/// What `norm` and `map_Bump` name.
+/// A map named by `norm` or `map_Bump`.
 #[derive(Debug, Clone)]
 pub(super) struct NormalMap {
     pub path: String,
-    /// What slopes are multiplied by.
+    /// The factor for slopes.
     pub strength: f64,
-    /// Whether grey stands for heights.
+    /// Whether grey values are heights.
     pub may_be_heights: bool,
-    /// The line.
+    /// The line that names it.
     pub named_at: String,
 }
 
-/// Files and lines of a material.
+/// Files and lines that define a material.
 #[derive(Default)]
 pub(super) struct Places {
-    /// Of `newmtl`.
+    /// The place of `newmtl`.
     pub name: String,
-    /// Of `map_Kd`, where there is one.
+    /// The place of `map_Kd`, if there is one.
     pub texture: String,
     pub normal_map: Option<NormalMap>,
-    /// What `map_d` names, and its line.
+    /// The file that `map_d` names, and its line.
     pub alpha_map: Option<(String, String)>,
 }
 
 impl Library {
-    /// Reads what a `mtllib` statement names: one file whose name may hold spaces, or several.
+    /// Reads the files of a `mtllib` statement: one file whose name may contain spaces, or several.
     pub fn read(&mut self, names: &str, folder: &Path, named_at: &str) -> Result<()> {
         let whole = folder.join(names);
         if whole.exists() {
@@ -109,8 +109,8 @@ impl Library {
     }
 }
 
-/// Checks an MTL line by line and keeps what is read, because `tobj` reports no lines and panics on a Kd of one number.
-/// Also gives the places of each material, and its map of normals, which `tobj` takes no options of.
+/// Checks an MTL file line by line and keeps the supported statements, because `tobj` reports no lines and panics on a Kd of one number.
+/// Also returns the places and the normal map of each material, because `tobj` does not read the options of a normal map.
 fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
     let mut checked = String::new();
     let mut places: Vec<Places> = Vec::new();
@@ -162,7 +162,7 @@ fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
     Ok((checked, places))
 }
 
-/// A path, behind `-bm` and the strength of a bump map, if that is given.
+/// Reads a path, which may follow `-bm` and the strength of a bump map.
 fn named_normal_map(keyword: &str, line: &Line) -> Result<NormalMap> {
     let text = line.name()?;
     let mut strength = 1.0;

@@ -10,10 +10,10 @@ use super::instance::unit_normal;
 use super::obj_check::CheckedObj;
 use crate::{Error, Result};
 
-/// The whole file as one world-space mesh, triangles in the order of the file.
+/// Assembles the whole file into one world-space mesh. Triangles keep the order of the file.
 ///
-/// Where some faces have normals and others have none, the others get vertices of their own with the face normal, so that
-/// they stay flat. `material_of_run` gives a material per run of the file.
+/// If some faces have normals and others have none, the others get separate vertices with the face normal, so that they stay flat.
+/// `material_of_run` gives the material of each run of the file.
 pub(super) fn assemble(
     checked: &CheckedObj,
     material_of_run: &[u32],

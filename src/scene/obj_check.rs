@@ -1,8 +1,8 @@
-//! Checks an OBJ file line by line and rewrites it into what `tobj` reads without loss.
+//! Checks an OBJ file line by line and rewrites it into a form that `tobj` reads without loss.
 //!
-//! `tobj` alone loses things without a word: it turns a polyline into a face, shifts normals where only some faces have
-//! them, drops the name of a material it does not know, cuts concave quads wrongly, and reports no line numbers. So it is
-//! given positions, normals, texture coordinates and faces only, in groups ("runs") of one material and one form each.
+//! `tobj` alone loses data silently: it turns a polyline into a face, shifts normals if only some faces have them, drops the name of an
+//! unknown material, cuts concave quads wrongly, and reports no line numbers. So it gets only positions, normals, texture coordinates and
+//! faces, in groups ("runs") that share one material and one form.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -12,18 +12,18 @@ use glam::DVec3;
 use super::lines::{Line, lines};
 use crate::Result;
 
-/// An OBJ file that `tobj` reads as it is meant.
+/// An OBJ file, checked and rewritten for `tobj`.
 #[derive(Default)]
 pub(super) struct CheckedObj {
     /// The rewritten file. Its groups are named by their index in `runs`.
     pub text: String,
     pub runs: Vec<FaceGroup>,
-    /// What `usemtl` names, one a statement.
+    /// The names in the `usemtl` statements, one per statement.
     pub materials: Vec<Named>,
     pub libraries: Vec<Named>,
 }
 
-/// A name and the line that has it.
+/// A name and the line that contains it.
 pub(super) struct Named {
     pub name: String,
     pub line: usize,
@@ -31,14 +31,14 @@ pub(super) struct Named {
 
 /// Consecutive faces of one material and one form.
 pub(super) struct FaceGroup {
-    /// Index in [`CheckedObj::materials`]: were the name itself here, a long one would be there a thousand times.
+    /// Index in [`CheckedObj::materials`]. The name itself is not stored here, because a long name could then be stored a thousand times.
     pub material: Option<usize>,
     pub form: Form,
-    /// That of the first face.
+    /// The line of the first face.
     pub line: usize,
 }
 
-/// What the corners of a face have beside a position.
+/// What the corners of a face have besides a position.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) struct Form {
     pub texcoords: bool,
@@ -48,20 +48,20 @@ pub(super) struct Form {
 /// A corner of a face: zero-based indices of position, texture coordinate, normal.
 type Corner = [Option<usize>; 3];
 
-/// Statements without bearing on the surface: groups, smoothing (normals are given or not), points, lines, display.
+/// Statements that do not affect the surface: groups, smoothing (normals are given or not), points, lines, display.
 const IGNORED: &str = "o g s mg p l vp bevel c_interp d_interp lod maplib usemap shadow_obj";
 
-/// How many triangles are tried in search of a fan: for a polygon, and per corner of a large one.
+/// Maximum number of triangles to test in the search for a fan: per polygon, and per corner of a large polygon.
 const MOST_TRIANGLES: usize = 1_000_000;
 const MOST_TRIANGLES_PER_CORNER: usize = 100;
 
-/// Checks the text of the OBJ `file`; with `flat`, normals are left out.
+/// Checks the text of the OBJ `file`. If `flat` is set, normals are left out.
 ///
 /// A zero normal (exporters write them for degenerate faces) makes its face flat.
 ///
 /// # Errors
-/// With file and line: numbers that do not parse or are not finite, indices out of range, faces of fewer than three
-/// corners, corners of unlike form, polygons that no fan of triangles fills, statements that are not polygons.
+/// Returns an error with file and line for numbers that do not parse or are not finite, indices out of range, faces of fewer than three
+/// corners, faces whose corners have different forms, polygons that no fan of triangles fills, and statements that are not polygons.
 pub(super) fn check(text: &str, file: &Path, flat: bool) -> Result<CheckedObj> {
     let mut checker = Checker {
         flat,
@@ -86,7 +86,7 @@ impl Checker {
     fn take(&mut self, line: &Line) -> Result<()> {
         match line.keyword() {
             "v" => {
-                // A fourth number is a weight for curves and more are vertex colours: neither has a bearing here.
+                // A fourth number is a weight for curves, and more numbers are vertex colours. Both are ignored.
                 let numbers = line.numbers(3..=7)?;
                 self.positions.push(DVec3::from_slice(&numbers));
                 self.write("v", &numbers[..3]);
@@ -235,7 +235,7 @@ fn zero_based(word: &str, count: usize) -> Option<usize> {
     usize::try_from(from_start).ok().filter(|&i| i < count)
 }
 
-/// The corner from which a fan of triangles fills the polygon without folding over; None where none was found.
+/// The corner from which a fan of triangles fills the polygon without folding over; `None` if none was found.
 fn fan_apex(outline: &[DVec3]) -> Option<usize> {
     let n = outline.len();
     let fan = |apex: usize| {
@@ -246,9 +246,9 @@ fn fan_apex(outline: &[DVec3]) -> Option<usize> {
     };
     // The sum over any fan is twice the vector area of the outline (Newell).
     let area: DVec3 = fan(0).sum();
-    // A triangle of no area does not fold; rounding may give it either sign.
+    // A triangle without area does not fold; rounding may give it either sign.
     let folded = -1e-9 * area.length_squared();
-    // All fans of a polygon of up to a thousand corners are tried. All of a million corners would take hours.
+    // All fans are tried for polygons of up to a thousand corners. With a million corners, trying all would take hours.
     let mut triangles_left = MOST_TRIANGLES.max(MOST_TRIANGLES_PER_CORNER * n);
     (0..n).find(|&apex| {
         fan(apex).all(|triangle| {

@@ -1,4 +1,4 @@
-//! Radiation patterns of lights, as they are measured.
+//! Measured radiation patterns of lights.
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -9,29 +9,29 @@ use super::projected_image::GreyImage;
 use super::{Encoding, PatternIntegral, ProjectedImage, Shared, SpotCone, eulumdat, ies};
 use crate::{Error, Result, input_file};
 
-/// The radiant intensity of a lamp over all directions, relative to its largest.
+/// The radiant intensity of a lamp over all directions, relative to its largest value.
 ///
-/// Directions are given in the C-γ system of the CIE, which is that of type C of IES LM-63: γ is the angle from the direction in which the lamp
-/// shines, the plane C turns about that direction, counterclockwise for one who looks along it. Between the nodes of γ and C the intensity
-/// is interpolated linearly in both; beyond the first and the last γ there is none.
+/// Directions use the C-γ system of the CIE, which is the type C system of IES LM-63. γ is the angle from the direction in which the lamp
+/// shines. The plane C turns about that direction, counterclockwise as seen along it. Between the nodes of γ and C the intensity is
+/// interpolated linearly in both; before the first and after the last γ it is 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pattern {
     /// Nodes of γ, radians, increasing, from 0 to π at most.
     pub gammas_rad: Vec<f64>,
-    /// Nodes of C, radians, increasing, from 0 to 2π, whose values are the same.
+    /// Nodes of C, radians, increasing, from 0 to 2π. The values at 0 and 2π are the same.
     pub planes_rad: Vec<f64>,
-    /// Of each plane one for each γ, 0 to 1.
+    /// For each plane one value per γ, 0 to 1.
     pub intensities: Vec<f64>,
-    /// What the file has for 1.
+    /// The intensity in the file that corresponds to 1.
     pub peak: f64,
 }
 
-/// How a light spreads its power over the directions.
+/// How a light distributes its power over the directions.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RadiationPattern {
-    /// As a lamp was measured to do.
+    /// A measured lamp.
     Measured(Shared<Pattern>),
-    /// As a projector does: right and down in its image are against the plane C = 90° and C = 0.
+    /// A projector. Right in its image points against the plane C = 90°, and down points against C = 0.
     Projected(Shared<ProjectedImage>),
 }
 
@@ -48,7 +48,7 @@ impl From<ProjectedImage> for RadiationPattern {
 }
 
 impl RadiationPattern {
-    /// Whether it is one, or what is wrong with it.
+    /// Checks that the pattern is valid; the error says what is wrong.
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         match self {
             RadiationPattern::Measured(pattern) => pattern.check(),
@@ -56,7 +56,7 @@ impl RadiationPattern {
         }
     }
 
-    /// The intensity in a direction of any length but zero, relative to what [`RadiationPattern::total`] integrates.
+    /// The relative intensity in a direction of any length but zero. [`RadiationPattern::total`] is its integral.
     pub fn intensity(&self, axes: &PatternAxes, towards: DVec3) -> f64 {
         match self {
             RadiationPattern::Measured(pattern) => {
@@ -69,7 +69,7 @@ impl RadiationPattern {
         }
     }
 
-    /// ∫ of the intensity over all directions, sr.
+    /// Integral of the intensity over all directions, sr.
     pub fn total(&self) -> f64 {
         match self {
             RadiationPattern::Measured(pattern) => PatternIntegral::new(pattern).total(),
@@ -77,7 +77,7 @@ impl RadiationPattern {
         }
     }
 
-    /// Numbers of which it consists on the device.
+    /// Number of values that the pattern takes on the device.
     pub(crate) fn number_count(&self) -> u32 {
         match self {
             RadiationPattern::Measured(pattern) => pattern.number_count(),
@@ -86,22 +86,22 @@ impl RadiationPattern {
     }
 }
 
-/// What a file's measurements say, before they are spread over all planes.
+/// The measurements in a file, before they are spread over all planes.
 pub(super) struct Measured {
     /// Degrees, increasing.
     pub gammas_deg: Vec<f64>,
-    /// Degrees, increasing, from 0 on.
+    /// Degrees, increasing, starting at 0.
     pub planes_deg: Vec<f64>,
-    /// Of each plane one for each γ, in the unit of the file.
+    /// For each plane one value per γ, in the unit of the file.
     pub intensities: Vec<f64>,
 }
 
 impl Pattern {
-    /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, or a map of all directions (`.png`, `.jpg`, `.exr`). `named_at`: the line of the scene file
-    /// that names it, or the file itself.
+    /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, or a map of all directions (`.png`, `.jpg`, `.exr`). `named_at` is the line of the
+    /// scene file that names it, or the file itself.
     ///
     /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) for a file that is missing, or no pattern.
+    /// [`Error::Scene`](crate::Error::Scene) if the file is missing or is no pattern.
     pub fn load(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pattern> {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg" | "exr")) {
@@ -123,12 +123,12 @@ impl Pattern {
             let problem = format!("cannot read the pattern {}: {error}", path.display());
             Error::scene(named_at, problem, "check the path")
         })?;
-        // Names of makers come in any encoding; all that counts is ASCII.
+        // Makers' names come in any encoding; only the ASCII text matters.
         parse(&String::from_utf8_lossy(&bytes), path)
     }
 
-    /// An equirectangular map: γ runs from 0 at the upper edge to 180° at the lower, C from 0 at the left to 360° at the right. Values are those of the
-    /// pixels' centres; the poles have the mean of the row next to them.
+    /// Converts an equirectangular map: γ runs from 0 at the upper edge to 180° at the lower, C from 0 at the left to 360° at the right.
+    /// The values apply at the pixels' centres; each pole gets the mean of the row next to it.
     fn of_map(map: &GreyImage) -> std::result::Result<Pattern, String> {
         let [columns, rows] = map.size_px.map(|size| size as usize);
         let centres = |count: usize, whole: f64| {
@@ -148,7 +148,7 @@ impl Pattern {
             let all = [ends[0]].into_iter().chain(inside).chain([ends[1]]);
             all.collect::<Vec<f64>>()
         };
-        // Where the map closes, between its last column and its first.
+        // The seam of the map, between its last column and its first.
         let seam = of_column(0).into_iter().zip(of_column(columns - 1));
         let seam: Vec<f64> = seam.map(|(a, b)| 0.5 * (a + b)).collect();
         let planes = (0..columns).map(of_column);
@@ -164,16 +164,17 @@ impl Pattern {
         pattern.check().map(|()| pattern)
     }
 
-    /// The pattern behind the opening of a spot light: times s(γ), which is interpolated linearly between nodes in the penumbra.
+    /// The pattern seen through the opening of a spot light: multiplied by s(γ), which is interpolated linearly between nodes in the
+    /// penumbra.
     pub(super) fn within(&self, cone: SpotCone) -> Pattern {
-        /// Of the penumbra.
+        /// Number of intervals in the penumbra.
         const PARTS: u32 = 32;
         let inner = cone.inner_half_angle_deg.to_radians().min(PI);
         let outer = cone.outer_half_angle_deg.to_radians().min(PI);
         let of_penumbra =
             (0..=PARTS).map(|part| inner + (outer - inner) * f64::from(part) / f64::from(PARTS));
         let own = self.gammas_rad.iter().copied();
-        // Nothing lies beyond an edge that is sharp.
+        // A node just beyond the edge, so that the intensity is 0 beyond a sharp edge.
         let beyond = [(outer * (1.0 + 1e-9)).min(PI)];
         let all = own
             .filter(|gamma| *gamma < outer)
@@ -206,7 +207,7 @@ impl Pattern {
         }
     }
 
-    /// Spreads measurements over all planes: one plane is that of all, planes to 90 or 180 degrees are mirrored.
+    /// Spreads measurements over all planes: a single plane applies to all, planes up to 90 or 180 degrees are mirrored.
     pub(super) fn of(measured: Measured) -> std::result::Result<Pattern, String> {
         let Measured {
             gammas_deg,
@@ -239,7 +240,7 @@ impl Pattern {
                 let end = planes.len() - 1;
                 planes[end] = planes[0].clone();
             }
-            // The last plane before the circle closes, as EULUMDAT has it.
+            // The last plane is before 360 degrees, as in EULUMDAT: close the circle.
             _ if last_deg > 180.0 && last_deg < 360.0 => {
                 planes_deg.push(360.0);
                 planes.push(planes[0].clone());
@@ -262,7 +263,7 @@ impl Pattern {
         pattern.check().map(|()| pattern)
     }
 
-    /// Whether it is one, or what is wrong with it.
+    /// Checks that the pattern is valid; the error says what is wrong.
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         let Pattern {
             gammas_rad,
@@ -304,7 +305,7 @@ impl Pattern {
                 return Err(problem.into());
             }
         }
-        // That of a cone of 1e-4 degrees.
+        // The solid angle of a cone of 1e-4 degrees.
         const NARROWEST_SR: f64 = 1e-11;
         match PatternIntegral::new(self).total() {
             total if total >= NARROWEST_SR => Ok(()),
@@ -322,7 +323,7 @@ impl Pattern {
         self.gammas_rad[(last_lit + 1).min(rows - 1)]
     }
 
-    /// Angles and intensities.
+    /// Number of angles and intensities.
     pub(crate) fn number_count(&self) -> u32 {
         (self.gammas_rad.len() + self.planes_rad.len() + self.intensities.len()) as u32
     }
@@ -352,7 +353,7 @@ impl Pattern {
     }
 }
 
-/// The interval of nodes in which a value lies, and where in it, 0 to 1.
+/// The interval of nodes that contains a value, and the position in it, 0 to 1.
 pub(crate) fn place(nodes: &[f64], value: f64) -> (usize, f64) {
     let after = nodes.partition_point(|&node| node <= value);
     let interval = after.clamp(1, nodes.len() - 1) - 1;
@@ -360,19 +361,19 @@ pub(crate) fn place(nodes: &[f64], value: f64) -> (usize, f64) {
     (interval, ((value - low) / (high - low)).clamp(0.0, 1.0))
 }
 
-/// The axes of a lamp with a pattern, unit vectors in the world.
+/// The axes of a lamp with a pattern, unit vectors in world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PatternAxes {
     /// γ = 0.
     pub direction: DVec3,
-    /// γ = 90°, C = 0: the part of `up` across the direction.
+    /// γ = 90°, C = 0: the part of `up` perpendicular to the direction.
     pub plane_0: DVec3,
     /// γ = 90°, C = 90°.
     pub plane_90: DVec3,
 }
 
 impl PatternAxes {
-    /// For a direction and an up that are at an angle to each other.
+    /// Makes the axes from a direction and an up vector that is not parallel to it.
     pub fn new(direction: DVec3, up: DVec3) -> PatternAxes {
         let direction = direction.normalize();
         let plane_90 = up.cross(direction).normalize();
@@ -383,7 +384,7 @@ impl PatternAxes {
         }
     }
 
-    /// γ, 0 to π, and C, 0 to 2π, of a direction of any length but zero.
+    /// γ (0 to π) and C (0 to 2π) of a direction of any length but zero.
     pub fn angles_rad(&self, towards: DVec3) -> [f64; 2] {
         let along = towards.dot(self.direction);
         let (x, y) = (towards.dot(self.plane_0), towards.dot(self.plane_90));

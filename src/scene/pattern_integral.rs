@@ -1,12 +1,12 @@
-//! Integrals of a measured pattern, exact for its interpolant.
+//! Integrals of a measured pattern, exact for the interpolated pattern.
 
 use super::pattern::{Pattern, place};
 
-/// ∫ p·sin γ dγ from γ = 0 on, of each plane of a pattern.
+/// ∫ p·sin γ dγ from γ = 0 on, for each plane of a pattern.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PatternIntegral<'p> {
     pattern: &'p Pattern,
-    /// Up to each γ node, plane by plane.
+    /// The integral up to each γ node, plane by plane.
     up_to: Vec<f64>,
 }
 
@@ -49,8 +49,8 @@ impl<'p> PatternIntegral<'p> {
     }
 }
 
-/// ∫ of p·sin from a node to an angle before the next, where p = v + s·(γ − γ_0): v·cos γ_0 − p·cos γ + s·(sin γ − sin γ_0), with the differences
-/// written as products, so that nothing cancels in narrow beams.
+/// ∫ p·sin from a node to an angle before the next, where p = v + s·(γ − γ_0): v·cos γ_0 − p·cos γ + s·(sin γ − sin γ_0). The differences
+/// are written as products, so that nothing cancels in narrow beams.
 fn interval(pattern: &Pattern, plane: usize, row: usize, gamma_rad: f64) -> f64 {
     let (low, high) = (pattern.gammas_rad[row], pattern.gammas_rad[row + 1]);
     let values = pattern.plane(plane);

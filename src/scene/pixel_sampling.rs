@@ -1,28 +1,28 @@
-//! The area of a pixel, over which the camera means what it sees.
+//! The area of a pixel over which the camera averages light.
 
 use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-/// σ of the Gaussian, and where it ends, pixels from the pixel's centre.
+/// σ of the Gaussian and its cut-off radius, pixels from the pixel's centre.
 const GAUSSIAN_SIGMA_PX: f64 = 0.5;
 const GAUSSIAN_RADIUS_PX: f64 = 1.5;
 
-/// Points of a pixel whose light is averaged.
+/// The points of a pixel over which light is averaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PixelSampling {
-    /// Points a pixel, 2 to [`PixelSampling::MAX_SAMPLES`].
+    /// Points per pixel, 2 to [`PixelSampling::MAX_SAMPLES`].
     pub samples: u32,
     pub filter: PixelFilter,
 }
 
-/// How much a point of the image counts, by its place around the pixel's centre.
+/// The weight of a point of the image, by its position around the pixel's centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PixelFilter {
-    /// All points of the pixel alike.
+    /// All points of the pixel count equally.
     #[default]
     Box,
-    /// A Gaussian of σ = 0.5 pixels, which ends at 1.5 pixels.
+    /// A Gaussian of σ = 0.5 pixels, cut off at 1.5 pixels.
     Gaussian,
 }
 
@@ -39,16 +39,17 @@ impl PixelFilter {
 }
 
 impl PixelSampling {
-    /// Points that a pixel may have.
+    /// Maximum number of points per pixel.
     pub const MAX_SAMPLES: u32 = 4096;
 
-    /// The points, pixels from the pixel's centre. Each counts as much as another: those of a Gaussian lie as dense as it counts.
+    /// The points, pixels from the pixel's centre. All have the same weight: for the Gaussian, the density of the points follows the
+    /// filter.
     pub(crate) fn offsets_px(&self) -> Vec<DVec2> {
         let points = lattice(self.samples);
         let offset = |[u, v]: [f64; 2]| match self.filter {
             PixelFilter::Box => DVec2::new(u - 0.5, v - 0.5),
             PixelFilter::Gaussian => {
-                // Of the Gaussian, so much lies farther out than it ends.
+                // The share of the Gaussian beyond its cut-off radius.
                 let tail = (-0.5 * (GAUSSIAN_RADIUS_PX / GAUSSIAN_SIGMA_PX).powi(2)).exp();
                 let radius = GAUSSIAN_SIGMA_PX * (-2.0 * (1.0 - u * (1.0 - tail)).ln()).sqrt();
                 radius * DVec2::from_angle(TAU * v)
@@ -58,16 +59,16 @@ impl PixelSampling {
     }
 }
 
-/// Points that fall evenly into the unit square, none on its rim: the rank-1 lattice whose points are farthest apart where they are nearest.
+/// Points spread evenly over the unit square, none on its border: the rank-1 lattice with the largest minimum distance between points.
 fn lattice(count: u32) -> Vec<[f64; 2]> {
     let n = u64::from(count);
-    // In steps of 1/n, around the torus.
+    // Square of the distance from 0 in steps of 1/n, around the torus.
     let from_0 = |steps: u64| (steps % n).min(n - steps % n).pow(2);
     let nearest = |generator: u64| {
         let apart = (1..n).map(|i| from_0(i) + from_0(i * generator));
         apart.min().unwrap_or_default()
     };
-    // One and its negative are mirror images. One that shares a factor with n would put several points into a row.
+    // A generator and its negative give mirror images. One that shares a factor with n would put several points into one row.
     let generators = (1..=n / 2).filter(|&generator| greatest_common_divisor(generator, n) == 1);
     let generator = generators.max_by_key(|&generator| nearest(generator));
     let generator = generator.unwrap_or(1);
@@ -86,7 +87,7 @@ fn greatest_common_divisor(a: u64, b: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// Each strip of a pixel has its share of the points, along both axes; and the means are the filter's.
+    /// Each strip of a pixel has its share of the points, along both axes, and the means match the filter's.
     #[test]
     fn points_lie_evenly_in_the_filter() {
         for samples in [2, 3, 16, 50, 64, 1024] {

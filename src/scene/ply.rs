@@ -1,4 +1,4 @@
-//! PLY files, of scanners for instance: text or binary, one mesh without materials.
+//! PLY files, for example from scanners: text or binary, one mesh without materials.
 
 use glam::DVec3;
 use ply_rs_bw::parser::Parser;
@@ -9,7 +9,7 @@ use super::assets::{Assets, MeshRequest};
 use super::instance::unit_normal;
 use crate::{Error, Result, input_file};
 
-/// A vertex or a face; what it does not have stays as it is.
+/// A vertex or a face. Missing properties keep their initial values.
 struct Element {
     position: [f64; 3],
     normal: [f64; 3],
@@ -88,7 +88,7 @@ fn corners(property: Property) -> Option<Vec<i64>> {
 }
 
 impl Assets {
-    /// Loads a PLY file as one mesh; polygons become fans of triangles.
+    /// Loads a PLY file as one mesh. Polygons become fans of triangles.
     pub(super) fn load_ply(&mut self, request: &MeshRequest) -> Result<Mesh> {
         let path = &request.path;
         let refuse = |problem: String, hint: &str| {
@@ -134,7 +134,7 @@ impl Assets {
         mesh.positions_m = vertices.iter().map(place).collect();
         if has_normals {
             let rotation = request.transform.rotation;
-            // Of a vertex that no face has, any will do.
+            // A vertex that no face uses may have any normal.
             let normal = |vertex: &Element| match DVec3::from(vertex.normal) {
                 DVec3::ZERO => DVec3::Z,
                 normal => unit_normal(rotation, normal),

@@ -6,22 +6,22 @@ use super::{Encoding, Intrinsics, texture};
 use crate::exr_decode::{Refusal, decode_file};
 use crate::{Error, Result};
 
-/// A projector that is wider, as the tangent of the angle between its axis and a corner, is refused.
+/// Maximum tangent of the angle between a projector's axis and a corner of its image. Wider projectors are refused.
 const WIDEST_TANGENT: f64 = 10.0;
 
-/// What a projector shows: on a screen across its axis each pixel is evenly lit, with no gap to the next.
+/// The image of a projector: on a screen across its axis, each pixel is evenly lit, with no gap to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProjectedImage {
     /// Width, height.
     pub size_px: [u32; 2],
-    /// As a camera's; the upper left pixel begins at (0, 0).
+    /// As for a camera; the upper left pixel begins at (0, 0).
     pub intrinsics: Intrinsics,
-    /// Irradiance of such a screen relative to its largest, 0 to 1; row by row from the top.
+    /// Irradiance on such a screen relative to the largest one, 0 to 1; row by row from the top.
     pub values: Vec<f32>,
 }
 
 impl ProjectedImage {
-    /// Whether it is one, or what is wrong with it.
+    /// Checks that the image is valid; the error says what is wrong.
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         let [width, height] = self.size_px.map(|size| size as usize);
         let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
@@ -55,7 +55,7 @@ impl ProjectedImage {
         Ok(())
     }
 
-    /// The image's edges on a screen at distance 1: left and right, upper and lower, to the right and downwards from the axis.
+    /// The image's edges on a screen at distance 1: left and right, upper and lower, measured from the axis to the right and downwards.
     pub(crate) fn edges(&self) -> [[f64; 2]; 2] {
         let [width, height] = self.size_px.map(f64::from);
         let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
@@ -65,13 +65,13 @@ impl ProjectedImage {
         ]
     }
 
-    /// Tangent of the angle between the axis and the corner that is farthest from it.
+    /// Tangent of the angle between the axis and the farthest corner.
     pub(crate) fn corner_tangent(&self) -> f64 {
         let [across, down] = self.edges().map(|[a, b]| a.abs().max(b.abs()));
         across.hypot(down)
     }
 
-    /// Radiant intensity in a direction (right, down, along the axis), relative to that along the axis of a pixel of 1.
+    /// Radiant intensity in a direction (right, down, along the axis), relative to the intensity along the axis of a pixel with value 1.
     pub fn intensity(&self, [right, down, along]: [f64; 3]) -> f64 {
         if along <= 0.0 {
             return 0.0;
@@ -88,24 +88,24 @@ impl ProjectedImage {
         f64::from(value) * (1.0 + u * u + v * v).powf(1.5)
     }
 
-    /// ∫ of that intensity over all directions, sr.
+    /// Integral of [`ProjectedImage::intensity`] over all directions, sr.
     pub fn total(&self) -> f64 {
         let sum: f64 = self.values.iter().map(|&value| f64::from(value)).sum();
         sum / (self.intrinsics.fx * self.intrinsics.fy)
     }
 }
 
-/// A grey image of values from 0 to 1, row by row from the top.
+/// A grey image with values from 0 to 1, row by row from the top.
 pub(super) struct GreyImage {
     pub size_px: [u32; 2],
     pub values: Vec<f32>,
 }
 
 impl GreyImage {
-    /// Reads a PNG or JPEG file; or an OpenEXR file, whose values are linear, over the largest of them.
+    /// Reads a PNG, JPEG or OpenEXR file. The values of an OpenEXR file are linear and are divided by the largest of them.
     ///
     /// # Errors
-    /// At `named_at`: as for textures, and for an image of colours.
+    /// Returns an error at `named_at` in the same cases as for textures, and if the image has colours.
     pub fn load(file: &Path, encoding: Encoding, named_at: &str) -> Result<GreyImage> {
         let extension = file.extension().unwrap_or_default();
         if extension.eq_ignore_ascii_case("exr") {
@@ -140,7 +140,7 @@ impl GreyImage {
             let problem = "it has no channel without a layer's name".into();
             (problem, "save it with one channel, Y, or with R, G and B")
         })?;
-        // Alpha tells nothing of light.
+        // Alpha carries no light.
         let is_band = |name: &String| name != "A";
         let bands = plain
             .channel_names

@@ -1,4 +1,4 @@
-//! Values that clones of a scene share.
+//! Values that the clones of a scene share.
 
 use std::{
     ops::{Deref, DerefMut},
@@ -7,42 +7,42 @@ use std::{
 
 use super::{Mesh, bounds::Extent};
 
-/// A value that its clones share until one of them is changed, which copies it first.
+/// A value that its clones share. Changing one of them copies the value first.
 ///
-/// So a clone of a scene costs next to nothing, and a [`Renderer`](crate::Renderer) that keeps one knows without looking
-/// what has not changed since: a value that is still shared.
+/// So cloning a scene costs almost nothing. A [`Renderer`](crate::Renderer) that keeps a clone detects unchanged values without comparing
+/// them: they are still shared.
 #[derive(Debug, Default)]
 pub struct Shared<T>(Arc<Kept<T>>);
 
-/// With what would take longer than a small frame to find out again.
+/// The value, and derived data that would take longer than a small frame to compute again.
 #[derive(Debug, Clone, Default)]
 struct Kept<T> {
     value: T,
     /// For [`Scene::hash`](super::Scene::hash).
     digest: OnceLock<[u8; 32]>,
-    /// Of a mesh.
+    /// For meshes.
     extent: OnceLock<Extent>,
 }
 
 impl<T> Shared<T> {
-    /// The digest that `make` makes of the value, made once.
+    /// The digest of the value. `make` computes it once.
     pub(super) fn digest(&self, make: impl FnOnce(&T) -> [u8; 32]) -> [u8; 32] {
         *self.0.digest.get_or_init(|| make(&self.0.value))
     }
 
-    /// Tells values apart that are there at the same time.
+    /// Identifies the value among those that exist at the same time.
     pub(crate) fn id(&self) -> usize {
         Arc::as_ptr(&self.0).addr()
     }
 
-    /// Whether both are one value, and so equal. Equal values need not be one.
+    /// Whether both share one value, and so are equal. Equal values need not be shared.
     pub fn ptr_eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 }
 
 impl Shared<Mesh> {
-    /// Of a mesh of a validated scene.
+    /// The bounds of a mesh of a validated scene.
     pub(super) fn extent(&self) -> &Extent {
         self.0.extent.get_or_init(|| Extent::of(&self.0.value))
     }

@@ -1,19 +1,19 @@
-//! The texels of textures, kept at the precision of their source, and the reflectances that they stand for.
+//! The texels of textures, stored at the precision of their source, and their reflectances.
 
 use std::sync::OnceLock;
 
 /// Red, green and blue of each texel, in one of three precisions.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Texels {
-    /// 255 is a reflectance of 1.
+    /// 255 stands for a reflectance of 1.
     U8(Vec<[u8; 3]>, Encoding),
-    /// 65 535 is a reflectance of 1.
+    /// 65 535 stands for a reflectance of 1.
     U16(Vec<[u16; 3]>, Encoding),
     /// Reflectances, 0 to 1.
     F32(Vec<[f32; 3]>),
 }
 
-/// How integers stand for reflectances.
+/// How integers encode reflectances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
     Linear,
@@ -36,7 +36,7 @@ impl Texels {
     /// The reflectances of a texel.
     ///
     /// # Panics
-    /// Where there is no texel of this index.
+    /// If there is no texel of this index.
     pub fn reflectance(&self, index: usize) -> [f32; 3] {
         match self {
             Texels::U8(texels, encoding) => {
@@ -51,7 +51,7 @@ impl Texels {
         }
     }
 
-    /// The same integers, taken for another encoding's.
+    /// The same integers, read with another encoding.
     pub(super) fn encoded_as(self, encoding: Encoding) -> Texels {
         match self {
             Texels::U8(texels, _) => Texels::U8(texels, encoding),
@@ -94,7 +94,7 @@ impl Encoding {
         values.map(|value| self.decode(value)).collect()
     }
 
-    /// A value from 0 to 1.
+    /// Decodes a value from 0 to 1.
     pub(crate) fn decode(self, encoded: f64) -> f32 {
         match self {
             Encoding::Linear => encoded as f32,

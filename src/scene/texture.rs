@@ -10,16 +10,16 @@ use super::mtl::NormalMap;
 use super::{Encoding, Texels, Texture};
 use crate::{Error, Result, input_file};
 
-/// Loads an image of 8 or 16 bits, grey or RGB; an alpha channel is ignored.
+/// Loads an image of 8 or 16 bits, grey or RGB. An alpha channel is ignored.
 ///
 /// # Errors
-/// At `named_at`: a file that is missing, is no PNG or JPEG, or claims more pixels than its bytes can stand for.
+/// Returns an error at `named_at` if the file is missing, is no PNG or JPEG, or claims more pixels than its bytes can hold.
 pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
     let image = load_image(file, named_at)?;
     Ok(of_image(file.display().to_string(), image))
 }
 
-/// The colours of an image, which are sRGB.
+/// The colours of an image, as sRGB.
 pub(super) fn of_image(name: String, image: DynamicImage) -> Texture {
     let size_px = [image.width(), image.height()];
     let bits = image.color().bits_per_pixel() / u16::from(image.color().channel_count());
@@ -37,7 +37,7 @@ pub(super) fn of_image(name: String, image: DynamicImage) -> Texture {
     }
 }
 
-/// Loads where a surface is: the alpha channel of an image that has one, else its grey values. `None` where nothing is cut out.
+/// Loads a cut-out map: the alpha channel of an image that has one, else its grey values. `None` if nothing is cut out.
 pub(super) fn load_alpha(file: &Path, named_at: &str) -> Result<Option<Texture>> {
     let image = load_image(file, named_at)?;
     let size_px = [image.width(), image.height()];
@@ -48,13 +48,13 @@ pub(super) fn load_alpha(file: &Path, named_at: &str) -> Result<Option<Texture>>
     Ok(alpha_texture(file.display().to_string(), size_px, values))
 }
 
-/// 255 where an image has none.
+/// The alpha channel of an image; 255 if it has none.
 pub(super) fn alpha_channel(image: DynamicImage) -> Vec<u8> {
     let texels = image.into_rgba8();
     texels.pixels().map(|texel| texel[3]).collect()
 }
 
-/// `None` where nothing is cut out.
+/// Makes an alpha texture; `None` if nothing is cut out.
 pub(super) fn alpha_texture(name: String, size_px: [u32; 2], values: Vec<u8>) -> Option<Texture> {
     if values.iter().all(|&value| value > u8::MAX / 2) {
         return None;
@@ -67,13 +67,13 @@ pub(super) fn alpha_texture(name: String, size_px: [u32; 2], values: Vec<u8>) ->
     })
 }
 
-/// Loads a map of normals; or, where that is allowed and the image is grey, one of heights, which count in texels.
+/// Loads a normal map. If the map may hold heights and the image is grey, loads a height map, with heights in texels.
 pub(super) fn load_normals(file: &Path, map: &NormalMap) -> Result<Texture> {
     let texture = load(file, &map.named_at)?;
     Ok(as_normals(texture, map.strength, map.may_be_heights))
 }
 
-/// An image as a map of normals, slopes times `strength`.
+/// Converts an image to a normal map. Slopes are multiplied by `strength`.
 pub(super) fn as_normals(mut texture: Texture, strength: f64, may_be_heights: bool) -> Texture {
     let texels = texture.texels.encoded_as(Encoding::Linear);
     let is_grey = || texels.reflectances().all(|[r, g, b]| r == g && g == b);
@@ -92,7 +92,7 @@ pub(super) fn as_normals(mut texture: Texture, strength: f64, may_be_heights: bo
     texture
 }
 
-/// From the differences of the texels to either side, on a map that repeats.
+/// Normals from the differences of the texels on either side; the map repeats.
 fn normals_of_heights(texels: &Texels, size_px: [u32; 2], strength: f32) -> Texels {
     let [width, height] = size_px.map(|size| size as usize);
     let heights: Vec<f32> = texels.reflectances().map(|[height, ..]| height).collect();
@@ -107,7 +107,7 @@ fn normals_of_heights(texels: &Texels, size_px: [u32; 2], strength: f32) -> Texe
     Texels::F32(places.map(|(column, row)| normal(column, row)).collect())
 }
 
-/// A direction as a map of normals has it.
+/// Encodes a direction as a texel of a normal map.
 fn as_texel(direction: Vec3) -> [f32; 3] {
     (0.5 * direction.normalize_or(Vec3::Z) + 0.5).to_array()
 }
@@ -124,7 +124,7 @@ fn load_image(file: &Path, named_at: &str) -> Result<DynamicImage> {
     decode(&bytes).map_err(unreadable)
 }
 
-/// The image of a PNG or JPEG file. Memory is taken only for pixels that the file may hold.
+/// Decodes a PNG or JPEG file. Memory is allocated only for pixels that the file can hold.
 pub(super) fn decode(file: &[u8]) -> std::result::Result<DynamicImage, String> {
     let text = |error: ImageError| error.to_string();
     let decoder = ImageReader::new(Cursor::new(file))
@@ -145,12 +145,12 @@ pub(super) fn decode(file: &[u8]) -> std::result::Result<DynamicImage, String> {
     DynamicImage::from_decoder(decoder).map_err(text)
 }
 
-/// The most pixels that an image of so many bytes can have.
+/// The maximum number of pixels of an image file with this content.
 fn most_pixels(file: &[u8]) -> u64 {
     const PNG_BEGINNING: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
     let file_bits = 8 * file.len() as u64;
     match file.strip_prefix(PNG_BEGINNING) {
-        // Width and height, bits per sample, kind of pixel. Deflate makes 1032 bytes of one at best.
+        // Width and height, bits per sample, kind of pixel. Deflate expands one byte to at most 1032 bytes.
         Some([_, _, _, _, _, _, _, _, sample_bits, kind, ..]) => {
             let samples = match kind {
                 2 => 3,
@@ -160,7 +160,7 @@ fn most_pixels(file: &[u8]) -> u64 {
             };
             file_bits * 1032 / (samples * u64::from(*sample_bits)).max(1)
         }
-        // JPEG: a block of 8 x 8 pixels takes a bit at least.
+        // JPEG: a block of 8 x 8 pixels takes at least one bit.
         _ => file_bits * 64,
     }
 }

@@ -1,4 +1,4 @@
-//! A time-of-flight camera, and what its pixels detect.
+//! A time-of-flight camera and what its pixels detect.
 
 use super::{Bands, Light, Sensor, validate::Part};
 use crate::{
@@ -6,9 +6,9 @@ use crate::{
     keys::{Keys, Value},
 };
 
-/// Modulation frequencies of one scene at most.
+/// Maximum number of modulation frequencies of a scene.
 pub const MAX_FREQUENCIES: usize = 4;
-/// Phase images of a frequency.
+/// The valid numbers of phase images per frequency.
 pub const PHASE_COUNTS: std::ops::RangeInclusive<u32> = 3..=MAX_PHASES as u32;
 pub(crate) const MAX_PHASES: usize = 8;
 
@@ -21,19 +21,20 @@ pub struct TimeOfFlight {
     pub phase_count: u32,
     /// K of each frequency, 0 to 1.
     pub contrasts: Vec<f64>,
-    /// How much of each band the pixels see. Applied to what arrives.
+    /// The weight of each band in what the pixels see. It applies to the arriving light.
     pub band_weights: Bands,
-    /// Is added to every phase that is measured.
+    /// Added to every measured phase.
     pub phase_offset_deg: f64,
-    /// Indices into [`Scene::lights`](crate::Scene::lights) of those that are not modulated. Directional lights must be among them: a path of parallel light has no length.
+    /// Indices into [`Scene::lights`](crate::Scene::lights) of the lights that are not modulated. All directional lights must be among
+    /// them: a path of parallel light has no length.
     pub ambient_lights: Vec<usize>,
-    /// What the taps' charges are given in.
+    /// The unit of the taps' charges.
     pub output: ChargeUnit,
     /// `None`: layers hold expected values.
     pub noise: Option<SensorNoise>,
 }
 
-/// What charges are given in.
+/// The unit of charges.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum ChargeUnit {
     #[default]
@@ -43,7 +44,7 @@ pub enum ChargeUnit {
 }
 
 impl ChargeUnit {
-    /// Both, in the order of the documentation.
+    /// Both units, in the order of the documentation.
     pub const ALL: [ChargeUnit; 2] = [ChargeUnit::Electrons, ChargeUnit::DigitalNumbers];
 
     /// The name used in scene files.
@@ -55,25 +56,25 @@ impl ChargeUnit {
     }
 }
 
-/// The noise of a sensor, and how it turns electrons into numbers. Each tap is a well of its own.
+/// The noise of a sensor, and its conversion of electrons to numbers. Each tap is a separate well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorNoise {
-    /// Another number: other noise.
+    /// Each seed gives different noise.
     pub seed: u64,
     /// Dark current of a tap, electrons per second.
     pub dark_e_per_s: f64,
     /// σ_r, electrons.
     pub read_noise_e: f64,
-    /// Electrons that a tap holds at most.
+    /// Maximum number of electrons in a tap.
     pub full_well_e: f64,
     pub gain_dn_per_e: f64,
-    /// The number that stands for no electrons.
+    /// The number that stands for zero electrons.
     pub black_level_dn: f64,
-    /// Numbers are from 0 to 2^bits − 1.
+    /// Numbers range from 0 to 2^bits − 1.
     pub bits: u32,
 }
 
-/// How a pixel turns light into electrons.
+/// How a pixel converts light to electrons.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Photodetector {
     /// λ
@@ -83,7 +84,7 @@ pub struct Photodetector {
 }
 
 impl TimeOfFlight {
-    /// Leaves the frequency of that index alone.
+    /// Keeps only the frequency with this index.
     pub fn keep_frequency(&mut self, frequency: usize) {
         let only =
             |values: &mut Vec<f64>| *values = values.get(frequency).copied().into_iter().collect();
@@ -96,7 +97,7 @@ impl TimeOfFlight {
         !self.ambient_lights.contains(&light)
     }
 
-    /// What the pixels see of a value per band.
+    /// The sum over the bands, weighted as the pixels see them.
     pub fn weighted(&self, bands: Bands) -> f64 {
         let bands = bands.iter().zip(&self.band_weights);
         bands.map(|(value, weight)| value * weight).sum()
@@ -182,14 +183,14 @@ impl TimeOfFlight {
 }
 
 impl SensorNoise {
-    /// From what reading on a tap holds no more, or nearly so: read noise may have taken some of it off.
+    /// The reading from which a tap counts as full, or nearly full: read noise may have lowered it.
     pub(crate) fn full_tap(&self, output: ChargeUnit) -> f64 {
         let full_e = self.full_well_e - f64::min(3.0 * self.read_noise_e, 0.5 * self.full_well_e);
         match output {
             ChargeUnit::Electrons => full_e,
             ChargeUnit::DigitalNumbers => {
                 let most = f64::from((1_u32 << self.bits) - 1);
-                // A number stands for what is up to half of one less.
+                // A number stands for values from half a unit below it.
                 (self.black_level_dn + self.gain_dn_per_e * full_e - 0.5).min(most)
             }
         }
@@ -274,7 +275,7 @@ impl Photodetector {
     }
 }
 
-/// `modulated`: what each light of the file says.
+/// Reads the `[tof]` table. `modulated`: the value of this key for each light of the file.
 pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<TimeOfFlight> {
     keys.only(&[
         "frequencies_mhz",

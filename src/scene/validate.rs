@@ -1,4 +1,4 @@
-//! Whether a scene can be rendered at all. What passes here makes no pass divide by zero or read out of bounds.
+//! Checks whether a scene can be rendered. A valid scene makes no pass divide by zero or read out of bounds.
 
 use std::collections::{HashMap, hash_map::Entry};
 use std::fmt::Display;
@@ -10,33 +10,32 @@ use super::{
 };
 use crate::{Error, Result};
 
-/// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
+/// The largest distance from 0. Beyond it, f64 positions no longer resolve a tenth of a millimetre.
 const FARTHEST_M: f64 = 1e12;
-/// Power or irradiance beyond which the device's f32 overflows.
+/// The largest power or irradiance. Beyond it, the device's f32 overflows.
 const STRONGEST: f64 = 1e24;
-/// A narrower cone is nearer to a ray than f32 can tell.
+/// The narrowest cone. f32 cannot tell a narrower one from a ray.
 const NARROWEST_DEG: f64 = 1e-4;
 
-/// Below this angle between view and `up`, the turn of the image about its axis is rounding noise.
+/// Below this angle between view and `up`, the rotation of the image about its axis is rounding noise.
 const SMALLEST_UP_ANGLE_RAD: f64 = 1e-6;
 
-/// File and line of each part that was read, by its kind and index. What has none stands for `("scene", 0)`, the file.
+/// File and line of each part that was read, by its kind and index. A part without an entry uses the file, `("scene", 0)`.
 pub(super) type Places = HashMap<(&'static str, usize), String>;
 
 impl Scene {
-    /// Checks everything that the renderer relies on. [`Scene::load`] has done so already; call it for a scene from slices.
+    /// Checks everything that the renderer relies on. [`Scene::load`] calls it; call it yourself for a scene built from slices.
     ///
-    /// Meshes without triangles, and a scene without meshes, are fine: they render black. Numbers in messages count from
-    /// 0, as the slices do.
+    /// Meshes without triangles and scenes without meshes are valid: they render black. Numbers in messages count from 0, as the slices do.
     ///
     /// # Errors
-    /// [`Error::Scene`] naming the part and the value: an image without pixels, a camera without a direction, numbers that
-    /// are not finite or out of their range, no light, indices out of range, lists of unequal length.
+    /// [`Error::Scene`] with the part and the value: an image without pixels, a camera without a direction, numbers that are not finite or
+    /// out of range, no light, indices out of range, lists of unequal length.
     pub fn validate(&self) -> Result<()> {
         self.validate_read(&Places::new())
     }
 
-    /// The same for a scene that was read from these places.
+    /// Validates a scene that was read from these places.
     pub(super) fn validate_read(&self, places: &Places) -> Result<()> {
         let placed = |kind, index, checked: Result<()>| {
             let place = places.get(&(kind, index)).or(places.get(&("scene", 0)));
@@ -81,7 +80,7 @@ impl Scene {
         for (i, material) in self.materials.iter().enumerate() {
             placed("material", i, material.validate(i, self.textures.len()))?;
         }
-        // A mesh is looked at once, however often it is placed.
+        // Check a mesh once, however often it is placed.
         let mut bounds = HashMap::new();
         for (i, instance) in self.meshes.iter().enumerate() {
             let mesh = &instance.mesh;
@@ -118,11 +117,11 @@ impl Scene {
     }
 }
 
-/// A part of a scene, as messages call it.
+/// A part of a scene, as messages name it.
 pub(super) struct Part(pub String);
 
 impl Part {
-    /// Fails with this problem unless `fine`.
+    /// Returns an error with this problem unless `fine`.
     pub fn require(
         &self,
         fine: bool,
@@ -136,7 +135,7 @@ impl Part {
         }
     }
 
-    /// Fails at the first value that is not fine, with the problem of its index and itself.
+    /// Returns an error at the first value that is not fine. `problem` describes it by its index and value.
     pub fn require_each<T>(
         &self,
         values: &[T],
@@ -175,7 +174,7 @@ impl Part {
     }
 }
 
-/// Whether a position is finite and not too far out.
+/// Whether a position is finite and not too far from 0.
 pub(super) fn is_near(position_m: DVec3) -> bool {
     position_m.abs().cmple(DVec3::splat(FARTHEST_M)).all()
 }
@@ -232,7 +231,8 @@ impl Camera {
         }
     }
 
-    /// The lens has to see one direction at each point of the image. All lie between the principal point and one on the image's border.
+    /// The lens must see one direction at each point of the image. Each of these points is between the principal point and the border, so
+    /// checking the border is enough.
     fn validate_distortion(&self, part: &Part) -> Result<()> {
         let [width, height] = self.resolution_px;
         let along = |length: u32| (0..=length).map(f64::from);

@@ -1,12 +1,12 @@
-//! The part of [`Scene::validate`](super::Scene::validate) that concerns materials, textures and meshes.
+//! The part of [`Scene::validate`](super::Scene::validate) for materials, textures and meshes.
 
 use super::validate::{Part, has_direction, is_near};
 use super::{BoundingBox, Instance, Material, Mesh, Texels, Texture};
 use crate::Result;
 
-/// The largest Phong exponent: beyond, a lobe is narrower than f32 directions.
+/// The largest Phong exponent. Beyond it, a lobe is narrower than f32 directions can express.
 const SHARPEST: f64 = 1e9;
-/// Beyond, f32 has no digits left to tell texels apart.
+/// The largest texture coordinate. Beyond it, f32 cannot tell texels apart.
 const FARTHEST_TEXCOORD: f64 = 1e6;
 
 impl Texture {
@@ -110,7 +110,7 @@ impl Mesh {
 }
 
 impl Instance {
-    /// Of a mesh that is valid, and within these bounds in its own space.
+    /// Validates an instance of a valid mesh. `bounds` is the mesh's box in its own space.
     pub(crate) fn validate(&self, index: usize, bounds: Option<BoundingBox>) -> Result<()> {
         if self.is_in_world_space() {
             return Ok(());

@@ -1,17 +1,17 @@
-//! What can be rendered but is probably not meant.
+//! Warnings about scenes that can be rendered but are probably not intended.
 
 use glam::DVec3;
 
 use super::{Bands, Material, Scene};
 
-/// Nearer to a surface than this, over the radius of the scene, a light is in it: whether it lights one side or the other, or
-/// none, is rounding.
+/// Distance relative to the radius of the scene. A light nearer to a surface than this counts as in the surface: rounding then decides
+/// which side it lights, if any.
 const IN_SURFACE: f64 = 1e-6;
 
 impl Scene {
-    /// What can be rendered but is probably not meant, one sentence each: materials that reflect more than they receive,
-    /// textures that cannot be seen, lights without power or in a surface, meshes without a surface, what files have that is not modelled. Meaningful for a validated
-    /// scene only; what only a finished frame shows is in [`Frame::warnings`](crate::output::Frame::warnings).
+    /// Lists what can be rendered but is probably not intended, one sentence each: materials that reflect more than they receive, textures
+    /// that cannot be seen, lights without power or in a surface, meshes without a surface, features of files that are not modelled. Valid
+    /// for a validated scene only. [`Frame::warnings`](crate::output::Frame::warnings) has the warnings that need a finished frame.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.left_out.clone();
         for material in &self.materials {
@@ -89,7 +89,7 @@ impl Scene {
     }
 }
 
-/// Whether a triangle is a line or a point but for the rounding of f64.
+/// Whether a triangle is a line or a point, within f64 rounding.
 fn has_no_area([a, b, c]: [DVec3; 3]) -> bool {
     let longest_m2 = (b - a).length_squared().max((c - a).length_squared());
     (b - a).cross(c - a).length() <= 1e-12 * longest_m2

@@ -1,4 +1,4 @@
-//! Triangles as the device's own rays meet them (`VK_KHR_acceleration_structure`, `VK_KHR_ray_query`).
+//! Triangles in the acceleration structure of the device's ray tracing hardware (`VK_KHR_acceleration_structure`, `VK_KHR_ray_query`).
 
 use std::sync::Arc;
 
@@ -7,19 +7,19 @@ use ash::{khr::acceleration_structure::Device as Functions, vk};
 use super::{Buffer, BufferUse, CommandPool, Device, memory::Kept};
 use crate::{Error, Result};
 
-/// Every device takes an alignment of scratch memory of this or less.
+/// Alignment of scratch memory that is enough for every device.
 const SCRATCH_ALIGNMENT: u64 = 256;
-/// VkAccelerationStructureInstanceKHR; every ray sees it, from both sides.
+/// Words of a VkAccelerationStructureInstanceKHR. Every ray sees an instance, from both sides.
 const INSTANCE_WORDS: usize = 16;
 const MASK_ALL: u32 = 0xff << 24;
 const NO_CULLING: u32 = vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() << 24;
 
-/// Triangles that instances share, in their own space.
+/// Triangles that several instances share, in their own space.
 pub(crate) struct InstancedTriangles {
     pub corners: Vec<[[f32; 3]; 3]>,
-    /// The first ones are opaque, the others for the shader to confirm: a geometry each.
+    /// The first triangles are opaque. The shader confirms hits of the others. Each group is a geometry.
     pub opaque_count: usize,
-    /// The rows of what takes them to the scene, for each instance.
+    /// Rows of the transform to the scene, for each instance.
     pub to_scene: Vec<[[f32; 4]; 3]>,
 }
 
@@ -34,7 +34,8 @@ struct Levels {
 }
 
 impl AccelerationStructure {
-    /// A ray that hits a triangle tells its place in its geometry, and the number of the instance, which count through all lists. Builds and waits.
+    /// Builds the structure and waits. A ray that hits a triangle reports its index in its geometry and the instance's number, counted
+    /// over all lists.
     pub fn over(commands: &CommandPool, meshes: &[InstancedTriangles]) -> Result<Self> {
         let device = commands.device();
         let mut bottom = Vec::with_capacity(meshes.len());
@@ -90,18 +91,18 @@ impl AccelerationStructure {
         })
     }
 
-    /// What shaders traverse.
+    /// The handle that shaders traverse.
     pub(super) fn raw(&self) -> vk::AccelerationStructureKHR {
         self.levels.top.raw
     }
 
-    /// Keeps it beyond its own end.
+    /// Keeps the structure alive after this object is dropped.
     pub(super) fn keep(&self) -> Kept {
         self.levels.clone()
     }
 }
 
-/// The level of a mesh, and the buffer of its corners, from which it is built.
+/// The bottom level of a mesh, and the buffer of corners that it is built from.
 fn bottom_level(commands: &CommandPool, mesh: &InstancedTriangles) -> Result<(Build, Arc<Buffer>)> {
     let vertices = commands.upload("corners for rays", mesh.corners.as_flattened())?;
     let (opaque, others) = mesh.corners.split_at(mesh.opaque_count);
@@ -119,10 +120,10 @@ fn bottom_level(commands: &CommandPool, mesh: &InstancedTriangles) -> Result<(Bu
     Ok((Build::new(commands.device(), level, geometries)?, vertices))
 }
 
-/// And the number of its primitives.
+/// A geometry and its number of primitives.
 type Geometry = (vk::AccelerationStructureGeometryKHR<'static>, u32);
 
-/// Those whose corners lie one after the other from this address on.
+/// Triangles whose corners are stored consecutively from this address on.
 fn triangles(address: u64, corners: &[[[f32; 3]; 3]], flags: vk::GeometryFlagsKHR) -> Geometry {
     let count = corners.len() as u32;
     let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
@@ -159,7 +160,7 @@ impl Build {
         let (geometries, primitive_counts): (Vec<_>, Vec<_>) = geometries.into_iter().unzip();
         let info = build_info(kind, &geometries);
         let on = vk::AccelerationStructureBuildTypeKHR::DEVICE;
-        // SAFETY: the device is live, and the geometries have as many primitives.
+        // SAFETY: the device is live, and the geometries have this number of primitives.
         unsafe {
             functions(device)?.get_acceleration_structure_build_sizes(
                 on,

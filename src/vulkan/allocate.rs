@@ -1,17 +1,17 @@
-//! One declaration of images and buffers for two purposes: a [`Device`] allocates them, and [`Requirements`] add up what they
-//! take and hold it against a device's limits, before any is allocated.
+//! One declaration of images and buffers for two purposes: a [`Device`] allocates them, or [`Requirements`] add up their sizes and check
+//! them against a device's limits before anything is allocated.
 
 use std::cell::Cell;
 
 use super::{Buffer, BufferUse, Device, DeviceInfo, DeviceLimits, Image, ImageShape};
 use crate::{Error, Result};
 
-/// Drivers lay images out in blocks of so many columns, and of [`Quirks::image_block_rows`](super::Quirks) rows.
+/// Drivers lay images out in blocks of this many columns, and of [`Quirks::image_block_rows`](super::Quirks) rows.
 const IMAGE_BLOCK_COLUMNS: u64 = 4;
-/// Views, uniforms, lengths of lists and other things of a few hundred bytes, each rounded up to a page.
+/// Allowance for views, uniforms, lengths of lists and other small items of a few hundred bytes, each rounded up to a page.
 const SMALL_BUFFERS_BYTES: u64 = 256 << 10;
 
-/// Takes declarations of images and buffers.
+/// Receives declarations of images and buffers.
 pub(crate) trait Allocate {
     type Image;
     type Buffer;
@@ -34,7 +34,7 @@ impl Allocate for Device {
     }
 }
 
-/// What the size of an image or a buffer grows with.
+/// The setting or input that the size of an image or a buffer grows with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GrowsWith {
     Resolution,
@@ -58,16 +58,16 @@ impl GrowsWith {
     }
 }
 
-/// What a frame takes of a device.
+/// The memory that a frame needs on a device.
 pub(crate) struct Requirements<'d> {
-    /// `None`: without limits.
+    /// `None`: no limits are checked.
     device: Option<&'d DeviceInfo>,
     image_block_rows: u32,
-    /// What is held all the time, in the order of [`GrowsWith::ALL`].
+    /// Bytes held throughout the frame, in the order of [`GrowsWith::ALL`].
     bytes: [Cell<u64>; 3],
-    /// What is copied to the device before anything else, and freed.
+    /// Staging buffers of the copies at the start; freed afterwards.
     staging: Staging,
-    /// What is held later, likewise.
+    /// Bytes held after the staging buffers are freed, in the same order.
     later: [Cell<u64>; 3],
 }
 
@@ -96,7 +96,7 @@ impl<'d> Requirements<'d> {
         }
     }
 
-    /// Takes declarations of what grows with something.
+    /// Receives declarations whose size grows with `grows_with`.
     pub fn of(&self, grows_with: GrowsWith) -> Declarations<'_> {
         Declarations {
             device: self.device,
@@ -107,7 +107,7 @@ impl<'d> Requirements<'d> {
         }
     }
 
-    /// What is declared by one or the other, of which one alone is held at a time, and when what was staged is no longer.
+    /// Declares two alternatives of which only one is held at a time, after the staging buffers are freed. The larger one counts.
     pub fn either_later(
         &self,
         one: impl FnOnce(&Self) -> Result<()>,
@@ -124,18 +124,18 @@ impl<'d> Requirements<'d> {
         } else {
             second
         };
-        // The larger one may have had such a choice of its own.
+        // The larger alternative may itself contain such a choice.
         let declared = larger.bytes.iter().zip(&larger.later);
         for (later, (bytes, latest)) in self.later.iter().zip(declared) {
             later.set(bytes.get().saturating_add(latest.get()));
         }
-        // What is staged later is one after the other.
+        // Later staging buffers exist one at a time, so only the largest counts.
         let staging = &self.later[GrowsWith::Rsm as usize];
         staging.set(staging.get().saturating_add(larger.staging.largest.get()));
         Ok(())
     }
 
-    /// Bytes of all that was declared, and of small things.
+    /// Bytes of everything that was declared, plus the allowance for small buffers.
     pub fn total(&self) -> u64 {
         let sum = |cells: &[Cell<u64>]| cells.iter().map(Cell::get).fold(0, u64::saturating_add);
         let at_a_time = self.staging.sum.get().max(sum(&self.later));
@@ -144,7 +144,7 @@ impl<'d> Requirements<'d> {
             .saturating_add(at_a_time)
     }
 
-    /// Refuses a total over the device's memory, which also holds `host_bytes`.
+    /// Refuses a total above the device's memory. The total includes `host_bytes`.
     pub fn check_memory(&self, host_bytes: u64) -> Result<()> {
         let declared = self.bytes.iter().zip(&self.later);
         let declared = declared.map(|(bytes, later)| bytes.get().saturating_add(later.get()));
@@ -157,7 +157,7 @@ impl<'d> Requirements<'d> {
     }
 }
 
-/// Refuses what is over a limit.
+/// Refuses a size above a limit.
 fn check(
     device: Option<&DeviceInfo>,
     what: &str,
@@ -181,11 +181,11 @@ fn check(
     })
 }
 
-/// Takes declarations of what grows with the same thing, with what to do where one of them is over a limit.
+/// Receives declarations that grow with the same thing. Its hint says what to do when one of them is above a limit.
 pub(crate) struct Declarations<'r> {
     device: Option<&'r DeviceInfo>,
     image_block_rows: u32,
-    /// The sum.
+    /// Sum of the declared bytes.
     bytes: &'r Cell<u64>,
     staging: &'r Staging,
     hint: String,
@@ -197,7 +197,7 @@ impl Declarations<'_> {
         Declarations { hint, ..self }
     }
 
-    /// Refuses what is over a limit.
+    /// Refuses a size above a limit.
     pub fn check(
         &self,
         what: &str,
@@ -207,7 +207,7 @@ impl Declarations<'_> {
         check(self.device, what, requested, &self.hint, limit)
     }
 
-    /// Refuses what is larger than one allocation may be, and adds it to the rest.
+    /// Refuses a size above the limit of one allocation, and adds it to the sum.
     fn add(
         &self,
         sum: &Cell<u64>,

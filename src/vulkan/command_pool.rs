@@ -1,4 +1,4 @@
-//! What command buffers are made of, which goes from one to the next, and what the next one copies to the device first.
+//! The parts of a command buffer, which are reused by the next one, and the uploads that the next one copies to the device first.
 
 use std::sync::{Arc, Mutex};
 
@@ -8,7 +8,7 @@ use bytemuck::Pod;
 use super::{Buffer, BufferUse, Device, Image, Recorder, lock};
 use crate::Result;
 
-/// Passes that a command buffer has timestamps for; further ones run untimed.
+/// Passes of a command buffer that get timestamps. Further passes run untimed.
 pub(super) const MAX_TIMED_PASSES: u32 = 32;
 
 /// The command buffers of one thread, used one after the other. Clones share them.
@@ -23,7 +23,7 @@ struct Shared {
     uploads: Mutex<Vec<Upload>>,
 }
 
-/// Values of the host on their way to the device.
+/// Host values on their way to the device.
 pub(super) struct Upload {
     pub staging: Buffer,
     pub to: UploadTarget,
@@ -31,7 +31,7 @@ pub(super) struct Upload {
 
 pub(super) enum UploadTarget {
     Buffer(Arc<Buffer>),
-    /// Whose contents are undefined before.
+    /// A new image, whose contents are undefined before.
     Image(Arc<Image>),
 }
 
@@ -50,7 +50,7 @@ impl CommandPool {
         &self.shared.device
     }
 
-    /// A command buffer to record. It begins with the uploads that wait, and each of its passes with those that have come since.
+    /// Begins a command buffer. It starts with the waiting uploads, and each pass starts with those added since.
     pub fn begin(&self) -> Result<Recorder> {
         let idle = lock(&self.shared.idle).pop();
         let commands = match idle {
@@ -67,7 +67,7 @@ impl CommandPool {
         std::mem::take(&mut *lock(&self.shared.uploads))
     }
 
-    /// A buffer of the device's own memory, which the next command buffer fills.
+    /// A buffer in the device's own memory, which the next command buffer fills.
     pub fn upload<T: Pod>(&self, what: &str, values: &[T]) -> Result<Arc<Buffer>> {
         let bytes = size_of_val(values) as u64;
         let buffer = Arc::new(Buffer::new(self.device(), what, bytes, BufferUse::Device)?);
@@ -75,7 +75,7 @@ impl CommandPool {
         Ok(buffer)
     }
 
-    /// Fills a new image with the next command buffer.
+    /// Fills a new image in the next command buffer.
     pub fn upload_image<T: Pod>(&self, what: &str, texels: &[T], image: &Arc<Image>) -> Result<()> {
         self.upload_to(UploadTarget::Image(image.clone()), what, texels)
     }
@@ -90,27 +90,27 @@ impl CommandPool {
         lock(&self.shared.uploads).push(upload);
     }
 
-    /// For the next one to record.
+    /// Returns a command buffer for reuse.
     pub(super) fn give_back(&self, commands: CommandBuffer) {
         lock(&self.shared.idle).push(commands);
     }
 }
 
-/// A command buffer, with what tells how far it has come.
+/// A command buffer, and the objects that report its progress.
 pub(super) struct CommandBuffer {
     device: Device,
     pool: vk::CommandPool,
     pub raw: vk::CommandBuffer,
     pub fence: vk::Fence,
-    /// Two for each pass that is timed.
+    /// Two queries for each timed pass.
     pub queries: vk::QueryPool,
-    /// How many of the passes have begun: written by the device, so that it can be read when that is lost.
+    /// Number of passes that have begun. The device writes it, so that the host can read it after a device loss.
     pub begun: Buffer,
 }
 
 impl CommandBuffer {
     fn new(device: &Device) -> Result<CommandBuffer> {
-        // From here on what was made is destroyed on every way out.
+        // From here on, every early return destroys what was made.
         let mut made = CommandBuffer {
             device: device.clone(),
             pool: vk::CommandPool::null(),
@@ -148,7 +148,7 @@ impl CommandBuffer {
         Ok(made)
     }
 
-    /// Forgets what was recorded and whether it was done.
+    /// Resets the recorded commands and the state of completion.
     fn reset(&mut self) -> Result<()> {
         self.begun.write(&[0u32])?;
         let flags = vk::CommandPoolResetFlags::empty();

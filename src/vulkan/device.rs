@@ -25,12 +25,12 @@ use crate::{Error, Result};
 /// Which device to open.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum DeviceChoice {
-    /// A discrete GPU before an integrated one before a CPU driver.
+    /// The best device: a discrete GPU before an integrated one, and that before a CPU driver.
     #[default]
     Best,
-    /// Place in [`Device::list`].
+    /// Index in [`Device::list`].
     Index(usize),
-    /// Part of the device's name, upper and lower case alike.
+    /// Part of the device's name; case does not matter.
     Name(String),
     /// [`DeviceInfo::uuid`], with or without hyphens.
     Uuid(String),
@@ -39,7 +39,7 @@ pub enum DeviceChoice {
 }
 
 impl From<&str> for DeviceChoice {
-    /// By what the text looks like: an index, a UUID, a PCI address, or else a name.
+    /// Recognises the text's form: an index, a UUID, a PCI address, or else a name.
     fn from(text: &str) -> DeviceChoice {
         if let Ok(index) = text.parse() {
             return DeviceChoice::Index(index);
@@ -71,9 +71,8 @@ impl From<&str> for DeviceChoice {
 #[derive(Debug, Clone, Default)]
 pub struct DeviceOptions {
     pub choice: DeviceChoice,
-    /// Turn the Khronos validation layer on; read what it says with [`Device::validation_messages`]. Some of its versions (1.3.239
-    /// for one) crash now and then where a device is opened or closed while another thread is at work on another one
-    /// (Vulkan-ValidationLayers issue 4391).
+    /// Enables the Khronos validation layer. Read its messages with [`Device::validation_messages`]. Some versions (such as 1.3.239)
+    /// occasionally crash when a device is opened or closed while another thread uses another one (Vulkan-ValidationLayers issue 4391).
     pub validation: bool,
 }
 
@@ -85,7 +84,7 @@ pub struct Device {
 
 struct Shared {
     raw: ash::Device,
-    /// Locked while it is submitted to.
+    /// Locked during a submission.
     queue: Mutex<vk::Queue>,
     queue_family: u32,
     /// The host's lock around its queue.
@@ -95,37 +94,37 @@ struct Shared {
     condition: Mutex<Condition>,
     faults: Faults,
     info: DeviceInfo,
-    /// Where rays go through the device's own units.
+    /// Present if the device's own units can trace rays.
     acceleration_structures: Option<khr::acceleration_structure::Device>,
-    /// Where memory can be exported.
+    /// Present if memory can be exported.
     external_memory_fd: Option<khr::external_memory_fd::Device>,
     physical: vk::PhysicalDevice,
     instance: Arc<Instance>,
 }
 
-/// How the device is.
+/// The state of the device.
 #[derive(Debug, Clone, Copy)]
 struct Condition {
-    /// The last pass that is known to have begun.
+    /// The last pass known to have begun.
     last_pass: &'static str,
-    /// The call that told that the device is lost.
+    /// The call that reported the device loss.
     lost_in: Option<&'static str>,
 }
 
 impl Device {
-    /// Every Vulkan device of this machine, also those that camlux cannot use.
+    /// Every Vulkan device of this machine, including those that camlux cannot use.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] where there is no Vulkan loader, driver or device.
+    /// [`Error::NoDevice`] if there is no Vulkan loader, driver or device.
     pub fn list() -> Result<Vec<DeviceInfo>> {
         let (_, list) = Instance::new(false)?.devices()?;
         Ok(list)
     }
 
-    /// The device that [`DeviceChoice`] names in a list.
+    /// The device in a list that a [`DeviceChoice`] names.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] where none fits, or the one that fits lacks what camlux needs.
+    /// [`Error::NoDevice`] if no device matches, or if the matching device lacks something camlux needs.
     pub fn choose<'l>(list: &'l [DeviceInfo], choice: &DeviceChoice) -> Result<&'l DeviceInfo> {
         let none = |problem: String| {
             let name = |info: &DeviceInfo| format!("{} \"{}\"", info.index, info.name);
@@ -172,11 +171,11 @@ impl Device {
         }
     }
 
-    /// Opens a device. [`DeviceChoice::Best`] is what the environment variable `CAMLUX_DEVICE` names, where it is set: an index, a
-    /// name, a UUID or a PCI address.
+    /// Opens a device. For [`DeviceChoice::Best`], the environment variable `CAMLUX_DEVICE` chooses if it is set: an index, a name, a UUID
+    /// or a PCI address.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] where none fits; [`Error::Vulkan`] where the driver fails.
+    /// [`Error::NoDevice`] if no device matches; [`Error::Vulkan`] if the driver fails.
     pub fn open(options: &DeviceOptions) -> Result<Device> {
         let instance = Instance::new(options.validation)?;
         let (physical, list) = instance.devices()?;
@@ -203,7 +202,7 @@ impl Device {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
-        // Of Vulkan 1.2, where every device has it.
+        // Every device with Vulkan 1.2 supports timeline semaphores.
         let mut features12 = vk::PhysicalDeviceVulkan12Features::default()
             .timeline_semaphore(true)
             .buffer_device_address(info.has_ray_query);
@@ -213,7 +212,7 @@ impl Device {
         let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
             .acceleration_structure(true);
         let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
-        // To be enabled where they are there, the first of which is where something of Vulkan 1.3 is not.
+        // Enabled if available. The first one is present on devices that lack some part of Vulkan 1.3.
         let wherever_it_is = [khr::portability_subset::NAME, khr::external_memory_fd::NAME];
         let mut extensions: Vec<_> = wherever_it_is
             .iter()
@@ -231,18 +230,18 @@ impl Device {
         if info.has_ray_query {
             create = create.push_next(&mut structures).push_next(&mut queries);
         }
-        // SAFETY: the features were found by `Instance::lacks`; all pointers live until after the call.
+        // SAFETY: `Instance::lacks` found the features present; all pointers live until after the call.
         let raw = unsafe { instance.raw.create_device(physical, &create, None) }
             .map_err(failed("vkCreateDevice"))?;
-        // SAFETY: one queue of this family was asked for.
+        // SAFETY: one queue of this family was requested.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         Device::new(instance, physical, raw, (queue, queue_family, None), info)
     }
 
-    /// A host's device.
+    /// Uses a host's device.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] where the device lacks what camlux needs.
+    /// [`Error::NoDevice`] if the device lacks something camlux needs.
     ///
     /// # Safety
     /// The handles are live, belong together, and outlive the device that is returned and everything made from it; the
@@ -251,7 +250,7 @@ impl Device {
         // SAFETY: promised by the caller.
         let (instance, raw) = unsafe { host.load() }?;
         let mut info = instance.describe(0, host.physical_device);
-        // The host may not have turned it on.
+        // The host may not have enabled it.
         info.has_ray_query = false;
         info.limits.timestamp_period_ns =
             instance.timestamp_period_ns(host.physical_device, host.queue_family);
@@ -321,22 +320,22 @@ impl Device {
         })
     }
 
-    /// What the device is.
+    /// Describes the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.shared.info
     }
 
-    /// Warnings and errors of the Khronos validation layer since the device was opened; empty without it.
+    /// Warnings and errors of the Khronos validation layer since the device was opened; empty without the layer.
     pub fn validation_messages(&self) -> Vec<String> {
         self.shared.instance.messages()
     }
 
-    /// What buffers and images hold of the device's memory. Between renders that is what renderers keep.
+    /// Device memory held by buffers and images. Between renders this is what renderers keep.
     pub fn memory_use(&self) -> MemoryUse {
         self.memory().usage
     }
 
-    /// Asks for something to go wrong, or for nothing; counts, and takes the peak of the memory, from here on.
+    /// Injects a fault, or none. Restarts the counts and the peak of the memory.
     #[cfg(feature = "test-hooks")]
     #[doc(hidden)]
     pub fn inject(&self, fault: Option<Fault>) {
@@ -345,22 +344,22 @@ impl Device {
         (usage.peak_bytes, usage.largest_bytes) = (usage.bytes, 0);
     }
 
-    /// From here on new buffers and images hold NaN until something is written to them: who reads them before that is found out.
+    /// Fills new buffers and images with NaN from here on, so that tests find reads of memory that was never written.
     #[cfg(feature = "test-hooks")]
     #[doc(hidden)]
     pub fn poison_memory(&self) {
         self.shared.faults.poison_memory();
     }
 
-    /// What there was since a fault was last asked for.
+    /// Counts since the last call of `inject`.
     #[cfg(feature = "test-hooks")]
     #[doc(hidden)]
     pub fn fault_count(&self) -> FaultCount {
         self.shared.faults.count()
     }
 
-    /// Closes the device. Returns what the validation layer has said, also of what was never destroyed; `None` where something
-    /// still holds the device.
+    /// Closes the device and returns the validation layer's messages, including those about objects that were never destroyed. Returns
+    /// `None` if something still holds the device.
     #[cfg(feature = "test-hooks")]
     #[doc(hidden)]
     pub fn close(self) -> Option<Vec<String>> {
@@ -369,7 +368,7 @@ impl Device {
         Some(instance.messages())
     }
 
-    /// `None`: passes cannot be timed one by one.
+    /// `None`: single passes cannot be timed.
     pub(super) fn timestamp_period_ns(&self) -> Option<f32> {
         let period_ns = self.info().limits.timestamp_period_ns;
         period_ns.filter(|_| !self.shared.faults.has_no_timestamps())
@@ -397,7 +396,7 @@ impl Device {
         })
     }
 
-    /// Of a lost device nothing more is asked.
+    /// Fails on a lost device, so that nothing more is called on it.
     pub(crate) fn check(&self) -> Result<()> {
         let condition = *lock(&self.shared.condition);
         match condition.lost_in {
@@ -409,12 +408,12 @@ impl Device {
         }
     }
 
-    /// After a submission: the last pass that has begun, for all that is known.
+    /// Records, after a submission, the last pass known to have begun.
     pub(super) fn note_pass(&self, pass: &'static str) {
         lock(&self.shared.condition).last_pass = pass;
     }
 
-    /// From here on the device is lost, as `call` told.
+    /// Marks the device as lost, as `call` reported.
     pub(super) fn lose(&self, call: &'static str, last_pass: Option<&'static str>) -> Error {
         let mut condition = lock(&self.shared.condition);
         condition.lost_in = Some(call);
@@ -429,17 +428,17 @@ impl Device {
         &self.shared.raw
     }
 
-    /// `None` where the device has no rays of its own.
+    /// `None` if the device cannot trace rays with its own units.
     pub(super) fn acceleration_structures(&self) -> Option<&khr::acceleration_structure::Device> {
         self.shared.acceleration_structures.as_ref()
     }
 
-    /// `None` where the device exports no memory.
+    /// `None` if the device exports no memory.
     pub(super) fn external_memory_fd(&self) -> Option<&khr::external_memory_fd::Device> {
         self.shared.external_memory_fd.as_ref()
     }
 
-    /// What can be done with the memory of such buffers outside of this device.
+    /// What other devices and interfaces can do with the memory of such buffers.
     pub(super) fn exported_buffer_features(
         &self,
         usage: vk::BufferUsageFlags,
@@ -460,7 +459,7 @@ impl Device {
         found.external_memory_properties.external_memory_features
     }
 
-    /// What each type of memory is like.
+    /// The properties of each memory type.
     pub(super) fn memory_types(&self) -> Vec<vk::MemoryPropertyFlags> {
         let Shared {
             instance, physical, ..
@@ -475,12 +474,12 @@ impl Device {
         types.map(|of| of.property_flags).collect()
     }
 
-    /// Whether both are one device.
+    /// Whether both are the same device.
     pub(super) fn is_same(&self, other: &Device) -> bool {
         Arc::ptr_eq(&self.shared, &other.shared)
     }
 
-    /// Runs `submit` on the queue, which nobody else uses meanwhile.
+    /// Runs `submit` on the queue and locks out other users meanwhile.
     pub(super) fn with_queue<T>(&self, submit: impl FnOnce(vk::Queue) -> T) -> T {
         let queue = lock(&self.shared.queue);
         let host = self.shared.queue_lock.as_deref();
@@ -508,8 +507,8 @@ impl Drop for Shared {
         // SAFETY: buffers, images, pipelines and recorders hold a clone of the device, so none is left, and the memory is not
         // used again.
         unsafe {
-            // What else a host does is not to be waited for, and every submission was. Fails where the device is lost, which
-            // leaves nothing to wait for.
+            // camlux has waited for each of its submissions, and it does not wait for a host's other work. The call fails only on a lost
+            // device, where nothing is left to wait for.
             if !self.instance.is_hosts() {
                 let _ = self.raw.device_wait_idle();
             }

@@ -1,4 +1,4 @@
-//! Failures on purpose: what a driver may answer to any call, so that tests can see what becomes of it.
+//! Injected failures: what a driver may return from any call, so that tests can check how camlux reacts.
 
 use std::sync::{
     Mutex,
@@ -7,24 +7,24 @@ use std::sync::{
 
 use super::lock;
 
-/// What is to go wrong. All places are counted from 0, from when it was asked for.
+/// The failure to inject. All indices start at 0 when the fault is requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// A call that can run out of memory does: one that makes something, binds, records, submits or waits, or an allocation.
-    /// Only calls of `function` are counted, where one is named.
+    /// A call that can run out of memory does so: one that creates an object, binds, records, submits or waits, or an allocation. If
+    /// `function` is named, only its calls are counted.
     OutOfMemory {
         function: Option<&'static str>,
         call: u64,
     },
-    /// A submission ends with the loss of the device, and what it holds behind one of its passes never ran.
+    /// A submission ends with a device loss. Its passes after the given one never run.
     DeviceLost { submission: u64, pass: usize },
-    /// The same in the first pass of a name.
+    /// The same in the first pass of this name.
     DeviceLostIn { pass: &'static str },
-    /// The queue takes no timestamps.
+    /// The queue supports no timestamps.
     NoTimestamps,
 }
 
-/// What there was since a fault was last asked for.
+/// Counts since the last requested fault.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FaultCount {
     /// Calls that can run out of memory, and allocations.
@@ -39,7 +39,7 @@ pub(super) struct Faults {
 }
 
 impl Faults {
-    /// Asks for a fault, or for none, and counts from here on.
+    /// Requests a fault, or none, and restarts the counts.
     pub fn ask(&self, fault: Option<Fault>) {
         self.with(|state, count| (*state, *count) = (fault, FaultCount::default()));
     }
@@ -48,7 +48,7 @@ impl Faults {
         self.with(|_, count| *count)
     }
 
-    /// Counts a call. Whether it is to run out of memory.
+    /// Counts a call. Returns whether it must run out of memory.
     pub fn next_call_fails(&self, name: &'static str) -> bool {
         self.with(|fault, count| {
             count.calls += 1;
@@ -57,7 +57,7 @@ impl Faults {
                     if function.is_none_or(|function| function == name) =>
                 {
                     let is_due = *call == 0;
-                    // Once it has come, it is over.
+                    // The fault occurs once.
                     *call = call.wrapping_sub(1);
                     is_due
                 }
@@ -66,7 +66,7 @@ impl Faults {
         })
     }
 
-    /// Counts a submission. The last of its passes that runs, where the device is to be lost in it.
+    /// Counts a submission. If the device is to be lost in it, returns the last pass that runs.
     pub fn next_submission_ends_in(&self) -> Option<usize> {
         self.with(|fault, count| {
             count.submissions += 1;
@@ -90,7 +90,7 @@ impl Faults {
         self.with(|fault, _| *fault == Some(Fault::NoTimestamps))
     }
 
-    /// From here on new buffers and images hold NaN in place of what a driver leaves there, which most often is 0.
+    /// From here on, new buffers and images hold NaN instead of what the driver leaves there, which is usually 0.
     pub fn poison_memory(&self) {
         self.poisons_memory.store(true, Relaxed);
     }

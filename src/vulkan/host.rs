@@ -1,4 +1,4 @@
-//! A device that a host has made and goes on using, and what it needs to use a frame's images there.
+//! A device that a host made and keeps using, and what the host needs to use a frame's images on it.
 
 use std::{
     ffi::{CStr, c_void},
@@ -11,34 +11,34 @@ use ash::vk;
 use super::{Device, instance::Instance, lock, no_device};
 use crate::{Error, Result};
 
-/// A host's own Vulkan objects. They stay the host's: camlux destroys none of them.
+/// A host's own Vulkan objects. They remain the host's: camlux destroys none of them.
 ///
-/// The instance must have been made for Vulkan 1.3, and the device with
+/// The instance must be made for Vulkan 1.3, and the device with
 /// - the features `dynamicRendering`, `synchronization2` and `timelineSemaphore`,
-/// - a queue of a family that draws and computes.
+/// - a queue of a family that supports graphics and compute.
 ///
-/// All of this but the instance's version is checked. Everything that came from the camlux device must be gone before the host
-/// destroys its own.
+/// camlux checks all of this except the instance's version. Everything made from the camlux device must be gone before the host destroys
+/// its own device.
 pub struct HostVulkan {
     pub get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr,
     pub instance: vk::Instance,
     pub physical_device: vk::PhysicalDevice,
     pub device: vk::Device,
-    /// What the device was made with: to see which features are on.
+    /// The create info of the device. camlux reads the enabled features from it.
     pub device_create_info: *const vk::DeviceCreateInfo<'static>,
     pub queue: vk::Queue,
     pub queue_family: u32,
-    /// Called around every submission to the queue; `None` where the host leaves the queue alone while camlux renders.
+    /// Called around every submission to the queue; `None` if the host does not use the queue while camlux renders.
     pub queue_lock: Option<Arc<dyn QueueLock>>,
 }
 
-/// A lock of the host's around a queue that it shares with camlux.
+/// A host's lock around a queue that it shares with camlux.
 pub trait QueueLock: Send + Sync {
     fn lock(&self);
     fn unlock(&self);
 }
 
-/// Functions without which nothing goes.
+/// Functions that camlux cannot do without.
 const NEEDED_FUNCTIONS: [&CStr; 3] = [
     c"vkQueueSubmit2",
     c"vkCmdBeginRendering",
@@ -46,10 +46,10 @@ const NEEDED_FUNCTIONS: [&CStr; 3] = [
 ];
 
 impl HostVulkan {
-    /// The host's instance and device as camlux calls them.
+    /// Loads the functions of the host's instance and device.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] for what is missing.
+    /// [`Error::NoDevice`] names what is missing.
     ///
     /// # Safety
     /// The handles are live and belong together, and the create info is the one that the device was made with.
@@ -102,10 +102,10 @@ fn lacking(problem: impl Display) -> Error {
     )
 }
 
-/// What camlux needs and the device was made without.
+/// A feature that camlux needs and that the device was made without.
 ///
 /// # Safety
-/// The info is a valid one, with all that it points to.
+/// The info is valid, including everything it points to.
 unsafe fn not_enabled(info: &vk::DeviceCreateInfo) -> Option<&'static str> {
     let [
         mut dynamic_rendering,
@@ -150,10 +150,10 @@ unsafe fn not_enabled(info: &vk::DeviceCreateInfo) -> Option<&'static str> {
         .find_map(|(is_on, name)| (!is_on).then_some(name))
 }
 
-/// The structure of this type in a chain.
+/// Finds the structure of this type in a chain.
 ///
 /// # Safety
-/// The chain is valid, and each of its structures is of the type that it says.
+/// The chain is valid, and each of its structures has the type that it states.
 unsafe fn find<'c, T: vk::TaggedStructure>(chain: *const c_void) -> Option<&'c T> {
     let mut next: *const vk::BaseInStructure = chain.cast();
     // SAFETY: promised by the caller.
@@ -167,7 +167,7 @@ unsafe fn find<'c, T: vk::TaggedStructure>(chain: *const c_void) -> Option<&'c T
     None
 }
 
-/// A timeline semaphore that rises by 1 with each frame that stays on the device.
+/// A timeline semaphore whose value rises by 1 with each frame that stays on the device.
 pub(crate) struct Timeline {
     device: Device,
     raw: vk::Semaphore,
@@ -191,7 +191,7 @@ impl Timeline {
         })
     }
 
-    /// Rises when everything is done that was submitted so far. Returns the value it will then have.
+    /// Lets the value rise when all work submitted so far is done. Returns the value it then has.
     pub fn rise(&self) -> Result<u64> {
         let mut value = lock(&self.value);
         let signals = [vk::SemaphoreSubmitInfo::default()
@@ -199,7 +199,7 @@ impl Timeline {
             .value(*value + 1)
             .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
         let submit = [vk::SubmitInfo2::default().signal_semaphore_infos(&signals)];
-        // SAFETY: device and semaphore are live, and the value is above all that it had.
+        // SAFETY: device and semaphore are live, and the value is greater than all previous ones.
         self.device.call("vkQueueSubmit2", |raw| {
             let fence = vk::Fence::null();
             self.device
@@ -221,7 +221,7 @@ impl Drop for Timeline {
         let wait = vk::SemaphoreWaitInfo::default()
             .semaphores(&semaphores)
             .values(&values);
-        // SAFETY: device and semaphore are live; what was submitted to signal it is waited for. On a lost device there is
+        // SAFETY: device and semaphore are live, and this waits for the submissions that signal the semaphore. On a lost device there is
         // nothing to wait for.
         unsafe {
             let _ = self.device.raw().wait_semaphores(&wait, u64::MAX);

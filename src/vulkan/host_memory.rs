@@ -1,11 +1,11 @@
-//! The host's memory, of which CPU drivers are made. What they call their heap is a number of their own choice.
+//! Free memory of the host, which CPU drivers allocate from. The heap size that they report is arbitrary.
 
 use std::fs;
 
-/// Bytes that are free, or that this process may use if that is less; `None` where the system does not tell (it is Linux that does).
+/// Free bytes, or the bytes that this process may use if that is less; `None` if the system does not report them (only Linux does).
 pub(super) fn available_bytes() -> Option<u64> {
     let free = in_meminfo(&fs::read_to_string("/proc/meminfo").ok()?)?;
-    // Absent, or "max", outside of containers.
+    // The file is absent, or holds "max", outside of containers.
     let allowed = fs::read_to_string("/sys/fs/cgroup/memory.max");
     let allowed = allowed.ok().and_then(|text| text.trim().parse().ok());
     Some(free.min(allowed.unwrap_or(u64::MAX)))

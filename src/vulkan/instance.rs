@@ -24,26 +24,26 @@ use crate::Result;
 
 const INSTALL_DRIVER: &str = "install a Vulkan driver, on Debian: apt-get install libvulkan1 mesa-vulkan-drivers; if there is one, VK_LOADER_DEBUG=error,driver says why it was not taken";
 
-/// What a Vulkan device is, and whether camlux can use it.
+/// Describes a Vulkan device, and whether camlux can use it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeviceInfo {
-    /// Place in the loader's list.
+    /// Index in the loader's list.
     pub index: usize,
     pub name: String,
-    /// The same after a restart: 32 hexadecimal digits in groups.
+    /// Stays the same after a restart: 32 hexadecimal digits in groups.
     pub uuid: String,
-    /// Where it is plugged in, where the driver tells: `0000:65:00.0`.
+    /// PCI address, if the driver reports it: `0000:65:00.0`.
     pub pci: Option<String>,
     pub kind: DeviceKind,
     /// Name and version of the driver.
     pub driver: String,
     /// Vulkan version that the device offers.
     pub api_version: String,
-    /// Whether kernels can trace rays by units of the device's own (`VK_KHR_ray_query`).
+    /// Whether the device's own units can trace rays for kernels (`VK_KHR_ray_query`).
     pub has_ray_query: bool,
     pub limits: DeviceLimits,
     pub quirks: Quirks,
-    /// What camlux needs and this device lacks; `None`: it can be used.
+    /// What camlux needs and this device lacks; `None`: camlux can use it.
     pub unusable: Option<String>,
 }
 
@@ -69,7 +69,7 @@ impl fmt::Display for DeviceKind {
     }
 }
 
-/// What rays by units of the device's own take.
+/// Extensions for rays traced by the device's own units.
 pub(super) const RAY_QUERY_EXTENSIONS: [&CStr; 3] = [
     khr::acceleration_structure::NAME,
     khr::deferred_host_operations::NAME,
@@ -82,32 +82,32 @@ pub struct DeviceLimits {
     /// Largest width and height of an image.
     pub max_image_px: u32,
     pub max_image_layers: u32,
-    /// Largest range of a storage buffer that a shader can see.
+    /// Largest range of a storage buffer that a shader can access.
     pub max_storage_buffer_bytes: u64,
     pub max_allocation_bytes: u64,
     /// Largest buffer.
     pub max_buffer_bytes: u64,
-    /// The device's own memory; where the driver tells, what was free of it when the device was listed. Of CPU drivers the host's
-    /// free memory, where the system tells.
+    /// The device's own memory, or the part of it that was free when the device was listed, if the driver reports that. For CPU drivers
+    /// the host's free memory, if the system reports it.
     pub memory_bytes: u64,
-    /// Storage images that one shader can see.
+    /// Storage images that one shader can access.
     pub max_storage_images: u32,
     /// Workgroup memory.
     pub shared_memory_bytes: u32,
     pub subgroup_lanes: u32,
-    /// Lanes that every subgroup of a kernel has, where these broadcast to one another and add up. `None`: kernels do without.
+    /// Lanes of every subgroup of a kernel, if they support broadcasts and sums. `None`: kernels do without these.
     pub broadcast_lanes: Option<u32>,
-    /// Corners of triangles are rounded to 2⁻ᵇⁱᵗˢ of a pixel where they are rasterised.
+    /// The rasteriser rounds corners of triangles to 2⁻ᵇⁱᵗˢ of a pixel.
     pub sub_pixel_bits: u32,
-    /// Nanoseconds of one tick of a GPU timestamp. `None`: there are none, and passes share the time of their submission.
+    /// Nanoseconds of a GPU timestamp tick. `None`: there are no timestamps, and passes share the time of their submission.
     pub timestamp_period_ns: Option<f32>,
 }
 
-/// A live instance; with validation it collects what the Khronos layer has to say.
+/// A live instance. With validation it collects the messages of the Khronos layer.
 pub(super) struct Instance {
     pub raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    /// On the heap and shared, for the layer holds a pointer to it.
+    /// On the heap and shared, because the layer holds a pointer to it.
     messages: Arc<Mutex<Vec<String>>>,
     // The loader must outlive everything that was made from it. `None`: the instance is a host's.
     entry: Option<ash::Entry>,
@@ -115,7 +115,7 @@ pub(super) struct Instance {
 
 impl Instance {
     pub fn new(validation: bool) -> Result<Arc<Self>> {
-        // SAFETY: loading the Vulkan loader runs its initialisers, which is what it is there for.
+        // SAFETY: loading the Vulkan loader runs its initialisers, which is its intended use.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| {
             let problem = format!("the Vulkan loader cannot be opened ({error})");
             no_device(problem, INSTALL_DRIVER)
@@ -135,7 +135,7 @@ impl Instance {
         let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
         let mut extensions = Vec::new();
         let mut info = vk::InstanceCreateInfo::default().application_info(&application);
-        // Drivers on top of another interface, as MoltenVK, are listed to those who ask.
+        // Drivers on top of another interface, such as MoltenVK, are listed only on request.
         // SAFETY: the loader is open.
         let offered = unsafe { entry.enumerate_instance_extension_properties(None) };
         let portability = khr::portability_enumeration::NAME;
@@ -198,12 +198,12 @@ impl Instance {
         self.entry.is_none()
     }
 
-    /// What the validation layer said so far.
+    /// Messages of the validation layer so far.
     pub fn messages(&self) -> Vec<String> {
         lock(&self.messages).clone()
     }
 
-    /// Every device, and what it is.
+    /// Every device with its description.
     pub fn devices(&self) -> Result<(Vec<vk::PhysicalDevice>, Vec<DeviceInfo>)> {
         // SAFETY: the instance is live.
         let found = unsafe { self.raw.enumerate_physical_devices() }
@@ -300,7 +300,7 @@ impl Instance {
         }
     }
 
-    /// Of the largest heap of the device's own.
+    /// Bytes of the device's largest own heap.
     fn heap_bytes(&self, device: vk::PhysicalDevice) -> u64 {
         let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
         let mut memory = vk::PhysicalDeviceMemoryProperties2::default();
@@ -331,7 +331,7 @@ impl Instance {
             .any(|extension| extension.extension_name_as_c_str() == Ok(name))
     }
 
-    /// Whether kernels can trace rays by units of the device's own.
+    /// Whether the device's own units can trace rays for kernels.
     fn has_ray_query(&self, device: vk::PhysicalDevice) -> bool {
         if !RAY_QUERY_EXTENSIONS
             .iter()
@@ -356,7 +356,7 @@ impl Instance {
             && features12.buffer_device_address != 0
     }
 
-    /// What camlux needs and the device does not have.
+    /// What camlux needs and the device lacks.
     fn lacks(&self, device: vk::PhysicalDevice, api_version: u32) -> Option<&'static str> {
         if api_version < vk::API_VERSION_1_3 {
             return Some("Vulkan 1.3");
@@ -383,7 +383,7 @@ impl Instance {
         (!offers_both).then_some("rendering to 32-bit float images")
     }
 
-    /// The queue families that draw and compute, those first that take timestamps.
+    /// Queue families that support graphics and compute; those with timestamps come first.
     pub fn queue_families(&self, device: vk::PhysicalDevice) -> Vec<u32> {
         // SAFETY: the instance is live and the device is its own.
         let families = unsafe { self.raw.get_physical_device_queue_family_properties(device) };
@@ -394,7 +394,7 @@ impl Instance {
         fitting.into_iter().map(|index| index as u32).collect()
     }
 
-    /// Nanoseconds of a tick of the timestamps that a queue family takes; `None`: it takes none.
+    /// Nanoseconds of a timestamp tick of a queue family; `None`: it has no timestamps.
     pub fn timestamp_period_ns(&self, device: vk::PhysicalDevice, family: u32) -> Option<f32> {
         // SAFETY (both calls): the instance is live and the device is its own.
         let families = unsafe { self.raw.get_physical_device_queue_family_properties(device) };
@@ -432,7 +432,7 @@ fn broadcast_lanes(
     let in_kernels = subgroup
         .supported_stages
         .contains(vk::ShaderStageFlags::COMPUTE);
-    // Else drivers choose the lanes of each kernel.
+    // Otherwise drivers choose the number of lanes for each kernel.
     let is_fixed = vulkan13.min_subgroup_size == vulkan13.max_subgroup_size;
     let fits = in_kernels && is_fixed && subgroup.supported_operations.contains(operations);
     fits.then_some(subgroup.subgroup_size)

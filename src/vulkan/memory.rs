@@ -1,4 +1,4 @@
-//! Buffers and images that free themselves, once no command buffer names them any more.
+//! Buffers and images that free themselves when no command buffer uses them any more.
 
 use std::{any::Any, sync::Arc};
 
@@ -12,12 +12,12 @@ use gpu_allocator::{
 use super::Device;
 use crate::{Error, Result};
 
-/// What a buffer is for, which decides where it lies.
+/// The purpose of a buffer, which decides the kind of memory it gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum BufferUse {
     /// Written and read by shaders only.
     Device,
-    /// Filled by the host once, then read by shaders: what is small.
+    /// Filled by the host once, then read by shaders: for small data.
     Upload,
     /// Filled by the host once, then copied to another buffer or an image.
     Staging,
@@ -25,7 +25,7 @@ pub(crate) enum BufferUse {
     Readback,
 }
 
-/// Something that command buffers name, kept until they have run.
+/// An object that command buffers use, kept alive until they have run.
 pub(super) type Kept = Arc<dyn Any + Send + Sync>;
 
 /// A buffer of device memory.
@@ -43,7 +43,7 @@ struct OwnedBuffer {
 }
 
 impl Buffer {
-    /// A buffer of at least `bytes` bytes; never empty, for Vulkan has no empty buffers.
+    /// A buffer of at least `bytes` bytes. It is never empty, because Vulkan has no empty buffers.
     pub fn new(device: &Device, what: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
         let bytes = bytes.max(16);
         let mut usages = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -63,7 +63,7 @@ impl Buffer {
         let raw = device.call("vkCreateBuffer", |device| unsafe {
             device.create_buffer(&info, None)
         })?;
-        // From here on the buffer is destroyed on every way out.
+        // From here on, every early return destroys the buffer.
         let mut owned = OwnedBuffer {
             device: device.clone(),
             raw,
@@ -72,7 +72,7 @@ impl Buffer {
         // SAFETY: device and buffer are live.
         let requirements = unsafe { device.raw().get_buffer_memory_requirements(raw) };
         let location = match usage {
-            // Where the host can fill it.
+            // In memory that the host can fill.
             BufferUse::Device if device.faults().poisons_memory() => MemoryLocation::CpuToGpu,
             BufferUse::Device => MemoryLocation::GpuOnly,
             BufferUse::Upload | BufferUse::Staging => MemoryLocation::CpuToGpu,
@@ -92,24 +92,24 @@ impl Buffer {
         Ok(Buffer { raw, bytes, owned })
     }
 
-    /// Keeps it beyond its own end.
+    /// Keeps the buffer alive after this object is dropped.
     pub(super) fn keep(&self) -> Kept {
         self.owned.clone()
     }
 
-    /// Where the device finds a buffer that is for it alone. Only where it has rays of its own.
+    /// Device address of a [`BufferUse::Device`] buffer. Only valid if the device can trace rays with its own units.
     pub(super) fn address(&self) -> u64 {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
         // SAFETY: the buffer is live and was made with this usage.
         unsafe { self.owned.device.raw().get_buffer_device_address(&info) }
     }
 
-    /// A buffer filled with values, for shaders.
+    /// A buffer filled with values, for shaders to read.
     pub fn upload<T: Pod>(device: &Device, what: &str, values: &[T]) -> Result<Buffer> {
         Buffer::filled(device, what, values, BufferUse::Upload)
     }
 
-    /// A buffer filled with values, which is not for the device alone.
+    /// A buffer filled with values. `usage` must not be [`BufferUse::Device`].
     pub fn filled<T: Pod>(
         device: &Device,
         what: &str,
@@ -121,7 +121,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Writes values to the start of a buffer that is not for the device alone, and that no command buffer names.
+    /// Writes values to the start of a buffer that the host can access and that no command buffer uses.
     pub fn write<T: Pod>(&mut self, values: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         Arc::get_mut(&mut self.owned)
@@ -133,7 +133,7 @@ impl Buffer {
         Ok(())
     }
 
-    /// The first `count` values of a readback buffer, after the submission that wrote it has completed.
+    /// The first `count` values of a readback buffer. Valid after the submission that wrote them has completed.
     pub fn mapped<T: Pod>(&self, count: usize) -> Result<&[T]> {
         let allocation = self.owned.allocation.as_ref();
         allocation
@@ -161,13 +161,13 @@ pub(crate) struct ImageShape {
     pub pixel: PixelKind,
 }
 
-/// What a pixel of an image is.
+/// The content of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PixelKind {
     /// Four floats.
     Color,
     Depth,
-    /// A word, which only shaders read.
+    /// A 32-bit word, which only shaders read.
     Word,
 }
 
@@ -197,7 +197,7 @@ impl ImageShape {
         }
     }
 
-    /// The depth image that serves the layers one after the other.
+    /// The depth image that all layers use one after the other.
     pub fn depth(self) -> Self {
         ImageShape {
             layers: None,
@@ -210,7 +210,7 @@ impl ImageShape {
         self.layers.unwrap_or(1)
     }
 
-    /// Pixels of all layers.
+    /// Number of pixels of all layers.
     pub fn pixel_count(&self) -> u64 {
         let [width, height] = self.size_px.map(u64::from);
         width * height * u64::from(self.layer_count())
@@ -225,7 +225,7 @@ impl ImageShape {
         }
     }
 
-    /// Some of the layers.
+    /// The subresource range of `count` layers from `first` on.
     pub(super) fn range(&self, first: u32, count: u32) -> vk::ImageSubresourceRange {
         vk::ImageSubresourceRange::default()
             .aspect_mask(self.aspect())
@@ -250,11 +250,11 @@ impl ImageShape {
     }
 }
 
-/// Every colour image: four floats, so that what a pass writes is what the next one reads.
+/// Format of every colour image: four floats, so that a pass reads exactly what the previous one wrote.
 pub(super) const COLOR_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 pub(super) const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
-/// An image, with a view of all of it and one of each layer.
+/// An image, with a view of the whole and one of each layer.
 pub(crate) struct Image {
     pub shape: ImageShape,
     owned: Arc<OwnedImage>,
@@ -296,7 +296,7 @@ impl Image {
         let raw = device.call("vkCreateImage", |device| unsafe {
             device.create_image(&info, None)
         })?;
-        // From here on the image is destroyed on every way out.
+        // From here on, every early return destroys the image.
         let mut image = OwnedImage {
             device: device.clone(),
             raw,
@@ -326,17 +326,17 @@ impl Image {
         Ok(Image { shape, owned })
     }
 
-    /// What Vulkan knows it by.
+    /// The Vulkan handles.
     pub(super) fn handles(&self) -> &OwnedImage {
         &self.owned
     }
 
-    /// Keeps it beyond its own end.
+    /// Keeps the image alive after this object is dropped.
     pub(super) fn keep(&self) -> Kept {
         self.owned.clone()
     }
 
-    /// The Vulkan image: four 32-bit floats a pixel, in layout GENERAL once something was written to it.
+    /// The Vulkan image: four 32-bit floats a pixel, in layout GENERAL once something has been written to it.
     pub fn handle(&self) -> (vk::Image, vk::Format) {
         (self.owned.raw, self.shape.format())
     }
@@ -402,20 +402,20 @@ fn free(device: &Device, allocation: Option<Allocation>) {
     }
 }
 
-/// What a device's buffers and images hold of its memory.
+/// Device memory that buffers and images hold.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct MemoryUse {
-    /// Buffers and images that have memory. Between renders these are what renderers keep.
+    /// Number of buffers and images that have memory. Between renders these are what renderers keep.
     pub allocations: usize,
-    /// Bytes of these.
+    /// Their bytes.
     pub bytes: u64,
-    /// The most bytes that there were at a time since the device was opened.
+    /// Peak of the bytes since the device was opened.
     pub peak_bytes: u64,
     /// Bytes of the largest buffer or image since then.
     pub largest_bytes: u64,
 }
 
-/// A device's allocator, and what it has given out.
+/// A device's allocator and its statistics.
 pub(super) struct Memory {
     pub allocator: Allocator,
     pub usage: MemoryUse,
@@ -438,7 +438,7 @@ impl Memory {
     fn free(&mut self, allocation: Allocation) {
         self.usage.allocations -= 1;
         self.usage.bytes -= allocation.size();
-        // Freeing fails only for memory that is not the allocator's own.
+        // Freeing fails only for memory of another allocator.
         let _ = self.allocator.free(allocation);
     }
 }

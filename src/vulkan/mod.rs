@@ -1,7 +1,8 @@
-//! The Vulkan layer: device, memory, pipelines and command recording. All of the engine's `unsafe` lies here. It knows no scene and no pass.
+//! The Vulkan layer: device, memory, pipelines and command recording. It contains all of the engine's `unsafe` and knows nothing of scenes
+//! or passes.
 //!
-//! Conventions that keep it small: one queue; every image lives in layout GENERAL; passes are separated by full memory
-//! barriers; resources are bound by the names that the shaders give their bindings.
+//! Conventions that keep it small: one queue; every image stays in layout GENERAL; full memory barriers separate passes; resources are
+//! bound by the names that the shaders give their bindings.
 
 mod acceleration_structure;
 mod allocate;
@@ -53,7 +54,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::Error;
 
-/// Locks what a panic elsewhere cannot have left half done.
+/// Locks a mutex even after a panic elsewhere: the guarded data is never left inconsistent.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! What stands for `faults.rs` without the feature `test-hooks`: nothing fails on purpose.
+//! Replaces `faults.rs` without the feature `test-hooks`: no failure is injected.
 
 #[derive(Debug, Default)]
 pub(super) struct Faults {}

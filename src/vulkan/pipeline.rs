@@ -14,13 +14,13 @@ use super::{
 };
 use crate::{Error, Result};
 
-/// Descriptor sets that are made at once.
+/// Descriptor sets that a pool allocates at once.
 const SETS_OF_A_POOL: u32 = 4;
 
-/// The pipelines of a device, made when they are first asked for.
+/// The pipelines of a device, made on first use.
 pub(crate) struct Pipelines {
     device: Device,
-    /// By the name of their module.
+    /// Keyed by the name of their module.
     made: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
 }
 
@@ -71,15 +71,15 @@ pub(crate) struct Pipeline {
     pub(super) bindings: Vec<Binding>,
     pub(super) immediate_bytes: u32,
     pub(super) stages: Stage,
-    /// Of a raster pipeline the fragment stage.
+    /// The fragment stage of a raster pipeline.
     pub module: &'static Module,
 }
 
-/// A pipeline's descriptor sets, which go from one command buffer to the next.
+/// A pipeline's descriptor sets, which successive command buffers reuse.
 #[derive(Default)]
 struct DescriptorSets {
     pools: Vec<vk::DescriptorPool>,
-    /// Those that no command buffer uses.
+    /// Sets that no command buffer uses.
     free: Vec<vk::DescriptorSet>,
 }
 
@@ -156,7 +156,7 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// A pipeline yet without its shaders.
+    /// A pipeline that has no shaders yet.
     fn with_layout(
         device: &Device,
         modules: &[&'static Module],
@@ -178,7 +178,7 @@ impl Pipeline {
         };
         let slots: Vec<_> = bindings.iter().map(slot).collect();
         let immediate_bytes = modules.iter().map(|m| m.immediate_bytes).max().unwrap_or(0);
-        // From here on what was made is destroyed on every way out.
+        // From here on, every early return destroys what was made.
         let mut pipeline = Pipeline {
             device: device.clone(),
             raw: vk::Pipeline::null(),
@@ -212,7 +212,7 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// A descriptor set that nothing uses. Where one is taken again and again, it is the same one.
+    /// An unused descriptor set. Repeated calls get the same one if it was given back.
     pub(super) fn take_set(&self) -> Result<vk::DescriptorSet> {
         let mut sets = lock(&self.sets);
         if let Some(set) = sets.free.pop() {
@@ -238,7 +238,7 @@ impl Pipeline {
         let info = vk::DescriptorSetAllocateInfo::default()
             .descriptor_pool(pool)
             .set_layouts(&layouts);
-        // SAFETY: the pool has room for as many sets of this layout.
+        // SAFETY: the pool has room for this number of sets of this layout.
         sets.free = self
             .device
             .call("vkAllocateDescriptorSets", |device| unsafe {
@@ -248,7 +248,7 @@ impl Pipeline {
         set.ok_or_else(|| Error::internal("a pool without descriptor sets"))
     }
 
-    /// For a set whose command buffer is done.
+    /// Returns a set whose command buffer is done.
     pub(super) fn give_set_back(&self, set: vk::DescriptorSet) {
         lock(&self.sets).free.push(set);
     }
@@ -269,7 +269,7 @@ impl Drop for Pipeline {
     }
 }
 
-/// A stage of a pipeline. Needed only until that is made.
+/// A stage of a pipeline, needed only until the pipeline is made.
 struct Shader<'d> {
     device: &'d Device,
     stage: vk::PipelineShaderStageCreateInfo<'static>,
@@ -294,7 +294,7 @@ impl<'d> Shader<'d> {
 impl Drop for Shader<'_> {
     fn drop(&mut self) {
         let device = self.device.raw();
-        // SAFETY: pipelines do not need their modules once they are made.
+        // SAFETY: pipelines do not need their modules after creation.
         unsafe { device.destroy_shader_module(self.stage.module, None) };
     }
 }

@@ -1,13 +1,13 @@
-//! What drivers do that Vulkan does not say, in one table.
+//! Driver behaviour that Vulkan does not specify, in one table.
 
 use ash::vk::DriverId;
 
-/// What a driver does that Vulkan does not say.
+/// Driver behaviour that Vulkan does not specify.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quirks {
-    /// A kernel leaves its loops after so many iterations of all of them together, and says nothing.
+    /// A kernel leaves its loops after this many iterations of all of them together, without an error.
     pub max_loop_iterations: Option<u32>,
-    /// Images are laid out in whole blocks of so many rows.
+    /// Images are laid out in whole blocks of this many rows.
     pub image_block_rows: u32,
 }
 
@@ -18,7 +18,7 @@ const NONE: Quirks = Quirks {
 
 const QUIRKS: [(DriverId, Quirks); 2] = [
     (
-        // LP_MAX_TGSI_LOOP_ITERATIONS of llvmpipe: seen with Mesa 22.3, and taken to hold for newer ones.
+        // LP_MAX_TGSI_LOOP_ITERATIONS of llvmpipe: observed with Mesa 22.3, and assumed for newer versions.
         DriverId::MESA_LLVMPIPE,
         Quirks {
             max_loop_iterations: Some(65_535),
@@ -26,7 +26,7 @@ const QUIRKS: [(DriverId, Quirks); 2] = [
         },
     ),
     (
-        // Seen on an H100 with driver 580.
+        // Observed on an H100 with driver 580.
         DriverId::NVIDIA_PROPRIETARY,
         Quirks {
             image_block_rows: 32,

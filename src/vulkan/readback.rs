@@ -1,10 +1,9 @@
-//! Images on the device, as the host reads them.
+//! Copies images from the device to the host.
 
 use super::{Buffer, BufferUse, CommandPool, Device, Image, ImageShape};
 use crate::Result;
 
-/// The way of images of one shape to the host. They go through one buffer, one after the other: to touch fresh memory
-/// takes longer than to copy.
+/// Reads back images of one shape. They share one buffer, one after the other, because touching fresh memory takes longer than copying.
 pub(crate) struct Readback {
     commands: CommandPool,
     buffer: Buffer,
@@ -18,7 +17,7 @@ impl Readback {
         Ok(Readback { commands, buffer })
     }
 
-    /// The pixels of an image: row by row from the top, layer by layer.
+    /// The pixels of an image, row by row from the top, layer by layer.
     pub fn pixels(&mut self, image: &Image) -> Result<&[[f32; 4]]> {
         let mut recorder = self.commands.begin()?;
         recorder.barrier();

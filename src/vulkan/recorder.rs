@@ -1,4 +1,4 @@
-//! One command buffer: recorded, submitted, waited for.
+//! Records one command buffer, submits it and waits for it.
 
 use std::{mem::ManuallyDrop, slice, sync::Arc, time::Instant};
 
@@ -15,19 +15,19 @@ use super::{
 };
 use crate::{Error, Result};
 
-/// GPU milliseconds of each pass, in the order of recording.
+/// GPU milliseconds of each pass, in recording order.
 pub(crate) type PassTimes = Vec<(&'static str, f64)>;
 
-/// Workgroups along an axis of a dispatch that every Vulkan device takes.
+/// Workgroups along an axis of a dispatch that every Vulkan device supports.
 pub(crate) const MAX_GROUPS: u32 = 65_535;
 
-/// So many workgroups, in rows that every device takes; the last row may have more than there are.
+/// Arranges workgroups in rows that every device supports. The last row may have surplus workgroups.
 pub(crate) fn groups_in_rows(groups: u32) -> [u32; 3] {
     let per_row = groups.min(MAX_GROUPS);
     [per_row, groups.div_ceil(per_row.max(1)), 1]
 }
 
-/// What a shader's binding is bound to.
+/// The resource that a shader's binding is bound to.
 #[derive(Clone, Copy)]
 pub(crate) enum Resource<'r> {
     Buffer(&'r Buffer),
@@ -35,18 +35,18 @@ pub(crate) enum Resource<'r> {
     AccelerationStructure(&'r AccelerationStructure),
 }
 
-/// What a draw writes to.
+/// The images that a draw writes to.
 pub(crate) struct Target<'t> {
     pub colors: &'t [&'t Image],
-    /// Scratch, without layers.
+    /// Scratch image, without layers.
     pub depth: &'t Image,
     /// Layer of the colour images.
     pub layer: u32,
-    /// What the pixels without a surface hold, per colour image.
+    /// Value of the pixels without a surface, for each colour image.
     pub clear: &'t [[f32; 4]],
 }
 
-/// A command buffer while it is recorded. It keeps everything that it names; submitting waits for the device, so nothing is in use
+/// A command buffer while it is recorded. It keeps alive everything that it uses. Submitting waits for the device, so nothing is in use
 /// afterwards.
 pub(crate) struct Recorder {
     pub(super) device: Device,
@@ -54,36 +54,36 @@ pub(crate) struct Recorder {
     pub(super) commands: vk::CommandBuffer,
     /// Given back on drop.
     buffer: ManuallyDrop<CommandBuffer>,
-    /// All that were recorded; the first of them are timed.
+    /// All recorded passes; the first ones are timed.
     passes: Vec<&'static str>,
-    /// Of timestamps, where there are any.
+    /// Nanoseconds of a timestamp tick; `None` without timestamps.
     period_ns: Option<f32>,
-    /// A fault asked for: the last pass that runs before the device is lost.
+    /// An injected fault: the last pass that runs before the device is lost.
     ends_in: Option<usize>,
     stage: Stage,
-    /// In use, each with a descriptor set of its own.
+    /// Pipelines in use, each with its own descriptor set.
     bound: Vec<(Arc<Pipeline>, vk::DescriptorSet)>,
-    /// What was copied to the device.
+    /// The uploads copied to the device.
     pub(super) uploads: Vec<Upload>,
-    /// What its commands name.
+    /// Objects that its commands use.
     pub(super) kept: Vec<Kept>,
 }
 
-/// How far a command buffer has come.
+/// Progress of a command buffer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Stage {
     Recorded,
-    /// Submitted, and not known to be complete.
+    /// Submitted, not known to be complete.
     InFlight,
     Complete,
 }
 
 impl Recorder {
-    /// Begins a command buffer that nothing uses.
+    /// Begins an unused command buffer.
     pub(super) fn begin(home: &CommandPool, buffer: CommandBuffer) -> Result<Self> {
         let device = home.device();
         let (commands, queries) = (buffer.raw, buffer.queries);
-        // From here on all goes back on every way out.
+        // From here on, every early return gives everything back.
         let mut recorder = Recorder {
             device: device.clone(),
             home: home.clone(),
@@ -109,7 +109,7 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// All work so far comes before all work from here on.
+    /// Orders all work so far before all later work.
     pub fn barrier(&mut self) {
         let any = Access::MEMORY_READ | Access::MEMORY_WRITE;
         self.memory_barrier(
@@ -133,12 +133,12 @@ impl Recorder {
         unsafe { raw.cmd_pipeline_barrier2(self.commands, dependency) };
     }
 
-    /// Whether another pass would be timed.
+    /// Whether another pass would still be timed.
     pub fn has_room(&self) -> bool {
         self.passes.len() < MAX_TIMED_PASSES as usize
     }
 
-    /// Records a pass: after what came before it, timed under its name.
+    /// Records a pass after all previous work, and times it under its name.
     pub fn pass(
         &mut self,
         name: &'static str,
@@ -166,12 +166,12 @@ impl Recorder {
         Ok(())
     }
 
-    /// Lets the device tell the host that the last pass begins.
+    /// Makes the device report to the host that the last pass begins.
     fn note_begin(&mut self) {
         let count = self.passes.len() as u32;
         let begun = self.buffer.begun.raw;
         let raw = self.device.raw();
-        // SAFETY: the command buffer is being recorded, and the buffer lives as long as this.
+        // SAFETY: the command buffer is being recorded, and the buffer lives as long as this recorder.
         unsafe { raw.cmd_fill_buffer(self.commands, begun, 0, 4, count) };
         self.memory_barrier(
             (On::CLEAR, Access::TRANSFER_WRITE),
@@ -182,14 +182,14 @@ impl Recorder {
     fn timestamp(&mut self, query: u32) {
         let queries = self.buffer.queries;
         let (raw, stage) = (self.device.raw(), On::ALL_COMMANDS);
-        // SAFETY: the query lies in the pool and was reset at the start of this command buffer.
+        // SAFETY: the query is in the pool and was reset at the start of this command buffer.
         unsafe { raw.cmd_write_timestamp2(self.commands, stage, queries, query) };
-        // lavapipe takes the time when it next flushes, which a barrier makes it do.
+        // lavapipe takes the time at its next flush; a barrier forces one.
         self.barrier();
     }
 
-    /// Runs `groups` workgroups. `resources` are taken by the names of the shader's bindings; those that this
-    /// permutation does not have are left out.
+    /// Runs `groups` workgroups. `resources` are matched by the names of the shader's bindings; this permutation ignores those that it
+    /// does not have.
     pub fn dispatch<T: Pod>(
         &mut self,
         pipeline: &Arc<Pipeline>,
@@ -203,12 +203,12 @@ impl Recorder {
         }
         self.bind(vk::PipelineBindPoint::COMPUTE, pipeline, resources)?;
         self.push(pipeline, immediate);
-        // SAFETY: pipeline and everything it reads are bound; the limits were checked by the plan.
+        // SAFETY: pipeline and everything it reads are bound; the plan checked the limits.
         unsafe { self.device.raw().cmd_dispatch(self.commands, x, y, z) };
         Ok(())
     }
 
-    /// Builds an acceleration structure, after what a barrier puts before it.
+    /// Builds an acceleration structure. A barrier orders it after the work it depends on.
     pub(super) fn build(
         &mut self,
         functions: &acceleration_structure::Device,
@@ -220,20 +220,20 @@ impl Recorder {
             .iter()
             .map(|&count| range.primitive_count(count))
             .collect();
-        // SAFETY: the command buffer is being recorded; what the info names was made for this and lives until the submission.
+        // SAFETY: the command buffer is being recorded; everything in the info was made for this build and lives until the submission.
         unsafe {
             let infos = slice::from_ref(info);
             functions.cmd_build_acceleration_structures(self.commands, infos, &[&ranges]);
         }
     }
 
-    /// Clears the target and draws into it what `record` draws.
+    /// Clears the target and records the draws of `record` into it.
     pub fn render(
         &mut self,
         target: &Target,
         record: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
-        // The rendering before may have used the same depth image.
+        // The previous rendering may have used the same depth image.
         self.barrier();
         let size_px = target.depth.shape.size_px;
         let images = target.colors.iter().chain([&target.depth]);
@@ -287,7 +287,7 @@ impl Recorder {
         unsafe { self.device.raw().cmd_end_rendering(self.commands) };
     }
 
-    /// Binds a raster pipeline and its resources for the draws that follow.
+    /// Binds a raster pipeline and its resources for the following draws.
     pub fn bind_raster(
         &mut self,
         pipeline: &Arc<Pipeline>,
@@ -296,7 +296,7 @@ impl Recorder {
         self.bind(vk::PipelineBindPoint::GRAPHICS, pipeline, resources)
     }
 
-    /// Draws triangles of the bound index buffer, three corners each, for instances: the first of both, and how many.
+    /// Draws triangles of the bound index buffer, three corners each, for instances. Both ranges are given as first and count.
     pub fn draw<T: Pod>(
         &mut self,
         pipeline: &Pipeline,
@@ -376,7 +376,7 @@ impl Recorder {
         let writes = pipeline.bindings.iter().zip(&infos).zip(&mut structures);
         let writes: Vec<_> = writes
             .map(|((binding, (buffer_info, image_info, _)), structure)| {
-                // Vulkan reads the one that is of this type.
+                // Vulkan reads only the field that matches the descriptor type.
                 let write = vk::WriteDescriptorSet::default()
                     .dst_set(set)
                     .dst_binding(binding.binding)
@@ -400,7 +400,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Hands the work to the device and waits until it is done. What was written can then be read by the host.
+    /// Submits the work to the device and waits until it is done. The host can then read the results.
     pub fn submit(mut self) -> Result<PassTimes> {
         let start = Instant::now();
         let ticks = self.run().map_err(|error| match error {
@@ -420,13 +420,13 @@ impl Recorder {
         Ok(names.zip(ticks.chunks_exact(2).map(milliseconds)).collect())
     }
 
-    /// The last pass that has begun, as the device tells.
+    /// The last pass that has begun, as the device reported.
     fn last_begun(&self) -> Option<&'static str> {
         let begun = self.buffer.begun.mapped::<u32>(1).ok()?[0] as usize;
         self.passes.get(begun.checked_sub(1)?).copied()
     }
 
-    /// The timestamps: two of each pass that has them.
+    /// Submits and waits. Returns the timestamps, two for each timed pass.
     fn run(&mut self) -> Result<Vec<u64>> {
         self.barrier();
         self.memory_barrier(
@@ -473,8 +473,8 @@ impl Drop for Recorder {
         let buffer = unsafe { ManuallyDrop::take(&mut self.buffer) };
         if self.stage == Stage::InFlight {
             let raw = self.device.raw();
-            // The wait for the fence failed. What is kept is freed next, so the device must be done.
-            // SAFETY: nobody submits meanwhile. Where this fails too, the device is lost.
+            // The wait for the fence failed. The kept objects are freed next, so the device must be done with them.
+            // SAFETY: nobody submits meanwhile. If this fails too, the device is lost.
             let _ = self
                 .device
                 .with_queue(|_| unsafe { raw.device_wait_idle() });
@@ -482,7 +482,7 @@ impl Drop for Recorder {
             self.home.give_back(buffer);
         }
         if self.stage == Stage::Recorded {
-            // What was not copied is for the next one.
+            // The next command buffer makes the copies that were not made.
             for upload in self.uploads.drain(..) {
                 self.home.wait_for_next(upload);
             }
@@ -493,7 +493,7 @@ impl Drop for Recorder {
     }
 }
 
-/// An attachment that holds the same in every pixel before something is drawn; a depth takes the first value.
+/// An attachment whose pixels are all cleared to one value before drawing; a depth attachment uses the first component.
 pub(super) fn cleared(
     view: vk::ImageView,
     float32: [f32; 4],

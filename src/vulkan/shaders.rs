@@ -1,4 +1,4 @@
-//! The compiled shader modules and the structs that they share with the host, as `build.rs` reflected them.
+//! The compiled shader modules, and the structs that they share with the host. `build.rs` reflects both.
 
 use std::ffi::CStr;
 
@@ -10,10 +10,10 @@ use crate::{Error, Result};
 /// One compiled permutation.
 #[derive(Debug)]
 pub(crate) struct Module {
-    /// Pass and words of the permutation: `gather_tile_average_lambert_matte`.
+    /// Pass and permutation words: `gather_tile_average_lambert_matte`.
     pub name: &'static str,
     pub entry: &'static CStr,
-    /// Zero but for compute modules.
+    /// Zero except for compute modules.
     pub workgroup_size: [u32; 3],
     pub immediate_bytes: u32,
     pub bindings: &'static [Binding],
@@ -22,7 +22,7 @@ pub(crate) struct Module {
     spirv: &'static [u8],
 }
 
-/// A resource that a module names.
+/// A resource that a module binds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Binding {
     pub binding: u32,
@@ -31,7 +31,7 @@ pub(crate) struct Binding {
 }
 
 impl Module {
-    /// The module of a pass with the words of its permutation; empty words are left out.
+    /// The module of a pass with the words of its permutation; empty words are ignored.
     pub fn find(pass: &str, words: &[&str]) -> Result<&'static Module> {
         let mut name = String::from(pass);
         for word in words.iter().filter(|word| !word.is_empty()) {
@@ -58,7 +58,7 @@ impl Module {
     }
 }
 
-/// Storage images of the kernel that has the most, among those of some passes.
+/// Largest number of storage images of a kernel, among the kernels of some passes.
 pub fn most_storage_images(passes: &[&str]) -> u64 {
     let is_among = |module: &&Module| {
         let mut passes = passes.iter();
@@ -76,7 +76,7 @@ pub fn most_storage_images(passes: &[&str]) -> u64 {
 
 include!(concat!(env!("CAMLUX_SPIRV"), "/shaders.rs"));
 
-/// BLAKE3 in hexadecimal (64 digits) over the version and the compiled shaders: engines of the same hash compute the same.
+/// BLAKE3 in hexadecimal (64 digits) of the version and the compiled shaders. Engines with the same hash compute the same.
 pub fn engine_hash() -> String {
     let mut hasher = blake3::Hasher::new();
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
@@ -103,8 +103,8 @@ mod tests {
         }
     }
 
-    /// Vulkan guarantees four storage images and four storage buffers. The kernels that shade what rays hit, and those that look for cut-outs, have more, which the plan
-    /// checks: MoltenVK has eight images on some devices.
+    /// Vulkan guarantees four storage images and four storage buffers. The kernels that shade what rays hit, and those that search for
+    /// cut-outs, use more, which the plan checks: MoltenVK has eight images on some devices.
     #[test]
     fn a_kernel_takes_few_resources() {
         for module in MODULES {

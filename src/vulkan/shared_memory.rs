@@ -1,4 +1,4 @@
-//! Memory of a device that other programs and interfaces import, such as CUDA, and that the host reads in place where it is the host's own.
+//! Device memory that other programs and interfaces, such as CUDA, import. If it is the host's own memory, the host reads it in place.
 
 use std::{
     ffi::{c_int, c_void},
@@ -12,7 +12,7 @@ use super::{Device, DeviceKind, Image, no_device};
 use crate::{Error, Result};
 
 const HANDLE: vk::ExternalMemoryHandleTypeFlags = vk::ExternalMemoryHandleTypeFlags::OPAQUE_FD;
-/// Of the buffer that fills the memory.
+/// Usage of the buffer that covers the memory.
 const USAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
     vk::BufferUsageFlags::TRANSFER_SRC.as_raw()
         | vk::BufferUsageFlags::TRANSFER_DST.as_raw()
@@ -21,7 +21,7 @@ const USAGE: vk::BufferUsageFlags = vk::BufferUsageFlags::from_raw(
 /// Bytes of a pixel: four 32-bit floats.
 const PIXEL_BYTES: u64 = 16;
 
-/// Memory that images of frames are copied to, on the device, and that others import once. Clones share it.
+/// Device memory that receives copies of a frame's images and that others import once. Clones share it.
 #[derive(Clone)]
 pub struct SharedMemory {
     owned: Arc<Owned>,
@@ -35,28 +35,28 @@ struct Owned {
     info: SharedMemoryInfo,
 }
 
-// SAFETY: the address is of mapped memory, which lives as long as the object, and is handed out only.
+// SAFETY: the pointer is to mapped memory that lives as long as the object, and the object only hands it out.
 unsafe impl Send for Owned {}
 // SAFETY: as above.
 unsafe impl Sync for Owned {}
 
-/// What an importer has to know.
+/// What an importer needs to know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SharedMemoryInfo {
-    /// Of the allocation: at least as many as were asked for.
+    /// Bytes of the allocation, at least the requested number.
     pub allocation_bytes: u64,
-    /// The index of its memory type. For Vulkan: it is imported as the same.
+    /// Index of its memory type. A Vulkan importer uses the same type.
     pub memory_type_index: u32,
-    /// Whether the allocation is dedicated to its buffer. For Vulkan: it is imported likewise.
+    /// Whether the allocation is dedicated to its buffer. A Vulkan importer does the same.
     pub is_dedicated: bool,
 }
 
 impl SharedMemory {
-    /// So many bytes of a device.
+    /// Allocates this many bytes on a device.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] where the device exports no memory as file descriptors, which it does not on Windows, nor where it is a host's own;
-    /// [`Error::Memory`] where there is not enough.
+    /// [`Error::NoDevice`] if the device exports no memory as file descriptors, as on Windows and for a host's own device;
+    /// [`Error::Memory`] if there is not enough memory.
     pub fn new(device: &Device, bytes: u64) -> Result<SharedMemory> {
         let lacking = |what: &str| {
             let problem = format!("{} {what}", device.info().name);
@@ -80,7 +80,7 @@ impl SharedMemory {
         let buffer = device.call("vkCreateBuffer", |raw| unsafe {
             raw.create_buffer(&info, None)
         })?;
-        // From here on all is destroyed on every way out.
+        // From here on, every early return destroys everything.
         let mut owned = Owned {
             device: device.clone(),
             buffer,
@@ -102,11 +102,11 @@ impl SharedMemory {
         self.owned.info
     }
 
-    /// A new file descriptor of the memory, of the type `OPAQUE_FD`, which the caller closes, or hands on to whoever imports it. The memory is
-    /// there until the last of them is closed, too.
+    /// A new file descriptor of the memory, of the type `OPAQUE_FD`. The caller closes it or hands it to the importer. The memory also
+    /// lives until the last descriptor is closed.
     ///
     /// # Errors
-    /// [`Error::Vulkan`] where the process has too many open.
+    /// [`Error::Vulkan`] if the process has too many open descriptors.
     pub fn export_fd(&self) -> Result<c_int> {
         let device = &self.owned.device;
         let exporter = device.external_memory_fd();
@@ -120,7 +120,7 @@ impl SharedMemory {
         })
     }
 
-    /// The first byte where the host sees it: on devices whose memory is the host's. Valid as long as the memory is.
+    /// The first byte, if the device's memory is the host's. Valid as long as the memory.
     pub fn host_data(&self) -> Option<NonNull<u8>> {
         self.owned.host_data
     }
@@ -129,7 +129,7 @@ impl SharedMemory {
         self.owned.buffer
     }
 
-    /// Refuses an image that does not fit there, or is another device's.
+    /// Refuses an image that does not fit, or that is on another device.
     pub(super) fn check(&self, device: &Device, image: &Image, offset_bytes: u64) -> Result<()> {
         let bytes = image.shape.pixel_count() * PIXEL_BYTES;
         let allocated = self.owned.info.allocation_bytes;
@@ -165,7 +165,7 @@ impl Owned {
         };
         let types = device.memory_types();
         let allowed = (0..types.len()).filter(|&i| requirements.memory_type_bits >> i & 1 == 1);
-        // The first with most of what is wanted.
+        // The first type with most of the wanted properties.
         let chosen = allowed.min_by_key(|&i| {
             let lacking = wanted & !types[i];
             lacking.as_raw().count_ones()
@@ -211,7 +211,7 @@ impl Owned {
 
 impl Drop for Owned {
     fn drop(&mut self) {
-        // SAFETY: copies to it have ended, for they are waited for; null handles are left alone.
+        // SAFETY: every copy to it was waited for; null handles are ignored.
         unsafe {
             self.device.raw().destroy_buffer(self.buffer, None);
             self.device.raw().free_memory(self.memory, None);

@@ -1,11 +1,11 @@
-//! Lists that shaders read as images: texel i lies at (i mod 1024, i / 1024).
+//! Lists that shaders read as images: texel i is at (i mod 1024, i / 1024).
 
 use std::sync::Arc;
 
 use super::{Allocate, BufferUse, CommandPool, Image, ImageShape, Resource};
 use crate::Result;
 
-/// Texels of a row of an image that holds a list, as the shaders have it.
+/// Texels of a row of an image that holds a list. The shaders use the same number.
 const ROW_TEXELS: u64 = 1024;
 
 /// A list of texels in an image, row by row.
@@ -19,7 +19,7 @@ impl TexelList {
         TexelList::with_size(commands, what, &texels, [ROW_TEXELS as u32, rows as u32])
     }
 
-    /// In rows of the caller's choice.
+    /// The same with rows of the caller's choice.
     pub fn with_size(
         commands: &CommandPool,
         what: &str,
@@ -32,7 +32,7 @@ impl TexelList {
         Ok(TexelList(image))
     }
 
-    /// What a list of up to so many texels takes.
+    /// Declares the memory of a list of up to `texels` texels.
     pub fn declare(allocate: &impl Allocate, what: &str, texels: u64) -> Result<()> {
         let rows = texels.max(1).div_ceil(ROW_TEXELS);
         let size_px = [ROW_TEXELS, rows].map(|px| u32::try_from(px).unwrap_or(u32::MAX));

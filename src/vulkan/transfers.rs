@@ -1,4 +1,4 @@
-//! What a command buffer copies and clears, and the layouts that images take for it.
+//! Copies and clears of a command buffer, and the image layouts that they need.
 
 use ash::vk::{self, AccessFlags2 as Access, PipelineStageFlags2 as On};
 
@@ -9,7 +9,7 @@ use super::{
 use crate::Result;
 
 impl Recorder {
-    /// Copies what waits to be copied: it is ready for all that follows.
+    /// Copies the waiting uploads. All later work can use them.
     pub(super) fn copy_uploads(&mut self) {
         for upload in self.home.take_uploads() {
             match &upload.to {
@@ -23,7 +23,7 @@ impl Recorder {
         }
     }
 
-    /// Brings new images into the layout that they keep. Their contents are undefined.
+    /// Transitions new images to the layout that they keep. Their contents are undefined.
     pub fn prepare_images(&mut self, images: &[&Image]) {
         for image in images {
             self.transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
@@ -33,7 +33,7 @@ impl Recorder {
         }
     }
 
-    /// Changes an image's layout, after all work before and ahead of all work behind.
+    /// Changes an image's layout, after all previous and before all later work.
     fn transition(&mut self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
         self.kept.push(image.keep());
         let barriers = [vk::ImageMemoryBarrier2::default()
@@ -48,7 +48,7 @@ impl Recorder {
         self.pipeline_barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
     }
 
-    /// After all work before and ahead of all work behind.
+    /// Fills an image with a value, after all previous and before all later work.
     fn fill(&mut self, image: &Image, value: f32) {
         let color = vk::ClearColorValue {
             float32: [value; 4],
@@ -62,7 +62,7 @@ impl Recorder {
         self.barrier();
     }
 
-    /// Sets every pixel to zero. By rendering nothing, for CPU drivers clear for a rendering on all their threads.
+    /// Sets every pixel to zero. It renders nothing to clear, because CPU drivers clear a rendering's images on all their threads.
     pub fn clear_image(&mut self, image: &Image) {
         self.kept.push(image.keep());
         for &view in &image.handles().layer_views {
@@ -72,13 +72,13 @@ impl Recorder {
         }
     }
 
-    /// Fills an image anew with a buffer's first bytes.
+    /// Overwrites an image with a buffer's first bytes.
     #[cfg(feature = "internals")]
     pub fn copy_to_image(&mut self, from: &Buffer, to: &Image) {
         self.copy_to_new_image(from, to);
     }
 
-    /// Copies a buffer's first bytes into the whole of a new image and brings that into its layout.
+    /// Copies a buffer's first bytes into a whole new image and transitions the image to its layout.
     fn copy_to_new_image(&mut self, from: &Buffer, to: &Image) {
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         self.transition(to, vk::ImageLayout::UNDEFINED, layout);
@@ -86,7 +86,7 @@ impl Recorder {
         self.transition(to, layout, vk::ImageLayout::GENERAL);
     }
 
-    /// Copies a buffer's first bytes into a layer of an image, whose layers are filled one after the other, this way alone.
+    /// Copies a buffer's first bytes into a layer of an image. The layers must be filled in order, and only by this function.
     pub fn copy_to_layer(&mut self, from: &Buffer, to: &Image, layer: u32) {
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         if layer == 0 {
@@ -101,12 +101,12 @@ impl Recorder {
         }
     }
 
-    /// Copies a buffer's first bytes into a region of an image that is ready for it.
+    /// Copies a buffer's first bytes into a region of an image that is in the transfer layout.
     fn copy_region(&mut self, from: &Buffer, to: &Image, region: vk::BufferImageCopy) {
         self.kept.extend([from.keep(), to.keep()]);
         let (raw, layout) = (self.device.raw(), vk::ImageLayout::TRANSFER_DST_OPTIMAL);
         let (from, to) = (from.raw, to.handles().raw);
-        // SAFETY: the buffer holds as many pixels as the region, and both are kept.
+        // SAFETY: the buffer holds the region's number of pixels, and both are kept.
         unsafe { raw.cmd_copy_buffer_to_image(self.commands, from, to, layout, &[region]) };
     }
 
@@ -122,13 +122,13 @@ impl Recorder {
         self.transition(from, layout, vk::ImageLayout::GENERAL);
     }
 
-    /// Copies the whole of an image to memory that others import, where it was found to fit, and hands it over to them.
+    /// Copies a whole image to shared memory that is large enough, and releases the memory to its importers.
     fn copy_to_shared(&mut self, from: &Image, to: &SharedMemory, offset_bytes: u64) {
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
         self.transition(from, vk::ImageLayout::GENERAL, layout);
         let (raw, image) = (self.device.raw(), from.handles().raw);
         let regions = [image_copy(from).buffer_offset(offset_bytes)];
-        // SAFETY: the pixels fit there, the image is kept, and the memory is, by who waits for the submission.
+        // SAFETY: the pixels fit, and the image is kept; the caller keeps the memory and waits for the submission.
         unsafe {
             raw.cmd_copy_image_to_buffer(self.commands, image, layout, to.buffer(), &regions);
         };
@@ -144,7 +144,7 @@ impl Recorder {
         self.pipeline_barrier(&dependency);
     }
 
-    /// Copies all of an image to one of its shape.
+    /// Copies a whole image to one of the same shape.
     pub fn copy_image(&mut self, from: &Image, to: &Image) {
         let layout = vk::ImageLayout::GENERAL;
         let from_layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
@@ -177,15 +177,15 @@ impl Recorder {
         self.kept.extend([from.keep(), to.keep()]);
         let regions = [vk::BufferCopy::default().size(bytes)];
         let raw = self.device.raw();
-        // SAFETY: both ranges lie in their buffers, which are kept.
+        // SAFETY: both ranges are in their buffers, which are kept.
         unsafe { raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &regions) };
     }
 }
 
-/// Copies the whole of an image to memory that others import, and waits for it.
+/// Copies a whole image to shared memory, and waits for the copy.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) where it does not fit there.
+/// [`Error::Input`](crate::Error::Input) if it does not fit.
 pub(crate) fn copy_to_shared(
     device: &Device,
     from: &Image,

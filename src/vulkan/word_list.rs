@@ -1,15 +1,15 @@
-//! A list of words that shaders read as an image, however long it is: word i lies at column i mod 4096 and row i / 4096 of layers of 4096 rows.
+//! A list of words, of any length, that shaders read as an image: word i is at column i mod 4096 and row i / 4096 of layers of 4096 rows.
 
 use super::{Allocate, Buffer, BufferUse, CommandPool, Image, ImageShape, PixelKind, Resource};
 use crate::Result;
 
-/// Columns of the image and most rows of a layer, which every device has.
+/// Columns of the image, and most rows of a layer. Every device supports this size.
 const EDGE: u64 = 4096;
 
 pub(crate) struct WordList(Image);
 
 impl WordList {
-    /// The list of so many words, copied to the device layer by layer.
+    /// Copies a list of `count` words to the device, layer by layer.
     pub fn new(
         commands: &CommandPool,
         what: &str,
@@ -31,7 +31,7 @@ impl WordList {
         Ok(WordList(image))
     }
 
-    /// What a list of so many words takes.
+    /// Declares the memory of a list of `words` words.
     pub fn declare(allocate: &impl Allocate, what: &str, words: u64) -> Result<()> {
         let shape = shape_of(words);
         allocate.image(what, shape)?;

@@ -186,7 +186,7 @@ fn a_layer_that_the_frame_will_not_have_is_refused_before_the_render() {
     let output = render(folder.path(), "glossy", &["--layers", "energy"]);
     assert_fails(folder.path(), &output, &["energy", "[sensor]"]);
     let output = render(folder.path(), "cornell_spot", &["--layers", "stderr"]);
-    assert_fails(folder.path(), &output, &["stderr", "--stderr-layer"]);
+    assert_fails(folder.path(), &output, &["stderr", "stderr_layer = true"]);
 }
 
 #[test]

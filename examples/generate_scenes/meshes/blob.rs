@@ -1,4 +1,4 @@
-//! An animal of rounded limbs that flow into each other, with a rough coat, in a room.
+//! An animal with a rough coat in a room. Its rounded limbs blend into each other.
 
 use glam::{DAffine3, DVec3};
 
@@ -8,10 +8,10 @@ use super::noise::octaves;
 use super::room::open_room;
 use super::{Part, part};
 
-/// Of the lattice on which the surface is found: about 70 000 triangles.
+/// Cells of the lattice on which the surface is found: about 70 000 triangles.
 const CELL_M: f64 = 0.0088;
 
-/// A ball that rolls from one point to another while its radius changes.
+/// The volume of a ball that rolls from one point to another while its radius changes.
 struct Limb {
     from_m: DVec3,
     to_m: DVec3,
@@ -59,14 +59,14 @@ pub fn parts() -> Vec<Part> {
     parts
 }
 
-/// About the distance from the animal's surface, negative inside.
+/// Approximate distance from the animal's surface, negative inside.
 fn height_m(place_m: DVec3) -> f64 {
     const BLEND_M: f64 = 0.05;
     const COAT_M: f64 = 0.006;
     let distances_m = LIMBS.iter().map(|limb| limb.distance_m(place_m));
     let smooth_m = distances_m.fold(f64::MAX, |a, b| smooth_minimum(a, b, BLEND_M));
     if smooth_m.abs() > 5.0 * COAT_M {
-        // Far from the surface: only the sign counts.
+        // Far from the surface only the sign matters.
         return smooth_m;
     }
     smooth_m + COAT_M * octaves(place_m * 22.0, 3)
@@ -82,7 +82,7 @@ impl Limb {
     }
 }
 
-/// The lesser of two distances, rounded where they are within `blend` of each other (Quilez).
+/// The smaller of two distances, rounded where they are within `blend` of each other (Quilez).
 fn smooth_minimum(a: f64, b: f64, blend: f64) -> f64 {
     let overlap = (blend - (a - b).abs()).max(0.0);
     a.min(b) - overlap * overlap / (4.0 * blend)

@@ -1,4 +1,4 @@
-//! A room full of small things, some of them glossy.
+//! A room full of small objects, some of them glossy.
 
 use std::f64::consts::TAU;
 
@@ -25,7 +25,7 @@ pub fn parts() -> Vec<Part> {
         let turn = DQuat::from_rotation_y(TAU * random.f64());
         let place = DAffine3::from_rotation_translation(turn, place_m);
         let thing = thing(&mut random).transformed(place);
-        // Flat and smooth triangles cannot be in one mesh.
+        // One mesh cannot hold flat and smooth triangles.
         if thing.normals.is_empty() {
             parts.push(part(parts[index].material, thing));
         } else {
@@ -36,7 +36,7 @@ pub fn parts() -> Vec<Part> {
     parts
 }
 
-/// Where things stand: about a lattice, on the floor and on the shelves.
+/// Positions of the objects: near the points of a lattice, on the floor and on the shelves.
 fn places_m(random: &mut Rng) -> Vec<DVec3> {
     const APART_M: f64 = 0.3;
     let mut jitter_m = || 0.05 * (2.0 * random.f64() - 1.0);
@@ -69,7 +69,7 @@ fn shelves() -> Mesh {
     Mesh::joined(boards.into_iter().chain(sides))
 }
 
-/// Something no wider than 24 cm that stands on y = 0.
+/// An object at most 24 cm wide that stands on y = 0.
 fn thing(random: &mut Rng) -> Mesh {
     let size_m = 0.07 + 0.05 * random.f64();
     match random.u32(..5) {
@@ -78,7 +78,7 @@ fn thing(random: &mut Rng) -> Mesh {
             ball.moved(0.0, size_m, 0.0)
         }
         1 => torus(0.7 * size_m, 0.3 * size_m, [36, 18]).moved(0.0, 0.3 * size_m, 0.0),
-        // A ring that stands.
+        // A ring that stands upright.
         2 => torus(0.75 * size_m, 0.2 * size_m, [44, 14])
             .transformed(DAffine3::from_rotation_x(TAU / 4.0))
             .moved(0.0, 0.95 * size_m, 0.0),

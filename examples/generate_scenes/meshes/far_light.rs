@@ -1,4 +1,4 @@
-//! A furnished room that is lit from afar, through its window.
+//! A furnished room that a distant lamp lights through the window.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use super::room::room_with_walls;
 use super::shapes::{block, cuboid, grid, lathe, rectangle, torus};
 use super::{Part, part};
 
-/// The window is in the left wall, along x = -WIDTH_M / 2.
+/// The window is in the left wall, in the plane x = -WIDTH_M / 2.
 const WIDTH_M: f64 = 4.0;
 const HEIGHT_M: f64 = 2.5;
 const DEPTH_M: f64 = 4.0;
@@ -88,7 +88,7 @@ fn bars() -> Mesh {
     bars
 }
 
-/// A turned leg: rings and bellies, thinner towards the floor.
+/// A turned leg with rings and bulges, thinner towards the floor.
 fn leg(height_m: f64) -> Mesh {
     let profile: Vec<[f64; 2]> = (0..=48)
         .map(|step| {
@@ -124,7 +124,7 @@ fn stool() -> Mesh {
     stool
 }
 
-/// Open, thin, smooth.
+/// An open, thin, smooth shape.
 fn bowl() -> Mesh {
     let profile: Vec<[f64; 2]> = (0..=20)
         .map(|step| {
@@ -165,7 +165,7 @@ fn sofa() -> Mesh {
     sofa
 }
 
-/// A superellipsoid of half axes 1: between a ball and a box.
+/// A superellipsoid with half axes of 1: between a ball and a box.
 fn pillow() -> Mesh {
     const EXPONENT: f64 = 0.35;
     let power = |value: f64| value.signum() * value.abs().powf(EXPONENT);

@@ -1,5 +1,5 @@
-//! Part of a gearbox, seen from near: two gears that mesh, with spokes of holes, chamfers and bolts, before a plate. Flat facets.
-//! All lengths in millimetres; gears lie in the x-y plane and turn about z.
+//! Part of a gearbox at close range: two meshing gears with spokes between holes, chamfers and bolts, in front of a plate. Flat facets. All
+//! lengths are millimetres; gears are parallel to the x-y plane and turn about z.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ struct Gear {
     teeth: usize,
     bore_mm: f64,
     hub_mm: f64,
-    /// Inner radius of the rim, up to which the web goes.
+    /// Inner radius of the rim, where the web ends.
     rim_mm: f64,
     hole_mm: f64,
     holes: usize,
@@ -90,7 +90,7 @@ impl Gear {
         MODULE_MM * self.teeth as f64 / 2.0
     }
 
-    /// Radius of the outline: flanks that rise and fall between the root and the tip of each tooth.
+    /// Radius of the outline: the flanks rise and fall between the root and the tip of each tooth.
     fn outline_mm(&self, turn: f64) -> f64 {
         let phase = (turn * self.teeth as f64).fract();
         let rise =
@@ -117,7 +117,7 @@ impl Gear {
             .collect()
     }
 
-    /// From the middle of the bore to the web.
+    /// From the mid-plane of the bore to the web.
     fn hub(&self) -> Mesh {
         let profile = [
             [self.bore_mm, 0.0],
@@ -131,7 +131,7 @@ impl Gear {
         loft(&profile.map(|[radius_mm, z_mm]| self.ring(z_mm, |_| radius_mm)))
     }
 
-    /// From the web to the middle of the teeth.
+    /// From the web to the mid-plane of the teeth.
     fn rim(&self) -> Mesh {
         let circle = |radius_mm: f64, z_mm| self.ring(z_mm, move |_| radius_mm);
         let teeth =
@@ -149,11 +149,11 @@ impl Gear {
         ])
     }
 
-    /// The part of the web around a hole on the x axis, and the hole's front half: each point of the web's edge is joined to the
-    /// one of the hole in the same direction.
+    /// The part of the web around a hole on the x axis, and the front half of the hole. Each point of the web's edge is joined to the point
+    /// of the hole in the same direction.
     fn web(&self) -> Mesh {
         const STEPS: usize = 12;
-        // A little under hub and rim, where the points of their circles lie elsewhere.
+        // Reaches a little below hub and rim, because the points of their circles are at other angles.
         let inner_mm = self.hub_mm + 0.5;
         let outer_mm = self.rim_mm - 0.5;
         let half_angle = 0.5 * TAU / self.holes as f64;
@@ -194,7 +194,7 @@ fn bolt(radius_mm: f64) -> Mesh {
         [1.8 * r, 0.3 * r],
         [0.0, 0.3 * r],
     ];
-    // Corners that a cone has cut off above.
+    // A cone has cut off the upper corners.
     let nut = [
         [1.65 * r, 0.3 * r],
         [1.65 * r, 1.2 * r],

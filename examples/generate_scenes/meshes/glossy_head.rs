@@ -14,12 +14,12 @@ const LEVELS: u32 = 6;
 
 const HEAD_RADIUS_M: f64 = 0.2;
 
-/// Something that stands out of the head, or into it, around a direction.
+/// A bump or a dent of the head around a direction.
 struct Feature {
     direction: DVec3,
-    /// Over `HEAD_RADIUS_M`.
+    /// Height relative to `HEAD_RADIUS_M`.
     height: f64,
-    /// Distance from the direction at which it has fallen to 1/e, on the unit sphere.
+    /// Distance from the direction, on the unit sphere, at which the height has fallen to 1/e.
     width: f64,
 }
 
@@ -31,7 +31,7 @@ const fn feature(direction: [f64; 3], height: f64, width: f64) -> Feature {
     }
 }
 
-/// The face looks along +z. Those that lie on both sides are mirrored.
+/// The face looks along +z. Features that are on both sides are mirrored.
 const FEATURES: [Feature; 9] = [
     feature([0.0, -0.10, 1.0], 0.32, 0.13),  // nose
     feature([0.0, 0.10, 1.0], 0.16, 0.10),   // its bridge
@@ -60,7 +60,7 @@ pub fn parts() -> Vec<Part> {
     parts
 }
 
-/// The head's surface in a direction from its middle.
+/// The point of the head's surface in a direction from its centre.
 fn head_m(direction: DVec3) -> DVec3 {
     let mirrored = DVec3::new(direction.x.abs(), direction.y, direction.z);
     let features = FEATURES.iter().map(|feature| {

@@ -1,4 +1,4 @@
-//! Grass on uneven soil before a garden wall.
+//! Grass on uneven soil in front of a garden wall.
 
 use std::f64::consts::TAU;
 
@@ -14,9 +14,9 @@ use super::{Part, part};
 const WIDTH_M: f64 = 1.8;
 const DEPTH_M: f64 = 1.3;
 const BLADES: usize = 9_000;
-/// One blade in so many has dried.
+/// One blade in this many has dried.
 const DRY: usize = 6;
-/// Quads along a blade; the last is a triangle.
+/// Quads along a blade; the last one is a triangle.
 const SEGMENTS: usize = 4;
 
 pub fn parts() -> Vec<Part> {
@@ -53,7 +53,7 @@ fn soil_m(x_m: f64, z_m: f64) -> f64 {
     0.04 * octaves(DVec3::new(x_m, 0.0, z_m) * 4.0, 4)
 }
 
-/// A strip that bends over by its own weight and narrows towards its tip.
+/// A strip that bends under its own weight and narrows towards its tip.
 fn blade(root_m: DVec3, random: &mut Rng) -> Mesh {
     let length_m = 0.07 + 0.11 * random.f64();
     let width_m = 0.004 + 0.004 * random.f64();
@@ -62,7 +62,7 @@ fn blade(root_m: DVec3, random: &mut Rng) -> Mesh {
     let forward = DVec3::new(towards.x, 0.0, towards.y);
     let aside = DVec3::new(-towards.y, 0.0, towards.x);
 
-    // From a little below the soil, for that is uneven.
+    // Starts slightly below the soil, because the soil is uneven.
     let mut middle_m = root_m - 0.005 * DVec3::Y;
     let mut middles_m = vec![middle_m];
     for segment in 0..SEGMENTS {

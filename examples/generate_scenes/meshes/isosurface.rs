@@ -6,8 +6,8 @@ use glam::{DVec3, USizeVec3};
 
 use super::mesh::Mesh;
 
-/// Naive surface nets: a vertex in each cubic cell that the surface crosses, a quad around each edge of the lattice that
-/// it cuts. `height_m` is negative inside, about a distance, and positive on the box's faces. Smooth.
+/// Naive surface nets: one vertex in each cubic cell that the surface crosses, and one quad around each lattice edge that the surface
+/// crosses. `height_m` is negative inside, approximately a distance, and positive on the faces of the box. Smooth.
 pub fn isosurface(
     [min_m, max_m]: [DVec3; 2],
     cell_m: f64,
@@ -52,7 +52,7 @@ pub fn isosurface(
     mesh
 }
 
-/// For each node of the lattice, x fastest, whether it lies inside.
+/// For each lattice node, x fastest, whether it is inside.
 fn inside_nodes(counts: USizeVec3, cell_m: f64, height_m: impl Fn(USizeVec3) -> f64) -> Vec<bool> {
     let mut is_inside = Vec::with_capacity(counts.x * counts.y * counts.z);
     for z in 0..counts.z {
@@ -60,7 +60,7 @@ fn inside_nodes(counts: USizeVec3, cell_m: f64, height_m: impl Fn(USizeVec3) -> 
             let mut x = 0;
             while x < counts.x {
                 let height_m = height_m(USizeVec3::new(x, y, z));
-                // The surface is not nearer than half of that, for it is only about a distance.
+                // The surface is at least half that distance away, because the function is only approximately a distance.
                 let alike = (0.5 * height_m.abs() / cell_m) as usize + 1;
                 let alike = alike.min(counts.x - x);
                 is_inside.extend(std::iter::repeat_n(height_m < 0.0, alike));
@@ -71,7 +71,7 @@ fn inside_nodes(counts: USizeVec3, cell_m: f64, height_m: impl Fn(USizeVec3) -> 
     is_inside
 }
 
-/// The point of the surface near the centre of a cell, at most half a cell off along each axis, and the normal there.
+/// The surface point near the centre of a cell, at most half a cell away along each axis, and its normal.
 fn on_surface(centre_m: DVec3, cell_m: f64, height_m: &impl Fn(DVec3) -> f64) -> (DVec3, DVec3) {
     let gradient = |p: DVec3| {
         let step_m = 0.1 * cell_m;
@@ -82,7 +82,7 @@ fn on_surface(centre_m: DVec3, cell_m: f64, height_m: &impl Fn(DVec3) -> f64) ->
     for _ in 0..2 {
         let slope = gradient(position_m);
         position_m -= height_m(position_m) * slope / slope.length_squared();
-        // Inside its cell, so that no triangle turns over.
+        // Stays inside its cell, so that no triangle is flipped.
         let half_m = DVec3::splat(0.5 * cell_m);
         position_m = position_m.clamp(centre_m - half_m, centre_m + half_m);
     }

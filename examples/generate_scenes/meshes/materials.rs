@@ -1,6 +1,6 @@
-//! What the meshes are made of. No surface reflects more than 0.8 of the light in any band.
+//! The materials of the meshes. No surface reflects more than 0.8 of the light in any band.
 
-/// Modified Phong; without `ks` matt.
+/// Modified Phong; matt without `ks`.
 #[derive(Clone, Copy, PartialEq)]
 pub struct Material {
     pub name: &'static str,

@@ -1,4 +1,4 @@
-//! A triangle mesh while it is made.
+//! A triangle mesh under construction.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 /// Triangles of one material.
 #[derive(Clone, Default)]
 pub struct Mesh {
-    /// Metres, where the scene file does not scale the mesh.
+    /// Metres, unless the scene file scales the mesh.
     pub positions: Vec<DVec3>,
     /// One unit vector per position; empty: flat shading.
     pub normals: Vec<DVec3>,
@@ -15,7 +15,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Both must have normals, or neither.
+    /// Both meshes must have normals, or neither.
     pub fn append(&mut self, other: Mesh) {
         let first = self.positions.len() as u32;
         self.positions.extend(other.positions);
@@ -52,7 +52,7 @@ impl Mesh {
         self.transformed(DAffine3::from_translation(DVec3::new(x, y, z)))
     }
 
-    /// Shading normals: those of the triangles around each vertex, weighted by their areas. Drops vertices that no triangle has.
+    /// Adds shading normals: at each vertex, the mean of the adjacent triangles' normals, weighted by area. Drops unused vertices.
     pub fn smooth(mut self) -> Mesh {
         self.drop_lone_vertices();
         self.normals = vec![DVec3::ZERO; self.positions.len()];

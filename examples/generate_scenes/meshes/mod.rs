@@ -1,4 +1,4 @@
-//! Scenes of generated meshes, unlike each other: for measuring speed against the error of indirect light.
+//! Varied scenes of generated meshes, for measuring speed against the error of indirect light.
 
 mod blob;
 mod clutter;
@@ -25,14 +25,14 @@ use super::knot;
 use materials::Material;
 use mesh::Mesh;
 
-/// A scene file, and what it names as NAME.obj.
+/// A scene file, and the mesh that it names as NAME.obj.
 pub struct MeshScene {
     pub name: &'static str,
     toml: &'static str,
     parts: fn() -> Vec<Part>,
 }
 
-/// A mesh and what it is made of.
+/// A mesh and its material.
 struct Part {
     material: Material,
     mesh: Mesh,
@@ -64,7 +64,7 @@ pub const SCENES: [MeshScene; 9] = [
     scene!(two_lights),
 ];
 
-/// For scenes whose lights have a position: paths of parallel light have no length.
+/// For scenes whose lights have a position: parallel light has no path length.
 const TIME_OF_FLIGHT: &str = "
 [sensor]
 pixel_pitch_um = [10.0, 10.0]
@@ -80,7 +80,8 @@ band = \"R\"
 ";
 
 impl MeshScene {
-    /// Writes NAME.toml, NAME.obj and NAME.mtl, and NAME_tof.toml: the scene as a time-of-flight camera sees it, where its light can be modulated.
+    /// Writes NAME.toml, NAME.obj and NAME.mtl. If the scene's light can be modulated, also writes NAME_tof.toml: the scene for a
+    /// time-of-flight camera.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
         let parts = (self.parts)();
         let write = |end: &str, text: &str| {
@@ -109,7 +110,7 @@ pub fn write_knot(triangle_count: usize, folder: &Path) -> io::Result<()> {
     fs::write(folder.join("knot_room.mtl"), room_mtl)
 }
 
-/// So many small instances of that knot, turned each its own way, in the same room: knots_N.toml.
+/// Many small instances of that knot, each rotated differently, in the same room: knots_N.toml.
 pub fn write_knots(count: usize, triangle_count: usize, folder: &Path) -> io::Result<()> {
     write_knot(triangle_count, folder)?;
     let name = format!("knot_{triangle_count}");
@@ -146,7 +147,7 @@ fn obj(name: &str, parts: &[Part]) -> String {
     for Part { material, mesh } in parts {
         writeln!(text, "usemtl {}", material.name).expect(NEVER_FAILS);
         for position in &mesh.positions {
-            // Rounded, so that the last bit of the platform's sine, which differs between machines, does not reach the file.
+            // Rounded, because the last bit of the platform's sine differs between machines and must not reach the file.
             let [x, y, z] = position.to_array();
             writeln!(text, "v {x:.6} {y:.6} {z:.6}").expect(NEVER_FAILS);
         }

@@ -1,12 +1,12 @@
-//! Random numbers that depend on the place only.
+//! Random numbers that depend only on the position.
 
 use glam::DVec3;
 
-/// Smooth noise from -1 to 1 with features about 1 wide: values at whole coordinates, blended between them.
+/// Smooth noise from -1 to 1 with features about 1 wide: values at integer coordinates, blended in between.
 pub fn noise(place: DVec3) -> f64 {
     let corner = place.floor();
     let within = place - corner;
-    // Slope and curvature are zero at the corners, so that no lattice is seen.
+    // Slope and curvature are zero at the corners, so that the lattice is not visible.
     let blend = within * within * within * (within * (within * 6.0 - 15.0) + 10.0);
     let mut sum = 0.0;
     for (x, weight_x) in [(0.0, 1.0 - blend.x), (1.0, blend.x)] {
@@ -19,18 +19,18 @@ pub fn noise(place: DVec3) -> f64 {
     sum
 }
 
-/// A sum of such noise, each octave half as wide and half as strong as the one before.
+/// A sum of this noise; each octave is half as wide and half as strong as the one before.
 pub fn octaves(place: DVec3, count: u32) -> f64 {
     (0..count)
         .map(|octave| {
             let frequency = f64::from(1 << octave);
-            // Shifted, so that the lattices of the octaves do not meet in the origin.
+            // Shifted, so that the lattices of the octaves do not coincide at the origin.
             noise(place * frequency + 17.3 * f64::from(octave)) / frequency
         })
         .sum()
 }
 
-/// From -1 to 1, without pattern, for whole coordinates. Hash: Mueller's integer mixer.
+/// From -1 to 1 without a pattern, for integer coordinates. Hash: Mueller's integer mixer.
 fn at(corner: DVec3) -> f64 {
     let [x, y, z] = corner.to_array().map(|c| c as i32 as u32);
     let mut hash = x

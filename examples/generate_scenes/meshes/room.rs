@@ -1,4 +1,4 @@
-//! The room in which most of the scenes stand.
+//! The room of most scenes.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::mesh::Mesh;
 use super::shapes::rectangle;
 use super::{Part, part};
 
-/// Floor at y = 0, walls and ceiling, centred on the y axis and open towards +z: white but for the walls to the left and right.
+/// Floor at y = 0, walls and ceiling, centred on the y axis and open towards +z. All are white except the left and right walls.
 pub fn open_room([width_m, height_m, depth_m]: [f64; 3]) -> Vec<Part> {
     room_with_walls([width_m, height_m, depth_m], TERRACOTTA, TEAL)
 }

@@ -1,4 +1,4 @@
-//! A draped figure as a scanner leaves it: uneven triangles, noise, holes, and bits that belong to nothing.
+//! A draped figure as a raw 3D scan: uneven triangles, noise, holes, and loose fragments.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ const COLUMNS: usize = 190;
 const ROWS: usize = 250;
 const HEIGHT_M: f64 = 0.9;
 const PLINTH_M: f64 = 0.25;
-/// Of the measured points, along the line of sight.
+/// Noise of the measured points along the line of sight.
 const NOISE_M: f64 = 0.0008;
 const BITS: usize = 60;
 
@@ -41,7 +41,7 @@ pub fn parts() -> Vec<Part> {
     parts
 }
 
-/// A point of the figure about where its row and column would have it, for a scanner's points lie on no lattice.
+/// A point of the figure near its row and column: the points of a scanner are not on a lattice.
 fn scanned_m(column: usize, row: usize, random: &mut Rng) -> DVec3 {
     let mut jitter = || 0.7 * (random.f64() - 0.5);
     let mut turn = (column as f64 + jitter()) / COLUMNS as f64;
@@ -50,7 +50,7 @@ fn scanned_m(column: usize, row: usize, random: &mut Rng) -> DVec3 {
         share += jitter();
     }
     share /= ROWS as f64;
-    // Denser in some places than in others.
+    // The density varies.
     share += 0.02 * (TAU * 3.0 * share).sin();
     turn += 0.02 * (TAU * 2.0 * turn).sin();
     let measured_m = radius_m(turn, share) + NOISE_M * (jitter() + jitter() + jitter());
@@ -73,14 +73,14 @@ fn radius_m(turn: f64, share: f64) -> f64 {
     let folds = 0.018 * (1.0 - share).powi(2) * (TAU * (9.0 * turn + 0.8 * share)).sin();
     let around = DVec2::from_angle(TAU * turn);
     let rough = 0.004 * octaves(DVec3::new(3.0 * around.x, 9.0 * share, 3.0 * around.y), 4);
-    // Closed at the top, open below.
+    // Closed at the top, open at the bottom.
     if share > 0.999 {
         return 0.0;
     }
     (body + folds).max(head).max(0.004) + rough.min(0.004) * (1.0 - share).min(0.1) * 10.0
 }
 
-/// One triangle in eight is cut in three at a point of its own, which leaves slivers.
+/// Cuts one triangle in eight in three at a point inside, which leaves slivers.
 fn cut_unevenly(mesh: &mut Mesh, random: &mut Rng) {
     for index in 0..mesh.triangles.len() {
         if random.u32(..8) > 0 {
@@ -97,7 +97,7 @@ fn cut_unevenly(mesh: &mut Mesh, random: &mut Rng) {
     }
 }
 
-/// Where the scanner saw nothing: patches, and single triangles.
+/// What the scanner missed: patches and single triangles.
 fn punch_holes(mesh: &mut Mesh) {
     let mut random = Rng::with_seed(10);
     let Mesh {
@@ -112,7 +112,7 @@ fn punch_holes(mesh: &mut Mesh) {
     });
 }
 
-/// A small crumpled ball somewhere about the figure.
+/// A small crumpled ball near the figure.
 fn bit(random: &mut Rng) -> Mesh {
     let size_m = 0.003 + 0.006 * random.f64();
     let around = (0.2 + 0.15 * random.f64()) * DVec2::from_angle(TAU * random.f64());

@@ -1,4 +1,4 @@
-//! Shapes that several scenes are put together from. All face outwards.
+//! Shapes that several scenes use. All face outwards.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 
 use super::mesh::Mesh;
 
-/// Columns and rows of quads through given points; each direction may close upon itself. Quads that have shrunk to a
-/// triangle, as at the pole of a sphere, are one.
+/// Columns and rows of quads through given points; each direction may be closed. A quad that has shrunk to a triangle, as at the pole of a
+/// sphere, becomes one triangle.
 pub fn grid(
     [columns, rows]: [usize; 2],
     [closes_columns, closes_rows]: [bool; 2],
@@ -45,13 +45,13 @@ pub fn grid(
     mesh
 }
 
-/// A surface through closed loops of equally many points.
+/// A surface through closed loops with the same number of points.
 pub fn loft(loops: &[Vec<DVec3>]) -> Mesh {
     let size = [loops[0].len(), loops.len() - 1];
     grid(size, [true, false], |column, row| loops[row][column])
 }
 
-/// A profile of (radius, height), from below to above on the outside, turned around the y axis.
+/// A profile of (radius, height) revolved around the y axis. It runs from bottom to top on the outside.
 pub fn lathe(profile: &[[f64; 2]], sides: usize) -> Mesh {
     grid(
         [sides, profile.len() - 1],
@@ -76,7 +76,7 @@ pub fn torus(major_radius: f64, minor_radius: f64, [columns, rows]: [usize; 2]) 
     torus.smooth()
 }
 
-/// The unit sphere, 20·4^levels triangles of nearly one size: an icosahedron whose triangles are cut in four again and again.
+/// The unit sphere with 20·4^levels triangles of nearly equal size: an icosahedron whose triangles are repeatedly cut in four.
 pub fn sphere(levels: u32) -> Mesh {
     let long = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut positions = Vec::new();
@@ -116,7 +116,7 @@ pub fn sphere(levels: u32) -> Mesh {
     }
 }
 
-/// Each triangle of a sphere cut in four through the middles of its edges.
+/// Cuts each triangle of a sphere in four through the middles of its edges.
 fn in_four(positions: &mut Vec<DVec3>, triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut middles = HashMap::new();
     let mut middle = |a: u32, b: u32| {

@@ -34,7 +34,7 @@ pub fn parts() -> Vec<Part> {
     parts
 }
 
-/// Between hall and side room, with a doorway.
+/// The wall between hall and side room, with a doorway.
 fn partition() -> Mesh {
     let x_m = [1.25, 1.35];
     let piece = |y_m: [f64; 2], z_m: [f64; 2]| {
@@ -50,7 +50,7 @@ fn partition() -> Mesh {
     ])
 }
 
-/// The fluted part of a column, slightly narrower above. Flat facets.
+/// The fluted part of a column, slightly narrower at the top. Flat facets.
 fn shaft() -> Mesh {
     const FLUTES: usize = 20;
     const POINTS_PER_FLUTE: usize = 8;
@@ -95,7 +95,7 @@ fn base_and_capital() -> Mesh {
     ])
 }
 
-/// A moulding under the ceiling along the left and the back wall, mitred in the corner.
+/// A moulding below the ceiling along the left and the back wall, mitred in the corner.
 fn cornice() -> Mesh {
     const STEPS: usize = 24;
     const SIZE_M: f64 = 0.25;
@@ -115,7 +115,7 @@ fn cornice() -> Mesh {
     })
 }
 
-/// In the side room: a foot and a ball.
+/// In the side room: a pedestal and a ball.
 fn urn() -> Mesh {
     let profile = [
         [0.2, 0.0],

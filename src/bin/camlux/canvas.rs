@@ -19,7 +19,7 @@ pub const PLAIN: MonoTextStyle<Rgb888> = MonoTextStyle::new(&FONT_7X13, INK);
 pub struct Canvas(pub RgbImage);
 
 impl Canvas {
-    /// White paper.
+    /// A canvas of white paper.
     pub fn new(width: u32, height: u32) -> Canvas {
         Canvas(RgbImage::from_pixel(width, height, Rgb([255; 3])))
     }
@@ -28,13 +28,13 @@ impl Canvas {
         replace(&mut self.0, picture, left.into(), top.into());
     }
 
-    /// Text about a column.
+    /// Text centred on a column.
     pub fn write(&mut self, text: &str, middle: i32, baseline: i32, style: MonoTextStyle<Rgb888>) {
         let at = Point::new(middle, baseline);
         let Ok(_) = Text::with_alignment(text, at, style, Alignment::Center).draw(self);
     }
 
-    /// A tick below a bar of colours, and its label.
+    /// A tick below a colour bar, and its label.
     pub fn tick(&mut self, x: u32, top: u32, label: &str) {
         self.show(&RgbImage::from_pixel(1, 4, Rgb([34; 3])), x, top);
         self.write(label, x as i32, top as i32 + 14, PLAIN);

@@ -1,4 +1,4 @@
-//! `camlux doctor`: hard cases on the user's own device.
+//! `camlux doctor`: runs hard cases on the user's own device.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ impl Args {
         let groups = GROUPS.iter();
         let mut groups = groups.filter(|(_, cases)| cases.iter().any(|c| c.name == case.name));
         let group = groups.next().map_or("", |(group, _)| group);
-        // As the pages write them, too.
+        // The same format as in the documentation.
         let plain = |name: &str| name.to_lowercase().replace([' ', '_'], "");
         let names = [plain(case.name), plain(group)];
         let has = |word: &String| names.iter().any(|name| name.contains(&plain(word)));
@@ -55,7 +55,7 @@ impl Args {
     }
 }
 
-/// Exit code 0 if every case is met but those that are known not to be, else 1.
+/// Exit code 0 if every case meets its bound, except the cases that are known to fail; else 1.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let settings = args.torture.settings();
     let mut cases = GROUPS.iter().flat_map(|(_, cases)| *cases);
@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             match (&result, &args.pictures) {
                 (Ok(_), Some(folder)) => write_picture(folder, case, &examiner, &device)?,
                 (Ok(_), None) => {}
-                // What a panic leaves behind is not to be relied on.
+                // State that a panic leaves behind cannot be relied on.
                 (Err(_), _) => examiner = Examiner::new(&device)?,
             }
             let verdict = verdict(case, &result);
@@ -111,10 +111,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::FAILURE)
 }
 
-/// Pixels of a picture's longer edge; its panels stand side by side.
+/// Pixels of a picture's longer edge; its panels are side by side.
 const PICTURE_PX: f64 = 192.0;
 
-/// The last scene that the case has rendered, larger.
+/// The last scene that the case rendered, at a larger size.
 fn write_picture(
     folder: &Path,
     case: &Case,
@@ -135,7 +135,7 @@ fn write_picture(
     Ok(())
 }
 
-/// What was measured, or why nothing was.
+/// The measurement, or why there is none.
 type Examination = Result<Measurement, String>;
 
 fn examine(case: &Case, examiner: &mut Examiner) -> Examination {
@@ -161,7 +161,7 @@ fn row([case, error, bound, verdict, milliseconds]: [&str; 5]) -> String {
     format!("{case:<52} {error:>9} {bound:>9}  {verdict:<11} {milliseconds:>7}\n")
 }
 
-/// The part nearest to its bound; of a case that is not met, a line for each part that is not.
+/// The part nearest to its bound; for a failed case, one line for each part that misses its bound.
 fn text_row(case: &Case, result: &Examination, verdict: &str, milliseconds: &str) -> String {
     let worst = result.as_ref().ok().and_then(Measurement::worst);
     let [error, bound] = worst.map_or(["-".into(), "-".into()], |part| {
@@ -184,7 +184,7 @@ fn text_row(case: &Case, result: &Examination, verdict: &str, milliseconds: &str
     text
 }
 
-/// Two digits; 0 and ∞ as they are.
+/// Two digits; 0 and ∞ are printed as they are.
 fn number(value: f64) -> String {
     match value {
         0.0 => "0".into(),
@@ -207,7 +207,7 @@ fn markdown_row(case: &Case, result: &Examination) -> String {
                 lines.join("<br>")
             };
             [
-                // Lines that wrapped would not stand beside their numbers.
+                // Wrapped lines would not line up with their numbers.
                 column(|part| part.quantity.replace(' ', "\u{a0}")),
                 column(|part| number(part.bound)),
                 column(|part| number(part.error)),

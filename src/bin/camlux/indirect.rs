@@ -1,8 +1,8 @@
-//! The options of the command line about indirect light.
+//! The command-line options for indirect light.
 
 use camlux::scene::{ErrorNorm, IndirectLight};
 
-/// Filled in where a sum is requested and neither the scene nor the command line has a size.
+/// RSM size for sums if neither the scene nor the command line gives one.
 const RSM_SIZE: u32 = 64;
 
 #[derive(clap::Args)]
@@ -42,10 +42,10 @@ fn parse_norm(name: &str) -> Result<ErrorNorm, String> {
 }
 
 impl IndirectArgs {
-    /// The indirect light that scene and command line request together, and a note where a value was filled in.
+    /// The indirect light that scene and command line request together, and a note if a default value was used.
     ///
     /// # Errors
-    /// Where an option does not belong to the estimator, or none is named.
+    /// If an option does not belong to the estimator, or no estimator is named.
     pub fn apply(
         &self,
         in_scene: Option<IndirectLight>,
@@ -63,7 +63,7 @@ impl IndirectArgs {
             .or_else(|| IndirectLight::from_name(estimator, RSM_SIZE))
             .ok_or_else(|| format!("there is no estimator {estimator}"))?;
         let is_sum = indirect.sum().is_some();
-        // Sums share a size, but one of final gathering means something else.
+        // The sums share a size; the size of final gathering has another meaning.
         let sum_in_scene = in_scene.filter(|in_scene| is_sum && in_scene.sum().is_some());
         let size = self
             .rsm_size
@@ -97,7 +97,7 @@ impl IndirectArgs {
         Ok((Some(indirect), note))
     }
 
-    /// The options given that belong to one estimator, and its name.
+    /// The given options that belong to one estimator, and its name.
     fn owned(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let gather = "final-gather";
         let options = [
@@ -116,7 +116,7 @@ impl IndirectArgs {
         given.map(|(option, owner, _)| (option, owner))
     }
 
-    /// That of the command line, that of the scene, or the only one that has the option given. `None`: no indirect light.
+    /// The estimator of the command line, else that of the scene, else the only one that has the given option. `None`: no indirect light.
     fn estimator_name(&self, in_scene: Option<IndirectLight>) -> Result<Option<&str>, String> {
         let named = self.estimator.as_deref();
         if let Some(name) = named.or(in_scene.as_ref().map(IndirectLight::name)) {
@@ -148,7 +148,7 @@ mod tests {
 
     type Applied = Result<(Option<IndirectLight>, Option<String>), String>;
 
-    /// What these options make of the scene's indirect light.
+    /// The result of applying these options to the scene's indirect light.
     fn apply(options: &str, in_scene: Option<IndirectLight>) -> Applied {
         let words = ["camlux"].into_iter().chain(options.split_whitespace());
         CommandLine::parse_from(words).indirect.apply(in_scene)

@@ -1,4 +1,4 @@
-//! `camlux info`: the devices, what camlux thinks of them, and which one it would take.
+//! `camlux info`: lists the devices, says whether camlux can use each, and marks the one it would choose.
 
 use std::process::ExitCode;
 
@@ -94,7 +94,7 @@ fn rasteriser(limits: &DeviceLimits) -> String {
     format!("corners to 1/{steps} px{coarse}")
 }
 
-/// Which kernels it has, and what it lacks for others.
+/// The kernels that the device can run, and what it lacks for the others.
 fn kernels(device: &DeviceInfo) -> String {
     let (rays, gather) = (RayKernel::best_for(device), GatherKernel::best_for(device));
     let cost = match rays {

@@ -1,4 +1,4 @@
-//! What a run did, for programs.
+//! The result of a run, for programs.
 
 use camlux::output::{Layer, StopReason};
 use camlux::scene::Parameter;

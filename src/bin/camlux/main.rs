@@ -1,6 +1,6 @@
-//! `camlux`: renders scene files, measures how right the result is, and lists the devices that can.
+//! `camlux`: renders scene files, measures the error of the result, and lists the Vulkan devices.
 //!
-//! Results go to files and stdout, everything about the run to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage.
+//! Results go to files and stdout; everything about the run goes to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage.
 
 mod batch;
 mod canvas;
@@ -64,7 +64,7 @@ enum Command {
     Man(manual::ManArgs),
 }
 
-/// What ends the program early: one of the library's errors, or a text of the program's own.
+/// Why the program ends early: one of the library's errors, or a text of the program's own.
 type Failure = Box<dyn std::error::Error>;
 
 fn main() -> ExitCode {
@@ -92,7 +92,7 @@ fn main() -> ExitCode {
 
 fn finish(result: Result<ExitCode, Failure>) -> ExitCode {
     result.unwrap_or_else(|failure| {
-        // Scripts read the error by line, and parsers like to draw the place of an error in several.
+        // Scripts read errors line by line, but parsers tend to spread the position of an error over several lines.
         let lines = failure.to_string();
         let words: Vec<&str> = lines.split_whitespace().collect();
         tell(&format!("camlux: error: {}", words.join(" ")));
@@ -100,12 +100,12 @@ fn finish(result: Result<ExitCode, Failure>) -> ExitCode {
     })
 }
 
-/// A line on stderr. Where stderr is closed there is nobody to tell.
+/// Prints a line on stderr. A closed stderr is ignored.
 fn tell(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// What can be done but is probably not meant.
+/// Warns of something that can be done but is probably a mistake.
 fn warn(text: impl std::fmt::Display) {
     tell(&format!("camlux: warning: {text}"));
 }
@@ -115,7 +115,7 @@ fn counted(count: u64, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-/// Text on stdout.
+/// Prints text on stdout.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
     stdout

@@ -1,4 +1,4 @@
-//! `camlux completions` and `camlux man`: what shells and `man` know of the program.
+//! `camlux completions` and `camlux man`: shell completions and manual pages.
 
 use std::{
     fs, io,
@@ -37,7 +37,10 @@ pub fn print_completions(args: &CompletionsArgs) -> Result<(), Failure> {
 pub fn write_pages(args: &ManArgs) -> Result<(), Failure> {
     let folder = &args.folder;
     let cannot = |path: &Path, error: io::Error| {
-        format!("{}: cannot write: {error}; choose another folder", path.display())
+        format!(
+            "{}: cannot write: {error}; choose another folder",
+            path.display()
+        )
     };
     fs::create_dir_all(folder).map_err(|error| cannot(folder, error))?;
     let mut program = Cli::command().disable_help_subcommand(true);
@@ -45,7 +48,10 @@ pub fn write_pages(args: &ManArgs) -> Result<(), Failure> {
     let commands = program.get_subcommands().cloned();
     let commands: Vec<clap::Command> = commands.collect();
     for command in [program].into_iter().chain(commands) {
-        let name = command.get_display_name().unwrap_or("camlux").replace(' ', "-");
+        let name = command
+            .get_display_name()
+            .unwrap_or("camlux")
+            .replace(' ', "-");
         let mut page = Vec::new();
         clap_mangen::Man::new(command.name(name.clone())).render(&mut page)?;
         let path = folder.join(format!("{name}.1"));

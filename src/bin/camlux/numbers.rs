@@ -1,6 +1,6 @@
-//! Numbers as a reader wants them: three digits, a fitting unit.
+//! Numbers for readers: three digits and a fitting unit.
 
-/// Three digits, plain where that takes few zeros.
+/// Three digits, in plain notation unless that takes many zeros.
 pub fn number(value: f64) -> String {
     let scientific = format!("{value:.2e}");
     let exponent = scientific.rsplit_once('e');
@@ -16,7 +16,7 @@ pub fn percent(share: f64) -> String {
     format!("{} %", number(share * 100.0))
 }
 
-/// A share in per cent: two digits of the uncertainty, and as many of the value as it leaves.
+/// A share in per cent: the uncertainty with two digits, and the value with the same number of decimal places.
 pub fn with_uncertainty(share: f64, standard_error: f64) -> String {
     let [value, uncertainty] = [share, standard_error].map(|share| share * 100.0);
     if uncertainty <= 0.0 {

@@ -1,4 +1,4 @@
-//! Options that several commands have.
+//! Options that several commands share.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ pub struct SizeArgs {
 }
 
 impl SizeArgs {
-    /// The scene of a file in this size.
+    /// Loads the scene of a file at this size.
     pub fn load(&self, file: &Path) -> Result<Scene, Failure> {
         let mut scene = Scene::load(file)?;
         if let Some(size_px) = self.size_px() {
@@ -46,15 +46,15 @@ impl DeviceArgs {
     }
 }
 
-/// Warns of what is probably not meant in a scene.
+/// Warns of probable mistakes in a scene.
 pub fn warn_of(scene: &Scene, name: &dyn std::fmt::Display) {
     for warning in scene.warnings() {
         warn(format_args!("{name}: {warning}"));
     }
 }
 
-/// Returns the camera at another resolution: a field of view stays as it is, measured intrinsics are scaled with the width
-/// (fx, cx) and the height (fy, cy), so that the frame shows the same part of the scene.
+/// Returns the camera at another resolution. A field of view stays as it is. Measured intrinsics are scaled with the width (fx, cx) and the
+/// height (fy, cy), so that the frame shows the same part of the scene.
 pub fn resize(camera: Camera, resolution_px: [u32; 2]) -> Camera {
     let scale =
         |axis: usize| f64::from(resolution_px[axis]) / f64::from(camera.resolution_px[axis]);
@@ -105,7 +105,7 @@ mod tests {
             let full = camera(lens);
             let half = resize(full, [400, 300]);
             assert_eq!(half.resolution_px, [400, 300]);
-            // The same corner of the image in both; f64 rounding of a few operations on values below 2.
+            // The same corner of both images; f64 rounding of a few operations on values below 2.
             let apart = full.ray_direction(800.0, 0.0) - half.ray_direction(400.0, 0.0);
             assert!(apart.length() < 1e-14, "{lens:?}: {apart}");
         }

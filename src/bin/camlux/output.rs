@@ -1,4 +1,4 @@
-//! Where results go.
+//! Writing of results: names, folders and PNG files.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 
 use crate::Failure;
 
-/// Refuses the name of an image that promises another format than the one that is written, and `-`: images go to files.
+/// Rejects `-` and any image name whose extension does not match the format that is written: images go to files.
 pub fn require_extension(option: &str, path: &Path, extension: &str) -> Result<(), Failure> {
     let own = path.extension().unwrap_or_default();
     if own.eq_ignore_ascii_case(extension) {
@@ -24,7 +24,7 @@ pub fn create_folder(path: &Path) -> Result<(), Failure> {
     })
 }
 
-/// The file that a path leads to, one way of writing it for all: also where the file is not there yet.
+/// The canonical path of a file, also if the file does not exist yet.
 pub fn file_behind(path: &Path) -> PathBuf {
     let by_folder = || {
         let folder = match path.parent() {
@@ -40,7 +40,7 @@ pub fn file_behind(path: &Path) -> PathBuf {
 /// A PNG file of 8-bit RGB, row by row from the top.
 ///
 /// # Errors
-/// Where it cannot be encoded.
+/// If it cannot be encoded.
 pub fn png(size_px: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     let encoder =

@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar on a terminal, a line per pass elsewhere. And the end of it by Ctrl-C.
+//! Progress on stderr: a bar on a terminal, a line per pass elsewhere. Also handles Ctrl-C.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,10 +12,10 @@ const STEPS: u64 = 1000;
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// From here on Ctrl-C and SIGTERM end the render between two submissions, so that the files under construction are
-/// removed; the second one ends the program at once.
+/// From here on, Ctrl-C and SIGTERM end the render between two submissions, so that unfinished files are removed. A second signal ends the
+/// program at once.
 pub fn stop_on_signals() {
-    // Without a handler a signal ends the program at once, as ever.
+    // Without a handler, a signal ends the program at once: the system's default.
     let _ = ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
@@ -23,12 +23,12 @@ pub fn stop_on_signals() {
     });
 }
 
-/// Whether a signal has asked to stop.
+/// Whether a signal has asked the program to stop.
 pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Breaks after a signal.
+/// Breaks if a signal has arrived.
 pub fn go_on() -> ControlFlow<()> {
     if is_interrupted() {
         ControlFlow::Break(())
@@ -37,14 +37,14 @@ pub fn go_on() -> ControlFlow<()> {
     }
 }
 
-/// A bar on a terminal, hidden elsewhere. Gone when dropped. `template`: in the language of `indicatif`.
+/// A bar on a terminal, hidden elsewhere. It disappears when dropped. `template` uses the syntax of `indicatif`.
 pub fn bar(steps: u64, template: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(template);
     let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(steps).with_style(style)
 }
 
-/// A long computation with an estimate of its end: a bar on a terminal, a line every ten percent elsewhere.
+/// Progress of a long computation with an estimated end: a bar on a terminal, a line for every ten per cent elsewhere.
 pub struct Estimate {
     what: &'static str,
     bar: ProgressBar,

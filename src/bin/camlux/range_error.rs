@@ -1,14 +1,14 @@
-//! How far off the range is that phasors tell.
+//! Errors of the range that phasors give.
 
 use std::f64::consts::PI;
 
 use camlux::model::{Phasor, SPEED_OF_LIGHT_M_S, multipath_error_m};
 
-/// The median and what 99 % are within, metres.
+/// Median and 99th percentile, metres.
 pub type RangeErrors = [f64; 2];
 
-/// The median and what 99 % are within, metres, of those pixels that count and have a range in both images, without unwrapping. `None`
-/// where there are none. Pixels are re and im of Z.
+/// Median and 99th percentile, metres, over the counted pixels that have a range in both images, without unwrapping. `None` if there are
+/// none. Pixels are re and im of Z.
 pub fn range_errors_m(
     image: &[f32],
     reference: &[f32],
@@ -29,7 +29,8 @@ pub fn range_errors_m(
     median_and_99(errors_m.collect())
 }
 
-/// What [`range_errors_m`] would be of an image without error, by the reference's noise alone. Pixels are re and im of Z, and of its standard error.
+/// [`range_errors_m`] of an image without error, caused by the reference's noise alone. Pixels are re and im of Z, and of its standard
+/// error.
 pub fn range_noise_m(
     reference: &[f32],
     standard_error: &[f32],
@@ -57,7 +58,7 @@ pub fn range_noise_m(
     median_and_99(errors_m.collect())
 }
 
-/// Numbers of a normal distribution, spread evenly over it: Box and Muller's from the sequence R2.
+/// Numbers of a normal distribution, spread evenly over it: the Box-Muller transform of the sequence R2.
 fn normal(index: usize) -> f64 {
     let [u, v] = [0.754_877_666_246_693, 0.569_840_290_998_053]
         .map(|step| (0.5 + step * index as f64).fract());

@@ -1,10 +1,10 @@
-//! Images made small, for pages and sheets.
+//! Reduces images for pages and contact sheets.
 
 use glam::{DVec3, Vec3};
 
-/// The smallest squares of pixels that make an image narrow enough; at the right and the bottom a square may be cut.
+/// The smallest squares of pixels that make an image narrow enough. Squares at the right and bottom edge may be cut.
 pub struct Squares {
-    /// How many there are beside and below each other.
+    /// Number of squares in a row and in a column.
     pub size_px: [usize; 2],
     edge: usize,
     resolution_px: [usize; 2],
@@ -37,7 +37,7 @@ pub struct Reduced {
 }
 
 impl Reduced {
-    /// The means over squares of pixels.
+    /// The mean of each square of pixels.
     pub fn new(resolution_px: [u32; 2], values: &[f32], widest_px: usize) -> Reduced {
         let squares = Squares::new(resolution_px, widest_px);
         let [columns, rows] = squares.size_px;

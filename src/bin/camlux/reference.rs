@@ -1,4 +1,4 @@
-//! `camlux reference`: the true single bounce of a scene, as exact as asked for.
+//! `camlux reference`: samples the true single bounce of a scene to the requested error.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ use crate::output::require_extension;
 use crate::progress::{Estimate, go_on, stop_on_signals};
 use crate::{Failure, tell};
 
-/// An unfinished image is written this often.
+/// Interval at which the unfinished image is written.
 const TIME_BETWEEN_SAVES: Duration = Duration::from_secs(30);
 
 #[derive(clap::Args)]
@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         (None, None) => return Err("give --spp or --stderr".into()),
     };
     require_extension("--output", &args.output, "exr")?;
-    // Before anything that takes time: a place that cannot be written is said at once.
+    // Checks the output path first, so that a long computation does not end in a write error.
     drop(OutputFile::create(&args.output)?);
     let scene = args.size.load(&args.scene)?;
     warn_of(&scene, &args.scene.display());
@@ -75,11 +75,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Brings a reference to its goal with a progress bar. It is written to the path now and then, and in the end, also where it
-/// was interrupted.
+/// Refines a reference until it meets its goal, and shows a progress bar. Writes the image to the path from time to time, at the end, and
+/// after an interruption.
 ///
 /// # Errors
-/// Those of the library, and [`Error::Cancelled`] after an interruption.
+/// Errors of the library, and [`Error::Cancelled`] after an interruption.
 pub fn refine(
     scene: &Scene,
     goal: Goal,
@@ -121,13 +121,13 @@ pub fn refine(
     Ok(reference)
 }
 
-/// Writes the image as it is; the file is replaced as a whole.
+/// Writes the current image; the file is replaced as a whole.
 fn save(reference: &Reference, path: &Path) -> Result<(), Error> {
     let file = OutputFile::create(path)?;
     write_exr(file, &reference.frame(), &ExrOptions::default())
 }
 
-/// Samples and what they amount to.
+/// Number of samples and the standard error that they reach.
 fn describe(reference: &Reference, added_rounds: u32, time: Duration) -> String {
     let samples = reference.samples_per_pixel();
     let rounds = reference.rounds();

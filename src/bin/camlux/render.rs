@@ -1,4 +1,4 @@
-//! `camlux render`: from a scene file to image files.
+//! `camlux render`: renders a scene file to image files.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -69,13 +69,13 @@ fn layer_names() -> String {
     let rendered = Layer::all().filter(|layer| layer.is_rendered());
     let plain = rendered.filter(|layer| !matches!(layer, Layer::Tof(..)));
     let names: Vec<&str> = plain.map(Layer::name).collect();
-    // There are too many of these to be listed.
+    // There are too many time-of-flight layers to list them.
     format!("{}, and with [tof] tof0.range and so on", names.join(", "))
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     stop_on_signals();
-    // Before anything that takes time: a place that cannot be written is said at once.
+    // Checks the output path first, so that a long computation does not end in a write error.
     let outputs = Outputs::create(args)?;
 
     let (mut wall, mut start) = (Vec::new(), Instant::now());
@@ -114,7 +114,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ..RenderOptions::default()
     };
     let rendered = renderer.render(&scene, &mut options);
-    // The bar has to be gone before the next line is written.
+    // The bar must be gone before the next line is written.
     drop(display);
     let frame = rendered?;
     end_step("render");
@@ -161,7 +161,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes the preview of a frame's light. Returns what it shows.
+/// Writes the preview of a frame's light. Returns a description of what it shows.
 fn write_preview(file: OutputFile, frame: &Frame) -> Result<String, Failure> {
     let view = PngView::for_frame(frame);
     let preview = write_png(file, frame, view)?;
@@ -172,16 +172,16 @@ fn write_preview(file: OutputFile, frame: &Frame) -> Result<String, Failure> {
     })
 }
 
-/// The files to be written, each under construction beside its final name.
+/// The files to write. Each is under construction next to its final name.
 struct Outputs {
     exr: OutputFile,
     png: Option<OutputFile>,
-    /// `None` also where they go to stdout.
+    /// `None` also if they go to stdout.
     stats: Option<OutputFile>,
 }
 
 impl Outputs {
-    /// `None` when nothing is to be rendered.
+    /// `None` if nothing is rendered.
     fn create(args: &Args) -> Result<Option<Self>, Failure> {
         let Some(exr) = &args.output else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! What a run did, for people.
+//! The result of a run, for readers.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -14,13 +14,13 @@ pub struct RunSummary<'run> {
     pub frame: &'run Frame,
     /// Name and milliseconds of the program's own steps, in the order of execution.
     pub wall: Vec<(&'static str, f64)>,
-    /// What each file holds, and where it is.
+    /// A description of each file, and its path.
     pub written: Vec<(String, PathBuf)>,
-    /// Of the scene, of the frame, and of what its file does not hold.
+    /// Warnings about the scene, the frame and what its file lacks.
     pub warnings: Vec<String>,
 }
 
-/// Files, time and error; for those who want to know also passes, counts and the device.
+/// Files, time and error; on request also passes, counts and the device.
 pub fn text(run: &RunSummary) -> String {
     let stats = &run.frame.stats;
     let mut text = String::new();
@@ -93,7 +93,7 @@ fn duration(milliseconds: f64) -> String {
     }
 }
 
-/// What the engine estimates of an error, and what was requested.
+/// The engine's estimate of an error, and the target error.
 fn describe_error(estimated: &str, requested: f64, against: &str) -> String {
     let requested = percent(requested);
     format!("{estimated}, target {requested} (relRMSE {against})")

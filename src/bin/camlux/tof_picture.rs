@@ -1,4 +1,4 @@
-//! The preview of a time-of-flight camera's frame: a row for each frequency, of its range, its amplitude and its multipath error.
+//! The preview of a time-of-flight frame: one row for each frequency with its range, amplitude and multipath error.
 
 use camlux::model::unambiguous_range_m;
 use camlux::output::{Frame, Layer, OutputFile, TofQuantity};
@@ -15,21 +15,21 @@ const MARGIN_PX: u32 = 12;
 const HEADING_PX: u32 = 20;
 const LEGEND_PX: u32 = 40;
 const BAR_HEIGHT_PX: u32 = 12;
-/// So that headings fit; and no picture is enlarged beyond that.
+/// Minimum width, so that headings fit. No picture is enlarged beyond it.
 const LEAST_PX: u32 = 240;
 const BACKGROUND: [u8; 3] = [128; 3];
 
-/// What one panel shows.
+/// The contents of one panel.
 struct Panel<'f> {
     heading: String,
     values: &'f [f32],
     unit: &'static str,
-    /// Where the colours begin and end.
+    /// Values at which the colour scale begins and ends.
     ends: [f64; 2],
     color: fn(f64) -> [u8; 3],
 }
 
-/// Writes the preview of a frame with time of flight, and gives the file its name. Returns what it shows.
+/// Writes the preview of a time-of-flight frame and gives the file its final name. Returns a description of what it shows.
 pub fn write_png(file: OutputFile, frame: &Frame, tof: &TimeOfFlight) -> Result<String, Failure> {
     let rows: Vec<Vec<Panel>> = tof
         .frequencies_hz
@@ -123,7 +123,7 @@ fn picture(rows: &[Vec<Panel>], [width, height]: [u32; 2]) -> RgbImage {
     canvas.0
 }
 
-/// From 0 to 1 over the panel's colours.
+/// Position of a value on the panel's colour scale, 0 to 1.
 fn shade(panel: &Panel, share: f64) -> [u8; 3] {
     let is_signed = panel.ends[0] < 0.0;
     (panel.color)(if is_signed { 2.0 * share - 1.0 } else { share })
@@ -133,7 +133,7 @@ fn grey(share: f64) -> [u8; 3] {
     [camlux::output::srgb_byte(share as f32); 3]
 }
 
-/// From dark blue over green to yellow, as much brighter as the value is larger: "viridis" of matplotlib (van der Walt and Smith 2015, CC0).
+/// From dark blue over green to yellow; brightness rises with the value. "viridis" of matplotlib (van der Walt and Smith 2015, CC0).
 fn perceptual(share: f64) -> [u8; 3] {
     const STOPS: [[u8; 3]; 9] = [
         [68, 1, 84],

@@ -1,4 +1,4 @@
-//! `camlux doctor --torture`: whether the engine knows how far off its images are, image by image.
+//! `camlux doctor --torture`: checks the engine's estimates of its own error, image by image.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,9 +13,9 @@ use crate::{Failure, print, tell};
 
 /// Edge of the images, pixels.
 const SIZE_PX: u32 = 96;
-/// Share of the rows that may be over [`OVER_REQUESTED`].
+/// Share of the rows that may exceed [`OVER_REQUESTED`].
 const MAY_BE_OVER_REQUESTED: f64 = 0.05;
-/// Share of the images of many variations whose true error may be over its upper bound.
+/// With many variations: share of the images whose true error may exceed its upper bound.
 const MAY_BE_OVER_BOUND: f64 = 0.08;
 
 /// The columns of the table.
@@ -45,7 +45,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// `None`: the other cases are asked for.
+    /// `None` if the other cases are requested.
     pub fn settings(&self) -> Option<Settings> {
         let settings = settings(self.torture.as_ref()?);
         Some(Settings {
@@ -60,7 +60,7 @@ impl Args {
     }
 }
 
-/// The whole set, once, with its truths in that folder.
+/// Settings for one run of the whole set, with its references in that folder.
 pub fn settings(truths: &Path) -> Settings {
     Settings {
         target_errors: vec![0.1, 0.05, 0.02, 0.01],
@@ -70,7 +70,7 @@ pub fn settings(truths: &Path) -> Settings {
     }
 }
 
-/// A table of a line an image, and what it comes to. Exit code 0 if all that was measured is within its bounds.
+/// Prints a table with one line per image, and a summary. Exit code 0 if all measurements are within their bounds.
 pub fn run(
     mut examiner: Examiner,
     settings: Settings,
@@ -109,7 +109,8 @@ pub fn run(
     })
 }
 
-/// How many rows miss what; whether that is within bounds. Of many variations, only how often the upper bound holds is held against one.
+/// Counts the rows that miss each criterion, and returns whether the counts are within bounds. With many variations, only the share of
+/// images within the upper bound is checked.
 fn summarise(rows: &[Row], variations: u32) -> Result<bool, Failure> {
     let of_set = |share: f64| (variations == 1).then_some(share);
     let coverage = (variations > 1).then_some(MAY_BE_OVER_BOUND);
@@ -156,7 +157,7 @@ fn summarise(rows: &[Row], variations: u32) -> Result<bool, Failure> {
     Ok(is_met)
 }
 
-/// Share of the rows of which this is so.
+/// Share of the rows that satisfy the condition.
 fn share(rows: &[Row], is_so: impl Fn(&Row) -> bool) -> f64 {
     let count = rows.iter().filter(|row| is_so(row)).count();
     count as f64 / rows.len().max(1) as f64

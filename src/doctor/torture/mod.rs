@@ -1,7 +1,7 @@
-//! The torture set: light that is hard to find, and whether the engine knows how far off its image is.
+//! The torture set: checks the engine's error estimates on light that is hard to find.
 //!
-//! Each case renders its scene for several target errors, and holds the error that was asked for, the one that the engine
-//! estimates and its upper bound against the true one.
+//! Each case renders its scene for several target errors. It compares the target error, the estimated error and the upper bound with the
+//! true error.
 
 mod openings;
 mod rooms;
@@ -126,17 +126,17 @@ pub const CASES: &[Case] = &[
 
 const ESTIMATES: &str = "meets target error and upper bound";
 
-/// True over requested error: at most this in 95 % of all rows, and never over the other one.
+/// Limits of the true error divided by the target error: the first holds for 95 % of all rows, the second for every row.
 pub const OVER_REQUESTED: f64 = 1.3;
 pub const FAR_OVER_REQUESTED: f64 = 2.0;
-/// True error over its stated upper bound.
+/// Limit of the true error divided by its upper bound.
 pub const OVER_UPPER_BOUND: f64 = 1.1;
-/// |bias| over that bound. (Not over the true error: what the light rays of a set have in common moves an image's mean, and is not less where
-/// the noise of each pixel is.)
+/// Limit of |bias| divided by the upper bound. (The true error is no measure here: errors that the light rays of a set have in common move
+/// the mean of an image, also where the noise of each pixel is small.)
 pub const BIAS_SHARE: f64 = 0.5;
-/// The spread of the image's mean, while a lamp moves, over the mean estimate.
+/// Limit of the spread of the image's mean while a lamp moves, divided by the mean estimated error.
 const SPREAD_OVER_ESTIMATE: f64 = 1.5;
-/// Noise of a sampled truth over the smallest error that is requested.
+/// Noise of a sampled reference, divided by the smallest target error.
 const TRUTH_NOISE: f64 = 0.25;
 
 /// How the cases of this set are rendered.
@@ -145,9 +145,9 @@ pub struct Settings {
     pub target_errors: Vec<f64>,
     /// Edge of the images, pixels.
     pub size_px: u32,
-    /// So many images of each: the scene is turned by a degree or two, so that maps and samples fall elsewhere. At least 1.
+    /// Number of images of each scene. Each is turned by a degree or two, so that maps and samples fall elsewhere. At least 1.
     pub variations: u32,
-    /// Folder in which sampled truths are kept; `None`: they are not.
+    /// Folder that stores sampled references; `None`: they are not stored.
     pub truths: Option<PathBuf>,
 }
 
@@ -162,17 +162,18 @@ impl Default for Settings {
     }
 }
 
-/// One image against the truth. Errors are relRMSEs of the indirect light, 1 = 100 %.
+/// One image compared with the ground truth. Errors are relRMSEs of the indirect light, 1 = 100 %.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     pub requested: f64,
-    /// By the engine; `None`: it has found no light.
+    /// The engine's estimated error; `None`: it has found no light.
     pub estimated: Option<f64>,
-    /// By the engine: 95 % sure.
+    /// The engine's upper bound with a confidence of 95 %.
     pub upper_bound: Option<f64>,
-    /// Infinite where the image holds what is no number.
+    /// Infinite if the image holds a value that is not finite.
     pub true_error: f64,
-    /// Standard error of `true_error`, for the truth may have noise; infinite where that hides the error, and `true_error` is an upper bound.
+    /// Standard error of `true_error`, because the ground truth may have noise. Infinite if the noise hides the error; `true_error` is then
+    /// an upper bound.
     pub uncertainty: f64,
     /// Σx/Σt − 1, and its standard error.
     pub bias: f64,
@@ -220,8 +221,8 @@ impl Row {
         })
     }
 
-    /// The true error, less twice its uncertainty, over the upper bound; infinite where none was stated. (Where an image is
-    /// much better than was asked for, the truth's noise alone must not speak against the bound.)
+    /// The true error minus twice its uncertainty, divided by the upper bound; infinite if the engine states no bound. (If an image is much
+    /// better than requested, the noise of the ground truth alone must not count against the bound.)
     pub fn over_upper_bound(&self) -> f64 {
         let at_least = match self.uncertainty {
             f64::INFINITY if self.true_error.is_finite() => 0.0,
@@ -236,7 +237,7 @@ impl Row {
         self.true_error / self.requested
     }
 
-    /// |bias|, as far as it is not the truth's noise, over the upper bound; infinite where none was stated.
+    /// |bias| beyond the noise of the ground truth, divided by the upper bound; infinite if the engine states no bound.
     pub fn bias_share(&self) -> f64 {
         let at_least = (self.bias.abs() - 2.0 * self.bias_uncertainty).max(0.0);
         self.upper_bound
@@ -245,18 +246,18 @@ impl Row {
 }
 
 impl Examiner {
-    /// How the cases of the torture set are rendered from now on.
+    /// Sets how the cases of the torture set are rendered from now on.
     pub fn set_torture(&mut self, settings: Settings) {
         self.torture = settings;
     }
 
-    /// The images of the cases of the torture set since the last call.
+    /// Returns the images of the torture set since the last call.
     pub fn take_rows(&mut self) -> Vec<Row> {
         std::mem::take(&mut self.rows)
     }
 }
 
-/// A row for each target error and variation.
+/// Measures one row for each target error and variation.
 fn estimates(exam: &mut Examiner, subject: Subject) -> Result<()> {
     let settings = exam.torture.clone();
     let subject = subject.resized(settings.size_px);
@@ -284,7 +285,7 @@ fn estimates(exam: &mut Examiner, subject: Subject) -> Result<()> {
     Ok(())
 }
 
-/// The spread of the image's mean over twenty places of the lamp.
+/// Measures the spread of the image's mean over twenty positions of the lamp.
 fn moved_lamp(exam: &mut Examiner) -> Result<()> {
     const STEPS: u32 = 20;
     let settings = exam.torture.clone();
@@ -314,7 +315,7 @@ fn asked(requested: f64) -> String {
     format!("{} % asked", 100.0 * requested)
 }
 
-/// With a noise well below all errors that are requested.
+/// The ground truth, with a noise well below all target errors.
 fn truth_of(exam: &Examiner, subject: &Subject, settings: &Settings) -> Result<Truth> {
     let smallest = settings.target_errors.iter().copied();
     let smallest = smallest.fold(f64::INFINITY, f64::min);

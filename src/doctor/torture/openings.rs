@@ -1,7 +1,7 @@
-//! A room with openings in a wall of no thickness and a lamp behind it, and the light of its bounce by quadrature in f64.
+//! A room with a lamp behind a wall of zero thickness with openings. Its bounce is computed by quadrature in f64.
 //!
-//! The bounce is an integral over the openings: a solid angle of the lamp goes through each of their elements to a point Q. That
-//! stays smooth however narrow an opening is, where a sampler finds less and less of it.
+//! The bounce is an integral over the openings: each element of an opening passes a solid angle of the lamp's light to a point Q. The
+//! integrand stays smooth however narrow an opening is, while a sampler finds less and less of the light.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -13,10 +13,10 @@ use crate::{
     scene::{Bands, Light, Mesh},
 };
 
-/// The empty room is a cube of 2 m around 0, grey throughout. Its openings lie in the wall at x = −1 m.
+/// The empty room is a grey cube of 2 m around 0. Its openings are in the wall at x = −1 m.
 const WALL_X_M: f64 = -1.0;
 
-/// A rectangle of the wall: from the lowest to the highest y, and of z, m.
+/// A rectangle in the wall, from the lowest to the highest y and z, m.
 #[derive(Debug, Clone, Copy)]
 pub struct Opening {
     pub y_m: [f64; 2],
@@ -24,7 +24,7 @@ pub struct Opening {
 }
 
 impl Opening {
-    /// From floor to ceiling, `width_m` wide around z.
+    /// An opening from floor to ceiling, `width_m` wide around z.
     pub fn slit(z_m: f64, width_m: f64) -> Opening {
         Opening {
             y_m: [-1.0, 1.0],
@@ -48,7 +48,7 @@ impl Opening {
     }
 }
 
-/// The room, whose openings must follow each other in z; with the lamp behind the wall and no other light.
+/// The room with the lamp behind the wall and no other light. The openings must be sorted along z.
 pub fn room_behind(openings: &[Opening], lamp: Light, camera_m: DVec3, look_at_m: DVec3) -> Scene {
     let [x, y, z] = DVec3::AXES.map(|axis| 2.0 * axis);
     let corner = DVec3::splat(-1.0);
@@ -84,12 +84,12 @@ pub fn room_behind(openings: &[Opening], lamp: Light, camera_m: DVec3, look_at_m
     scene_of(vec![room, wall], lamp, camera_m, look_at_m)
 }
 
-/// A lamp behind the openings: what its bounce shows.
+/// The bounce of a lamp behind the openings.
 pub struct BehindOpenings<'a> {
     pub openings: &'a [Opening],
     pub lamp_m: DVec3,
     pub power_w: Bands,
-    /// Of the room, and of its wall.
+    /// Reflectance of the room and of its wall.
     pub kd: Bands,
 }
 
@@ -100,7 +100,7 @@ struct Lit {
 }
 
 impl BehindOpenings<'_> {
-    /// L_{P→C} of the bounce at a point of the room, W/sr/m². The normal looks into the room.
+    /// L_{P→C} of the bounce at a point of the room, W/sr/m². The normal points into the room.
     pub fn indirect(&self, position_m: DVec3, normal: DVec3) -> Bands {
         let openings = self.openings.iter();
         let sum: f64 = openings
@@ -113,8 +113,8 @@ impl BehindOpenings<'_> {
         })
     }
 
-    /// Cut where the light leaves the far wall for another one, so that the integrand is smooth in each piece. Which of two other
-    /// walls it falls on is not cut: the scenes' openings are too narrow for that.
+    /// Cuts the opening where its light moves from the far wall to another wall, so that the integrand is smooth in each piece. There is no
+    /// cut between two of the other walls: the openings of these scenes are too narrow to need one.
     fn pieces(&self, opening: Opening) -> Vec<Opening> {
         let depth_m = WALL_X_M - self.lamp_m.x;
         let cut = |lamp: f64, [low, high]: [f64; 2]| {
@@ -135,11 +135,13 @@ impl BehindOpenings<'_> {
         pieces
     }
 
-    /// ∫ cosθ_{Q→P} cosθ_{P→Q} / d_PQ² over the solid angle of a piece at the lamp. Halved until what it lights is small as seen from P.
+    /// ∫ cosθ_{Q→P} cosθ_{P→Q} / d_PQ² over the solid angle of a piece as seen from the lamp. Halves the piece until the area that it
+    /// lights is small as seen from P.
     fn integral(&self, piece: Opening, p_m: DVec3, normal: DVec3, depth: u32) -> f64 {
-        /// Over the distance; the error of the rule below falls with the tenth power of it.
+        /// Largest size of a lit piece, relative to its distance from P. The error of the quadrature rule falls with the tenth power of the
+        /// size.
         const LARGEST: f64 = 0.5;
-        /// A thousandth of an opening's length and less: P in the edge between a lit wall and another.
+        /// Down to a thousandth of an opening's length and less, for P in the edge between a lit wall and another one.
         const DEEPEST: u32 = 24;
         let [y, z] = piece.middle_m();
         let q = self.lit(y, z);
@@ -180,13 +182,13 @@ impl BehindOpenings<'_> {
         angle_per_area * cosines / distance_squared.powi(2)
     }
 
-    /// Where light through a point of the wall falls.
+    /// The point that light through a point of the wall reaches.
     fn lit(&self, y_m: f64, z_m: f64) -> Lit {
         let direction = dvec3(WALL_X_M, y_m, z_m) - self.lamp_m;
         let mut nearest = (f64::INFINITY, DVec3::ZERO);
         for axis in DVec3::AXES {
             let (along, from) = (direction.dot(axis), self.lamp_m.dot(axis));
-            // The side of the room that the ray leaves by.
+            // The side of the room that the ray leaves through.
             let distance = (along.signum() - from) / along;
             if along != 0.0 && distance < nearest.0 {
                 nearest = (distance, -along.signum() * axis);
@@ -200,7 +202,7 @@ impl BehindOpenings<'_> {
     }
 }
 
-/// Five points in −1 to 1 and their weights.
+/// Five points in −1 to 1 with their weights.
 fn gauss_legendre() -> [(f64, f64); 5] {
     let root = 2.0 * (10.0_f64 / 7.0).sqrt();
     let [inner, outer] = [5.0 - root, 5.0 + root].map(|square| square.sqrt() / 3.0);
@@ -221,7 +223,7 @@ mod tests {
     use super::*;
     use crate::{doctor::scenes::point_light, output::Layer, reference::Reference};
 
-    /// Through openings that are wide enough for the reference, right into the edge between a lit wall and another.
+    /// Openings wide enough for the reference to find the light; some pixels are in the edge between a lit wall and another one.
     #[test]
     fn quadrature_agrees_with_paths() {
         let openings = [

@@ -1,4 +1,4 @@
-//! Scenes on which an estimate of the error is easily fooled.
+//! Scenes that easily fool an error estimate.
 
 use std::f64::consts::TAU;
 
@@ -14,12 +14,12 @@ use crate::{
     scene::{Lens, Light, Material, Mesh},
 };
 
-/// A scene, and what is known of it.
+/// A scene and its known properties.
 pub struct Subject {
     pub scene: Scene,
-    /// Where the first light lies [behind openings](room_behind): these.
+    /// The openings in front of the first light, if it is [behind openings](room_behind).
     pub openings: Vec<Opening>,
-    /// The scene is about its number of pixels.
+    /// The scene tests its number of pixels, which must not change.
     pub keeps_size: bool,
 }
 
@@ -45,7 +45,7 @@ impl Subject {
 }
 
 impl Subject {
-    /// In another size, where that does not make it another subject.
+    /// The scene at another size, unless it depends on its size.
     pub fn resized(mut self, size_px: u32) -> Subject {
         if !self.keeps_size {
             self.scene.camera.resolution_px = [size_px; 2];
@@ -61,14 +61,14 @@ fn watts(light: Light, power_w: f64) -> Light {
 
 /// Metres from the lamp to the wall with the openings.
 const LAMP_DISTANCE_M: f64 = 1.5;
-/// A texel of a face of 128² texels of the lamp's map, on that wall.
+/// The size on that wall of one texel, for a face of 128² texels of the lamp's map.
 const TEXEL_M: f64 = 2.0 * LAMP_DISTANCE_M / 128.0;
-/// Not in the openings' middle.
+/// Off the middle of the openings.
 const LAMP_M: DVec3 = dvec3(-1.0 - LAMP_DISTANCE_M, 0.17, 0.011);
-/// A look at the side wall, on which no light falls.
+/// A view of the side wall, which receives no direct light.
 const SIDE_WALL: [DVec3; 2] = [dvec3(0.11, 0.05, 0.8), dvec3(0.16, 0.0, -1.0)];
 
-/// A room that is lit through a slit of so many texels; the camera sees the side wall.
+/// A room that is lit through a slit of `texels` texels. The camera sees the side wall.
 pub fn slit(texels: f64) -> Subject {
     Subject::behind(
         vec![Opening::slit(0.0, texels * TEXEL_M)],
@@ -77,14 +77,14 @@ pub fn slit(texels: f64) -> Subject {
     )
 }
 
-/// A slit of 4 cm, 1.7 texels, and a lamp that is moved sideways by 4 mm a step.
+/// A slit of 4 cm (1.7 texels) and a lamp that moves sideways by 4 mm per step.
 pub fn moved_lamp(step: u32) -> Subject {
     let offset_m = 0.004 * f64::from(step);
     let slit = Opening::slit(0.0, 0.04);
     Subject::behind(vec![slit], LAMP_M + offset_m * DVec3::Z, SIDE_WALL)
 }
 
-/// A hole of one texel by two.
+/// A hole of one by two texels.
 pub fn keyhole() -> Subject {
     let hole = Opening {
         y_m: [-0.06, -0.06 + 2.0 * TEXEL_M],
@@ -93,19 +93,19 @@ pub fn keyhole() -> Subject {
     Subject::behind(vec![hole], LAMP_M, SIDE_WALL)
 }
 
-/// Fifteen slits of a fifth of a texel, two and a bit texels apart.
+/// Fifteen slits of a fifth of a texel, spaced a little more than two texels apart.
 pub fn blinds() -> Subject {
     let slits = (-7..=7).map(|i| Opening::slit(0.053 * f64::from(i), 0.2 * TEXEL_M));
     Subject::behind(slits.collect(), LAMP_M, SIDE_WALL)
 }
 
-/// The same room from where the camera sees the strip itself, and floor and wall beside it.
+/// The same room; the camera sees the lit strip itself, and floor and wall beside it.
 pub fn visible_strip() -> Subject {
     let look = [dvec3(-0.7, 0.2, 0.7), dvec3(0.8, -0.5, -0.1)];
     Subject::behind(vec![Opening::slit(0.0, 0.04)], LAMP_M, look)
 }
 
-/// A lamp of 10⁴ times the power behind a hole, of which about as much arrives as of the one in the room.
+/// A lamp of 10⁴ times the power behind a hole: it contributes about as much light as the weak lamp inside the room.
 pub fn unequal_lamps() -> Subject {
     let hole = Opening {
         y_m: [-0.02, 0.025],
@@ -117,7 +117,7 @@ pub fn unequal_lamps() -> Subject {
     subject
 }
 
-/// Three spots of half a degree from side to side, all of whose light falls where the camera does not see it.
+/// Three spots with a full angle of half a degree. The camera sees none of the surfaces that they light.
 pub fn three_spots() -> Subject {
     let spots = [
         [dvec3(0.33, 0.81, 0.2), dvec3(-0.3, -1.0, 0.5)],
@@ -128,13 +128,13 @@ pub fn three_spots() -> Subject {
     Subject::new(lit_by(&room(), spots.into()))
 }
 
-/// A lamp 2 mm off the side wall.
+/// A lamp 2 mm from the side wall.
 pub fn lamp_off_a_wall() -> Subject {
     let lamp = point_light(dvec3(-0.998, 0.3, 0.1));
     Subject::new(lit_by(&room(), vec![lamp]))
 }
 
-/// 120 wires of 4 mm across a room, which are thinner than a pixel.
+/// 120 wires of 4 mm across a room, thinner than a pixel.
 pub fn wires() -> Subject {
     let mut random = fastrand::Rng::with_seed(120);
     let mut scene = empty_room();
@@ -153,7 +153,7 @@ pub fn wires() -> Subject {
     Subject::new(scene)
 }
 
-/// A spot on a plate that reflects by its Phong lobe alone: the room has no other light.
+/// A spot on a plate that reflects only by its Phong lobe: the room has no other light.
 pub fn highlights_alone() -> Subject {
     let lamp = spot_light(dvec3(-0.35, 0.6, 0.1), dvec3(0.3, -1.0, 0.05), [14.0, 20.0]);
     let mut scene = lit_by(&empty_room(), vec![lamp]);
@@ -171,7 +171,7 @@ pub fn highlights_alone() -> Subject {
     Subject::new(scene)
 }
 
-/// A small block in the sky over a lit yard that is out of sight: 227 of 25 600 pixels show it, or nearly so many.
+/// A small block in the sky over a lit yard that is out of sight. About 227 of 25 600 pixels show the block.
 pub fn few_pixels() -> Subject {
     let [x, z] = [DVec3::X, DVec3::Z].map(|axis| 4.0 * axis);
     let ground = quad("ground", dvec3(-2.0, 0.0, -2.0), z, x, COLOURED);
@@ -212,7 +212,8 @@ pub fn small_objects() -> Subject {
     Subject::new(scene)
 }
 
-/// The scene turned by up to two degrees, with the number as a seed: the same image, and other texels of all maps. 0 leaves it as it is.
+/// The scene turned by up to two degrees; the number is the seed. The image stays the same, but the texels of all maps differ. 0 leaves the
+/// scene as it is.
 pub fn varied(scene: &Scene, variation: u32) -> Scene {
     if variation == 0 {
         return scene.clone();

@@ -1,4 +1,4 @@
-//! What an image of the torture set is held against.
+//! The ground truth that an image of the torture set is compared with.
 
 use std::{ops::ControlFlow, path::Path};
 
@@ -15,23 +15,24 @@ use crate::{
     scene::Light,
 };
 
-/// The true indirect light, with what is known of its noise.
+/// The true indirect light, and its noise.
 pub struct Truth {
     /// W/sr/m², three bands a pixel.
     indirect: Vec<f64>,
-    /// Of the sampled part; `None`: nothing was sampled.
+    /// Standard error of the sampled part; `None`: nothing was sampled.
     standard_error: Option<Vec<f32>>,
-    /// Which pixels show a surface, and which of those lie on an edge.
+    /// Which pixels show a surface, and which of those are on an edge.
     valid: Vec<bool>,
     edges: Vec<bool>,
 }
 
 impl Truth {
-    /// What comes through openings by quadrature, all else by paths until their noise is below `standard_error`, relative to their light.
-    /// Sampled images are kept in the folder, and taken from it. Pixels on edges are those of a device that rounds corners to so many bits.
+    /// Computes light through openings by quadrature. Samples all other light by paths until the noise is below `standard_error`, relative
+    /// to that light. Stores sampled images in the folder and reuses them. Edge pixels are those of a device that rounds corners to
+    /// `sub_pixel_bits` bits.
     ///
     /// # Errors
-    /// Those of a file that cannot be written, or read.
+    /// Errors of a file that cannot be written, or read.
     pub fn new(
         subject: &Subject,
         standard_error: f64,
@@ -100,7 +101,7 @@ impl Truth {
         })
     }
 
-    /// The indirect light of an image of the same camera.
+    /// Compares the indirect light of an image of the same camera.
     ///
     /// # Errors
     /// [`Error::Input`] for an image of another size.
@@ -117,10 +118,10 @@ impl Truth {
     }
 }
 
-/// The reference with a noise below this, of those in the folder or gone on with.
+/// A reference with a noise below `standard_error`: loads it from the folder, or continues sampling there.
 fn sampled(scene: &Scene, standard_error: f64, folder: Option<&Path>) -> Result<Reference> {
     let goal = Goal::StandardError(standard_error);
-    // The reference's own name for it.
+    // The hash that identifies the scene in a reference.
     let hash = Reference::new(scene, 1)?.frame().description.scene_hash;
     let file = folder.map(|folder| folder.join(format!("{}.exr", &hash[..16])));
     let go_on = &mut |_| ControlFlow::Continue(());

@@ -1,8 +1,8 @@
-//! Gathers until the requested error is met.
+//! Gathers until the target error is met.
 //!
-//! Pilots at a sample of pixels tell how bright the image is, how noisy gathers are, and where the lights' rays should go. From that
-//! follow the samples of a gather and the tolerance of interpolation. The image's error is then estimated on the sample, by gathers
-//! that share no samples with the image's. Where its upper bound is too large, more pixels are looked at, if that may decide it;
+//! Pilots at a sample of pixels show how bright the image is, how noisy gathers are, and where the lights' rays should go. They
+//! determine the samples of a gather and the tolerance of interpolation. The image's error is then estimated on the sample, with
+//! gathers that share no samples with the image's. If the upper bound is too large, more pixels are sampled if that may decide it;
 //! else another attempt follows.
 
 use std::time::Instant;
@@ -22,24 +22,26 @@ use crate::{
     scene::MAX_FREQUENCIES,
 };
 
-/// Pilots at most, also where none has found light so far; and packets of samples of each, and of the last one there.
+/// Most pilots, and most pilots while none has found light. Packets of samples of each pilot, and of the last one if none has
+/// found light.
 const MAX_PILOTS: u32 = 16;
 const MAX_PILOTS_IN_THE_DARK: u32 = 6;
 const PILOT_PACKETS: u32 = 1;
 const LAST_PACKETS_IN_THE_DARK: u32 = 16;
-/// Pilots follow each other until the samples of so small a share go elsewhere from one to the next.
+/// Pilots are repeated until one moves less than this share of the samples elsewhere.
 const MAX_MOVED_SHARE: f64 = 0.3;
-/// And while the variance of a sample is more than this times the square of its mean, if the last two have saved this many times what
-/// they took. (A keyhole: 923, 148, 2. A slit of a fifth of a texel: 482, 181, 97, 64, 39, 32, 34, 21, 11, 9.)
+/// They are also repeated while the variance of a sample is more than `SCATTERED` times the square of its mean, if the last two have
+/// saved `LEAST_GAIN` times what they took.
+/// (A keyhole: 923, 148, 2. A slit of a fifth of a texel: 482, 181, 97, 64, 39, 32, 34, 21, 11, 9.)
 const SCATTERED: f64 = 4.0;
 const LEAST_GAIN: f64 = 2.0;
-/// Samples of pixels that an attempt is judged by at most.
+/// Most samples of pixels for judging an attempt.
 const MAX_PIXEL_SAMPLES: usize = 4;
-/// What is aimed at first, over the target: what was sampled counts on if it is not met.
+/// First aim, over the target error. If the target is missed, the samples taken so far still count.
 const FIRST_AIM: f64 = 1.3;
 
-/// Fills the indirect radiance and estimates its relRMSE. No estimate where every pixel is gathered, and where the light is too
-/// dark to be estimated: final gathering then leaves the image as it is.
+/// Fills the indirect radiance and estimates its relRMSE. There is no estimate if every pixel is gathered, or if the light is too
+/// dark to be estimated. If it is too dark, final gathering leaves the image as it is.
 pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<ErrorEstimates> {
     let is_exact = refiner.gatherer.is_exact();
     let may_interpolate = refiner.gatherer.may_interpolate();
@@ -60,7 +62,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     let mut found = ErrorEstimates::default();
     let mut aim = if is_exact { target } else { FIRST_AIM * target };
     if limits.is_some() {
-        // From coarse to fine, so that there is an image at any time.
+        // Go from coarse to fine, so that there is an image at any time.
         aim = aim.max(SampleBudget::coarsest_aim(pilot.hardest()));
     }
     let mut attempt = 0;
@@ -120,11 +122,11 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 found.stop = Some(StopReason::SamplesExhausted);
                 return Ok(found);
             }
-            // What was aimed at, as it came out.
+            // The error that was aimed at, corrected by the noise that was observed.
             let aimed = aim * pilot.observe_noise(&estimate);
             aim = next_aim(aimed, target, upper.min(4.0 * error), is_exact);
             let next = SampleBudget::for_rays(aim, pilot.hardest());
-            // What was sampled counts on.
+            // The samples taken so far still count.
             let growth = next.mean_packets / budget.mean_packets - 1.0;
             let spent = Spent::so_far(refiner).since(&spent_before);
             if limits
@@ -139,13 +141,13 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     }
 }
 
-/// Looks at the sample, and lets the gatherer learn from that.
+/// Gathers at the sample, and lets the gatherer learn from the result.
 fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<ImageEstimate> {
     let results = 2 * sample.count;
     if refiner.gatherer.is_exact() {
         return sample.pilot(refiner, 0);
     }
-    // What is narrow is found in one pilot, and its shape in those that follow.
+    // One pilot finds a narrow feature; those that follow find its shape.
     let mut variances = [f64::INFINITY; 3];
     let mut round = 0;
     loop {
@@ -160,7 +162,7 @@ fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<Im
         } else {
             PILOT_PACKETS
         };
-        // A pilot of more is for its light alone: what it saw would take much memory.
+        // A pilot with more packets only measures the light: keeping what it saw would take much memory.
         if packets == PILOT_PACKETS {
             refiner.gatherer.begin_pilot(results)?;
         }
@@ -183,7 +185,7 @@ fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<Im
     }
 }
 
-/// Estimates the image's error. Where its bound alone is over the target, from more pixels.
+/// Estimates the image's error. If only the upper bound is above the target, uses more pixels.
 fn judge(
     refiner: &mut Refiner,
     samples: &mut Vec<PixelSample>,
@@ -221,14 +223,14 @@ fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
     refiner.refine(&mut resources, attempt).map(|_| ())
 }
 
-/// What indirect light may cost.
+/// Limits of the cost of indirect light.
 pub(super) struct Limits {
     start: Spent,
     seconds: f64,
     rays: f64,
 }
 
-/// What indirect light has cost.
+/// The cost of indirect light.
 struct Spent {
     at: Instant,
     seconds: f64,
@@ -244,12 +246,12 @@ impl Limits {
         })
     }
 
-    /// Whether nothing is left.
+    /// Whether a limit is reached.
     pub fn are_reached(&self, refiner: &Refiner) -> bool {
         !self.allow(refiner, &Spent::so_far(refiner), 0.0)
     }
 
-    /// Whether there is room for what costs so many times what was spent.
+    /// Whether the limits leave room for `times` times what was spent.
     fn allow(&self, refiner: &Refiner, spent: &Spent, times: f64) -> bool {
         let all = Spent::so_far(refiner).since(&self.start);
         all.seconds + times * spent.seconds <= self.seconds

@@ -1,59 +1,59 @@
-//! Statistics: the error of an image, from what was gathered at a sample of its pixels.
+//! Statistics: estimates the error of an image from what was gathered at a sample of its pixels.
 
 use std::collections::BTreeMap;
 
 use crate::{metrics, passes::sample_counts::PACKET_SAMPLES};
 
-/// Fewer pixels of a kind do not tell how right the errors are that are expected of it.
+/// With fewer pixels of a kind, it is unknown how right the errors are that are expected of this kind.
 const MIN_KIND_PIXELS: u32 = 64;
-/// Errors over what was expected, at least: few pixels may show none by chance.
+/// Least error over the expected error: few pixels may show none by chance.
 const MIN_FACTOR: f64 = 0.1;
-/// The variance of a gather falls with these powers of its packets: where a packet scatters as samples at random do, for the light is
-/// narrow (measured: 0.9 to 1.5), and where it scatters half as much or less (measured: 1.36 to 1.54).
+/// The variance of a gather falls with these powers of its packets. The first is for packets that scatter like random samples, because
+/// the light is narrow (measured: 0.9 to 1.5). The second is for packets that scatter half as much or less (measured: 1.36 to 1.54).
 const VARIANCE_RATES: [f64; 2] = [1.2, 1.44];
 
 /// Sums over the pixels of a sample and their bands, weighted by the error norm.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ErrorEstimate {
-    /// Σ(x − t)² and Σt² of groups of pixels that have no samples in common, without noise but for its scatter.
+    /// Σ(x − t)² and Σt² of groups of pixels that have no samples in common. Noise adds scatter to them, but no bias.
     groups: Vec<[f64; 2]>,
-    /// Of all groups.
+    /// Sums over all groups.
     error: f64,
     signal: f64,
-    /// Σd² and Σd³ over pixels, d being what a pixel's error is over that of the image.
+    /// Σd² and Σd³ over pixels, where d is a pixel's error minus what the image's relative error makes of its signal.
     squares: f64,
     cubes: f64,
-    /// Σσ² of one gather's noise.
+    /// Σσ² of the noise of one gather.
     noise: f64,
     /// Σσ² of one sample.
     variance: f64,
-    /// Of each pixel.
+    /// For each pixel.
     scatter: Vec<Scatter>,
-    /// Of gathered and of interpolated pixels.
+    /// For gathered and for interpolated pixels.
     expected: [ExpectedError; 2],
-    /// Root mean square of the radiance, W/sr/m², whatever the norm. Of Z, which is one value and not three bands, 1/√3 of
-    /// its root mean square.
+    /// Root mean square of the radiance, W/sr/m², for any norm. For Z, which is one value instead of three bands, 1/√3 of its
+    /// root mean square.
     pub radiance: f64,
-    /// Of a gather: of pilots only.
+    /// Packets of a gather; only of pilots.
     packets: u32,
 }
 
 /// How the samples of a pixel scatter.
 #[derive(Debug, Clone, Copy)]
 struct Scatter {
-    /// Its part of the variance of a sample.
+    /// The pixel's part of the variance of a sample.
     variance: f64,
-    /// The variance of a sample over the square of the radiance that errors count over.
+    /// The variance of a sample over the square of the radiance that errors are relative to.
     relative: f64,
-    /// Of a gather; 0 where gathers are exact.
+    /// Packets of a gather; 0 if gathers are exact.
     packets: f64,
 }
 
 /// How right the errors are that the resolve pass expects.
 #[derive(Debug, Clone, Copy, Default)]
 struct ExpectedError {
-    /// Sums of the squares of errors, and of what was expected of them. Not of their quotients: few pixels of which too little was
-    /// expected would decide on all.
+    /// Sums of the squared errors and of the squared expected errors. Not a sum of quotients: a few pixels whose expected error was
+    /// too small would dominate it.
     error: f64,
     expected: f64,
     pixels: u32,
@@ -72,38 +72,38 @@ impl std::ops::Add for ExpectedError {
 }
 
 impl ErrorEstimate {
-    /// No light was found.
+    /// Whether no light was found.
     pub fn is_dark(&self) -> bool {
         self.signal <= 0.0
     }
 
-    /// There is nothing of it in the scene.
+    /// Whether the scene has nothing of this quantity.
     pub fn is_absent(&self) -> bool {
         self.error == 0.0 && self.variance == 0.0
     }
 
-    /// relRMSE. Not below its own standard error: few pixels may show none by chance.
+    /// relRMSE. Its square is at least its own standard error: few pixels may show no error by chance.
     pub fn relative_error(&self) -> f64 {
         let least = self.standard_error();
         (self.error / self.signal).max(least).sqrt()
     }
 
-    /// What the relRMSE is below with a confidence of 95 %; infinite where too few pixels tell. It is the upper end of an interval of 95 %,
-    /// which a single look would miss once in forty times: a frame ends with the first attempt whose bound meets the target, after some
-    /// looks.
+    /// Upper bound of the relRMSE with a confidence of 95 %; infinite if there are too few pixels. It is the upper end of an interval of
+    /// 95 %, which a single look would miss once in forty times. The margin is for repeated looks: a frame ends with the first attempt
+    /// whose bound meets the target.
     pub fn upper_bound(&self) -> f64 {
         let freedom = self.lit_groups().count() as f64 - 1.0;
         if freedom < 1.0 {
             return f64::INFINITY;
         }
-        // Few pixels may hold most of the error: how skewed it is moves the quantile (Johnson 1978).
+        // Few pixels may hold most of the error. Its skewness moves the quantile (Johnson 1978).
         let quantile = student_quantile_975(freedom);
         let skewness = self.cubes / self.squares.powf(1.5).max(f64::MIN_POSITIVE);
         let quantile = quantile + skewness.max(0.0) / 6.0 * (1.0 + 2.0 * quantile.powi(2));
         ((self.error / self.signal).max(0.0) + quantile * self.standard_error()).sqrt()
     }
 
-    /// Of the square of the relRMSE: the jackknife over the groups.
+    /// Standard error of the square of the relRMSE: the jackknife over the groups.
     fn standard_error(&self) -> f64 {
         let count = self.lit_groups().count() as f64;
         let squares: f64 = self
@@ -116,7 +116,7 @@ impl ErrorEstimate {
         ((count - 1.0).max(0.0) / count * squares).max(0.0).sqrt()
     }
 
-    /// How many samples of pixels make the bound meet the target, if the error stays as `used` of them show it.
+    /// How many samples of pixels make the bound meet the target, if the error stays as in the first `used` of them.
     pub fn samples_to_decide(&self, target: f64, used: usize) -> usize {
         let room = target * target - (self.error / self.signal).max(0.0);
         let gap = self.upper_bound().powi(2) - (self.error / self.signal).max(0.0);
@@ -127,7 +127,7 @@ impl ErrorEstimate {
         self.groups.iter().filter(|[_, signal]| *signal != 0.0)
     }
 
-    /// Variance of one packet of samples over that of as many at random.
+    /// Variance of one packet of samples over that of the same number of random samples.
     pub fn evenness(&self) -> f64 {
         let at_random = self.variance / f64::from(PACKET_SAMPLES * self.packets.max(1));
         self.noise / at_random.max(f64::MIN_POSITIVE)
@@ -139,24 +139,24 @@ impl ErrorEstimate {
         random + (even - random) * (2.0 * (1.0 - self.evenness())).clamp(0.0, 1.0)
     }
 
-    /// Of a pilot: from now on expects as much noise as gathers with more packets had. Returns that noise over what was expected of them.
+    /// For a pilot: from now on, expects the noise that gathers with more packets had. Returns that noise over the expected noise.
     pub fn observe_noise(&mut self, gathers: &ErrorEstimate) -> f64 {
         let rate = self.variance_rate();
         let of_pixel = |pixel: &Scatter| pixel.variance * pixel.packets.powf(-rate);
         let sum: f64 = gathers.scatter.iter().map(of_pixel).sum();
         let expected = sum * self.evenness() / f64::from(PACKET_SAMPLES);
-        // Few pixels may show none by chance.
+        // Few pixels may show no noise by chance.
         let ratio = (gathers.noise / expected.max(f64::MIN_POSITIVE)).clamp(0.25, 4.0);
         self.noise *= ratio;
         ratio.sqrt()
     }
 
-    /// Samples have the least noise if they are as this power of the variances.
+    /// The noise is least if the samples of pixels are proportional to this power of their variances.
     pub fn variance_power(&self) -> f64 {
         1.0 / (1.0 + self.variance_rate())
     }
 
-    /// Noise over the radiance, with so many packets for a pixel whose variance is 1, and at most so many.
+    /// Noise over the radiance, with `packets_scale` packets for a pixel of variance 1, and at most `max_packets` for each pixel.
     pub fn noise_with(&self, packets_scale: f64, max_packets: u32) -> f64 {
         let (rate, power) = (self.variance_rate(), self.variance_power());
         let variance_of_mean = |pixel: &Scatter| {
@@ -167,7 +167,7 @@ impl ErrorEstimate {
         (sum / self.signal * self.evenness() / f64::from(PACKET_SAMPLES)).sqrt()
     }
 
-    /// Packets of a pixel, as `noise_with` has them.
+    /// Mean packets of a pixel, with the parameters of `noise_with`.
     pub fn mean_packets(&self, packets_scale: f64, max_packets: u32) -> f64 {
         let power = self.variance_power();
         let of_pixel = |pixel: &Scatter| packets(pixel.relative, packets_scale, power, max_packets);
@@ -175,13 +175,13 @@ impl ErrorEstimate {
         sum / self.scatter.len().max(1) as f64
     }
 
-    /// Of a sample of a pixel, over the square of the radiance that errors count over.
+    /// Mean variance of a pixel's sample, over the square of the radiance that errors are relative to.
     pub fn mean_variance(&self) -> f64 {
         let sum: f64 = self.scatter.iter().map(|pixel| pixel.relative).sum();
         sum / self.scatter.len().max(1) as f64
     }
 
-    /// Of a sample, over the square of the radiance.
+    /// Variance of a sample, over the square of the radiance.
     pub fn relative_variance(&self) -> f64 {
         if self.is_dark() {
             return f64::INFINITY;
@@ -189,8 +189,8 @@ impl ErrorEstimate {
         self.variance / self.signal
     }
 
-    /// What errors are over what the resolve pass expects: of gathered pixels, and of interpolated ones. They may be so much larger as
-    /// the estimate is uncertain.
+    /// Factors from the errors that the resolve pass expects to the estimated ones, for gathered and for interpolated pixels.
+    /// They also include the uncertainty of the estimate.
     pub fn error_factors(&self) -> [f64; 2] {
         let relative = self.error / self.signal;
         let uncertainty = 1.0 + (self.standard_error() / relative.max(f64::MIN_POSITIVE)).min(1.0);
@@ -208,7 +208,7 @@ impl ErrorEstimate {
         })
     }
 
-    /// Adds what other pixels tell.
+    /// Adds the estimate of other pixels.
     pub fn add(&mut self, other: ErrorEstimate) {
         self.groups.extend(other.groups);
         self.error += other.error;
@@ -223,8 +223,8 @@ impl ErrorEstimate {
         }
     }
 
-    /// From [error, signal, noise, variance of a sample] of pixels of an image, and their [column, row, expected error, packets]. `tile_px`
-    /// is the edge of the tiles that count alike; `None`: all pixels do.
+    /// Estimates from the [error, signal, noise, variance of a sample] of pixels of an image, and their [column, row, expected error,
+    /// packets]. `tile_px` is the edge of the tiles that errors are relative to; `None`: they are relative to the whole image.
     pub fn new(
         pixels: &[[[f32; 4]; 2]],
         packets: u32,
@@ -251,7 +251,7 @@ impl ErrorEstimate {
             packets,
             ..ErrorEstimate::default()
         };
-        // What squares count over, and pixels that do.
+        // The square that errors are relative to, and the number of pixels that it is for.
         let counted = |pixel: &[[f32; 4]; 2]| match (tile_px, tiles.get(&tile(pixel))) {
             (Some(_), Some((signal, count))) => {
                 let floor = metrics::LOCAL_FLOOR.powi(2) * mean_square;
@@ -298,14 +298,14 @@ impl ErrorEstimate {
     }
 }
 
-/// Packets of a pixel whose variance is this, as `shaders/sample_counts.wgsl` has it.
+/// Packets of a pixel with this variance, as in `shaders/sample_counts.wgsl`.
 fn packets(variance: f64, packets_scale: f64, variance_power: f64, max_packets: u32) -> f64 {
     (packets_scale * variance.powf(variance_power))
         .ceil()
         .clamp(1.0, f64::from(max_packets))
 }
 
-/// That of Student's t distribution, within 1 % from four degrees of freedom on (Abramowitz & Stegun 1964, 26.7.5).
+/// The 97.5 % quantile of Student's t distribution, within 1 % from four degrees of freedom on (Abramowitz & Stegun 1964, 26.7.5).
 fn student_quantile_975(freedom: f64) -> f64 {
     const NORMAL: f64 = 1.959_963_984_540_054;
     let squared = NORMAL * NORMAL;
@@ -318,7 +318,7 @@ fn student_quantile_975(freedom: f64) -> f64 {
 
 #[cfg(test)]
 impl ErrorEstimate {
-    /// Of pixels that are as bright, from the variances of a sample; with noise as of samples at random.
+    /// A pilot of equally bright pixels with these variances of a sample. The noise is that of random samples.
     pub fn of_pilot(variances: &[f64]) -> ErrorEstimate {
         let variance: f64 = variances.iter().sum();
         ErrorEstimate {

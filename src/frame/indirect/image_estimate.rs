@@ -1,31 +1,32 @@
-//! The error of an image of more than one quantity: its light, and with time of flight Z of each frequency.
+//! The error of an image with several quantities: its light, and with time of flight Z of each frequency.
 
 use super::error_estimate::ErrorEstimate;
 use crate::scene::MAX_FREQUENCIES;
 
-/// Where paths cancel each other Z may be next to nothing. Below this share of the light's root mean square errors count as if it were that:
-/// no number of samples would do.
+/// Where paths cancel each other, Z may be almost 0. Errors of Z are relative to at least this share of the light's root mean square,
+/// because no number of samples would be enough otherwise.
 const LEAST_PHASOR: f64 = 0.01;
-/// Standard deviations of its noise that are taken off the square of Z.
+/// Standard deviations of noise that are subtracted from the square of Z.
 const SIGNAL_DEVIATIONS: f64 = 2.0;
 
-/// Of each quantity.
+/// The error estimates of all quantities.
 pub(super) struct ImageEstimate {
     /// Light, and Z of each frequency.
     quantities: Vec<ErrorEstimate>,
-    /// That which scatters most: samples are handed out for it.
+    /// Index of the quantity that scatters most. Samples are distributed for it.
     hardest: usize,
 }
 
-/// Moves the signals of pixels, [error, signal, noise, variance] each, so that their mean is what errors of Z count over: what is left of it without doubt,
-/// and a share of `seen` at least, the root mean square of the light that the camera sees. Where Z is mostly noise, its square may come out many times too large.
+/// Shifts the signals of pixels, [error, signal, noise, variance] each, so that their mean is the square that errors of Z are
+/// relative to. That is the mean minus its uncertainty, but at least a share of `seen`, the root mean square of the light that the
+/// camera sees. If Z is mostly noise, its square may come out many times too large.
 pub(super) fn settle_signals(phasors: &mut [[[f32; 4]; 2]], seen: f64) {
     let least = (LEAST_PHASOR * seen).powi(2);
     let (mut sum, mut variance) = (0.0, 0.0);
     for [[_, signal, noise, _], _] in phasors.iter() {
         let [signal, noise] = [*signal, *noise].map(f64::from);
         sum += signal;
-        // Of t₁·t₂ around |Z|², where |t₁ − t₂|² is 2σ² on average and its square 8σ⁴: σ⁴/2 + |Z|²·σ².
+        // Variance of t₁·t₂ around |Z|², where |t₁ − t₂|² is 2σ² on average and its square 8σ⁴: σ⁴/2 + |Z|²·σ².
         variance += noise * noise / 16.0 + signal.max(0.0) * noise / 2.0;
     }
     let count = phasors.len().max(1) as f64;
@@ -61,7 +62,7 @@ impl ImageEstimate {
         &self.quantities[self.hardest]
     }
 
-    /// No light was found.
+    /// Whether no light was found.
     pub fn is_dark(&self) -> bool {
         self.light().is_dark()
     }
@@ -71,12 +72,12 @@ impl ImageEstimate {
         self.worst(ErrorEstimate::relative_error)
     }
 
-    /// What that is below, as [`ErrorEstimate::upper_bound`] has it.
+    /// Upper bound of the relRMSE, as in [`ErrorEstimate::upper_bound`].
     pub fn upper_bound(&self) -> f64 {
         self.worst(ErrorEstimate::upper_bound)
     }
 
-    /// Of the quantities that there are: no bounce of ambient light has a Z.
+    /// The worst of the quantities that exist: a bounce of ambient light has no Z.
     fn worst(&self, of: impl Fn(&ErrorEstimate) -> f64) -> f64 {
         let there = self.quantities.iter().filter(|each| !each.is_absent());
         let values = there.map(|each| {
@@ -89,7 +90,7 @@ impl ImageEstimate {
         values.fold(0.0, f64::max)
     }
 
-    /// As [`ErrorEstimate::samples_to_decide`], for the quantity that takes most.
+    /// As [`ErrorEstimate::samples_to_decide`], for the quantity that needs most.
     pub fn samples_to_decide(&self, target: f64, used: usize) -> usize {
         let there = self.quantities.iter().filter(|each| !each.is_absent());
         let samples = there.map(|each| each.samples_to_decide(target, used));
@@ -101,7 +102,7 @@ impl ImageEstimate {
         self.quantities[self.hardest].observe_noise(&gathers.quantities[self.hardest])
     }
 
-    /// Adds what other pixels tell.
+    /// Adds the estimate of other pixels.
     pub fn add(&mut self, other: ImageEstimate) {
         for (own, other) in self.quantities.iter_mut().zip(other.quantities) {
             own.add(other);
@@ -129,7 +130,7 @@ mod tests {
 
     #[test]
     fn paths_that_cancel_do_not_make_an_infinite_error() {
-        // Signals that noise has made negative, and none at all.
+        // Signals that noise has made negative, no signal, and a tiny one.
         for signal in [-1e-6, 0.0, 1e-7] {
             let mut phasors = [[[1e-6, signal, 2e-6, 1e-4], [0.0; 4]]; 16];
             settle_signals(&mut phasors, 1.0);
@@ -148,7 +149,7 @@ mod tests {
         }
     }
 
-    /// Of 16 products of two draws of noise, the mean is 1/16 of the noise's square at times, and no signal.
+    /// The mean of 16 products of two draws of noise may be 1/16 of the noise's square, without any signal.
     #[test]
     fn noise_is_no_signal() {
         let noise = 2.0_f32;
@@ -156,7 +157,7 @@ mod tests {
         settle_signals(&mut phasors, 1.0);
         let mean = estimate(&phasors).radiance.powi(2) * 3.0;
         assert!((mean - 1e-4).abs() < 1e-7, "{mean}");
-        // A signal that stands out stays as it is but for twice its deviation, √(1/4 + 100)/4.
+        // A signal that stands out is kept, minus twice its standard deviation, √(1/4 + 100)/4.
         let mut phasors = [[[1.0, 100.0, noise, 1.0], [0.0; 4]]; 16];
         settle_signals(&mut phasors, 1.0);
         let mean = estimate(&phasors).radiance.powi(2) * 3.0;

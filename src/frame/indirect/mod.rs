@@ -20,22 +20,22 @@ use crate::{
     plan::{GatherPlan, IndirectPlan},
 };
 
-/// What the engine estimates of its errors, relRMSE; of the indirect light where nothing else is said.
+/// The engine's estimates of its errors, relRMSE; of the indirect light unless stated otherwise.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ErrorEstimates {
-    /// Against the true bounce: of final gathering.
+    /// Error of final gathering against the true bounce.
     pub error: Option<f64>,
-    /// What that is below with a confidence of 95 %.
+    /// Upper bound of `error` with a confidence of 95 %.
     pub error_upper: Option<f64>,
-    /// Why final gathering went no further; `None` where the light is too dark to be estimated.
+    /// Why final gathering stopped; `None` if the light is too dark to be estimated.
     pub stop: Option<StopReason>,
-    /// Against the sum at every pixel: where one was requested.
+    /// Error of interpolation against the sum at every pixel, if a target was requested for it.
     pub interpolation_error: Option<f64>,
-    /// Of the direct light of lights with an area: the largest of any of them.
+    /// Error of the direct light of lights with an area: the largest of any of them.
     pub area_light_error: Option<f64>,
 }
 
-/// Fills the indirect radiance, gathered by the estimator that the scene wants.
+/// Fills the indirect radiance, gathered by the scene's estimator.
 pub(super) fn gather(
     context: &Context,
     plan: IndirectPlan,
@@ -95,7 +95,7 @@ pub(super) fn gather(
             };
             let is_requested = plan.refinement.target_error.is_some();
             Ok(ErrorEstimates {
-                // Where nothing is interpolated there is no error.
+                // Without interpolation there is no error.
                 interpolation_error: is_requested
                     .then_some(found.interpolation_error.unwrap_or(0.0)),
                 ..found

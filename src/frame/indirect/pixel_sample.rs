@@ -1,4 +1,4 @@
-//! A sample of the image's pixels, gathered apart from the image: what pilots look at, and what its error is estimated from.
+//! A sample of the image's pixels, gathered separately from the image. Pilots use it, and the image's error is estimated from it.
 
 use super::{
     error_estimate::ErrorEstimate,
@@ -24,7 +24,7 @@ use crate::{
 const GROUPS: u32 = 16;
 /// Pixels of the sample.
 const SAMPLE_PIXELS: u32 = 1024;
-/// Seeds of the estimates, which are not those of images.
+/// Seeds of the estimates, different from those of images.
 const FIRST_SEED: u32 = 0x5eed_0000;
 
 /// Pixels that are gathered to estimate the image's error, with room for their results.
@@ -32,20 +32,20 @@ pub(super) struct PixelSample {
     receivers: Receivers,
     ranges: [ReceiverRange; 2],
     pub count: u32,
-    /// Two gathers, or one that is exact.
+    /// Results of two gathers, or of one exact gather.
     results: Buffer,
-    /// Edge of the tiles that count alike, pixels.
+    /// Edge of the tiles that errors are relative to, pixels.
     tile_px: Option<u32>,
-    /// Of this sample of pixels.
+    /// Seed of this sample of pixels.
     seed: u32,
-    /// Gathers of it so far.
+    /// Number of gathers of this sample so far.
     gathers: u32,
-    /// Of the gathers that the image was compared with; nothing where gathers are exact.
+    /// Counts of the gathers that the image was compared with; `None` if gathers are exact.
     counts: Option<SampleCounts>,
 }
 
 impl PixelSample {
-    /// Another `seed`: other pixels.
+    /// Chooses the pixels. Another `seed` gives other pixels.
     pub fn new(refiner: &Refiner, norm: ErrorNorm, seed: u32) -> Result<PixelSample> {
         let (context, gbuffer) = (refiner.context, refiner.gbuffer);
         let resolution_px = context.plan.resolution_px;
@@ -60,11 +60,11 @@ impl PixelSample {
             let count: u32 = ranges.iter().map(|range| range.count).sum();
             let is_all = u64::from(requested) >= pixel_count;
             if is_all && (1..GROUPS).contains(&count) {
-                // So many that each group has some.
+                // Repeat the pixels, so that each group has some.
                 copies = GROUPS.div_ceil(count) as usize;
                 continue;
             }
-            // Where little of the image shows a surface, more places are looked at.
+            // If little of the image shows a surface, more places are tried.
             if count >= SAMPLE_PIXELS / 4 || is_all {
                 return Ok(PixelSample {
                     receivers,
@@ -84,7 +84,7 @@ impl PixelSample {
         }
     }
 
-    /// What two gathers tell of the light, with so many packets of samples; or one that is exact.
+    /// Estimates the light from two gathers with this many packets of samples, or from one exact gather.
     pub fn pilot(&mut self, refiner: &mut Refiner, packets: u32) -> Result<ImageEstimate> {
         if refiner.gatherer.is_exact() {
             self.gather(refiner, None, 0.0)?;
@@ -104,8 +104,8 @@ impl PixelSample {
         self.compare(refiner, None, 0)
     }
 
-    /// Compares the image with two gathers that have samples of their own, and go on as the image's do; or with the one that is exact.
-    /// The receivers have about so many samples.
+    /// Compares the image with two gathers, or with one exact gather. The two have samples of their own, and continue from estimate to
+    /// estimate like the image's. `samples` is the approximate number of samples of a receiver.
     pub fn estimate(
         &mut self,
         refiner: &mut Refiner,
@@ -138,7 +138,7 @@ impl PixelSample {
         })?;
         let samples = GatheredWith {
             counts: &counts,
-            // The same from one estimate to the next.
+            // The same seed in each estimate, so that the gathers continue.
             seed: FIRST_SEED - 2 * (self.seed + 1),
             samples,
             gathered_for: [GatheredFor::Estimate; 2],
@@ -151,7 +151,7 @@ impl PixelSample {
         estimate
     }
 
-    /// Gathers: twice with samples of their own, or once what is exact. `fraction` of the attempt is done meanwhile.
+    /// Gathers twice with independent samples, or once exactly. Reports meanwhile that `fraction` of the attempt is done.
     fn gather(
         &mut self,
         refiner: &mut Refiner,
@@ -171,7 +171,7 @@ impl PixelSample {
                     counts: with.counts,
                     seed: with.seed + gather,
                     light_rays: LightRaySets {
-                        // Others than those of any other gather, and of its other parts.
+                        // Different from the seeds of any other gather, and of its other parts.
                         seed: FIRST_SEED + 1000 * self.seed + self.gathers + ((part as u32) << 16),
                         gathered_for: with.gathered_for[gather as usize],
                         samples: with.samples,
@@ -240,12 +240,12 @@ impl PixelSample {
         let pixels = || estimates.chunks_exact(vectors);
         let of_light = pixels().map(|pixel| [pixel[0], pixel[1]]);
         let light = estimate(&of_light.collect::<Vec<_>>());
-        // Of all bands alike.
+        // Light of all bands is weighted as if they were equally bright.
         let tof = context.scene.tof.as_ref();
         let seen = tof.map_or(0.0, |tof| tof.weighted([light.radiance; 3]));
         let phasors = (0..frequency_count as usize).map(|frequency| {
             let of_frequency = pixels().map(|pixel| {
-                // What the resolve pass expects is of light.
+                // The resolve pass expects errors of light only.
                 let [column, row, _, packets] = pixel[1];
                 [
                     pixel[ESTIMATE_VECTORS + frequency],
@@ -265,16 +265,16 @@ impl PixelSample {
 #[derive(Clone, Copy)]
 struct GatheredWith<'s> {
     counts: &'s SampleCounts,
-    /// Of the first one.
+    /// Seed of the first gather.
     seed: u32,
-    /// Of a receiver, about.
+    /// Approximate number of samples of a receiver.
     samples: u32,
     gathered_for: [GatheredFor; 2],
     set_count: u32,
     adds: bool,
 }
 
-/// About `count` pixels, one at a place of its own in each cell of a grid over the image; as column + 65536 · row.
+/// Chooses about `count` pixels, one at a random place in each cell of a grid over the image, each as column + 65536 · row.
 fn scattered([width, height]: [u32; 2], count: u32, seed: u32) -> Vec<u32> {
     let pixels = f64::from(width) * f64::from(height);
     let edge = (pixels / f64::from(count)).sqrt().max(1.0);

@@ -1,5 +1,5 @@
-//! The bounce over the pixels' area: most samples of a pixel show what the centre of one around it does, and take their light from what was
-//! gathered there. The others are gathered.
+//! Averages the bounce over the pixels' area. Most samples of a pixel show the same surface as the centre of a pixel around them, and
+//! take their light from what was gathered there. The others are gathered.
 
 use super::refine::{MAX_RESULT_VECTORS, Refiner};
 use crate::{
@@ -15,14 +15,14 @@ use crate::{
     vulkan::{Allocate, Device, Image},
 };
 
-/// Seeds of these gathers, which are neither those of images nor those of estimates.
+/// Seeds of these gathers, different from those of images and those of estimates.
 const FIRST_SEED: u32 = 0x4000_0000;
 
-/// What it works with.
+/// The lists and buffers for gathering samples.
 pub(crate) struct SampleResources<A: Allocate = Device> {
     receivers: Receivers<A>,
     results: A::Buffer,
-    /// Receivers whose results that holds.
+    /// Number of receivers whose results fit.
     max_results: u32,
 }
 
@@ -63,7 +63,7 @@ pub(super) fn average(
         phasors: images.indirect_phasors.as_ref(),
     };
     let all: Vec<_> = sampled.samples(context).collect();
-    // So many that a pixel whose samples are all gathered has twice those of another.
+    // If all samples of a pixel are gathered, that pixel gets twice the samples of another.
     let packets = (2 * samples_of_pixel / PACKET_SAMPLES).div_ceil(all.len() as u32);
     let counts = (!refiner.gatherer.is_exact())
         .then(|| SampleCounts::even(context, pixels, packets))

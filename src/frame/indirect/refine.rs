@@ -1,7 +1,7 @@
-//! One attempt at the image: from a coarse grid of pixels to every pixel (after Nichols & Wyman 2009).
+//! One attempt at the image: refines a coarse grid of pixels to every pixel (after Nichols & Wyman 2009).
 //!
-//! A pixel that is gathered tells how wrong its prediction from the coarser ones was; where that was little, the finer ones around
-//! it are interpolated. Every pixel is gathered where the grid's stride is 1.
+//! A gathered pixel shows how wrong its prediction from coarser pixels was. Where the prediction was good, the finer pixels around it
+//! are interpolated. If the grid's stride is 1, every pixel is gathered.
 
 use super::adaptive::Limits;
 use crate::{
@@ -23,10 +23,10 @@ use crate::{
     vulkan::{Allocate, Device, Image},
 };
 
-/// Steps whose pixels are gathered whatever the light: the coarsest grid and the first step between its pixels show what is to be
-/// expected.
+/// Steps whose pixels are gathered for any light. The coarsest grid and the first refinement between its pixels show what to
+/// expect.
 const GRID_STEPS: usize = 3;
-/// Vectors of results that there is room for.
+/// Most vectors of results that there is room for.
 pub(super) const MAX_RESULT_VECTORS: u32 = 1 << 21;
 
 /// Fills the indirect radiance from what a gatherer gathers.
@@ -36,9 +36,9 @@ pub(super) struct Refiner<'a, 'p> {
     pub indirect_radiance: &'a Image,
     pub indirect_phasors: Option<&'a Image>,
     pub indirect_stderr: Option<&'a Image>,
-    /// Where pixels are averaged over their area: what was gathered in the last attempt that was complete.
+    /// What the last complete attempt gathered; only if pixels are averaged over their area.
     pub gathered: Option<&'a Image>,
-    /// Of a gather in that attempt, about; `None`: there was none.
+    /// Approximate number of samples of a gather in that attempt; `None` if there was none.
     pub samples_of_pixel: Option<u32>,
     pub gatherer: &'a mut dyn Gatherer,
     pub progress: &'a mut ProgressReport<'p>,
@@ -46,23 +46,23 @@ pub(super) struct Refiner<'a, 'p> {
 
 /// One attempt at the image.
 pub(super) struct Attempt<'l> {
-    /// Of a gather, about.
+    /// Approximate number of samples of a gather.
     pub samples: u32,
     pub criteria: RefinementCriteria,
     pub number: u32,
-    /// `None`: it may take what it takes.
+    /// `None` if there are no limits.
     pub limits: Option<&'l Limits>,
 }
 
-/// What the refinement works with.
+/// The images, lists and buffers of the refinement.
 pub(crate) struct RefinementResources<A: Allocate = Device> {
     steps: Vec<GridStep>,
     pub images: RefinementImages<A>,
     receivers: Receivers<A>,
     results: A::Buffer,
-    /// Receivers whose results that holds.
+    /// Number of receivers whose results fit.
     max_results: u32,
-    /// Only where gathers have noise.
+    /// Only if gathers have noise.
     counts: Option<SampleCounts<A>>,
 }
 
@@ -95,7 +95,7 @@ impl<A: Allocate> RefinementResources<A> {
 }
 
 impl Refiner<'_, '_> {
-    /// Fills the layer of standard errors, where it was asked for.
+    /// Fills the layer of standard errors, if it was requested.
     pub fn fill_stderr(&self, factors: [f64; 2]) -> Result<()> {
         let Some(layer) = self.indirect_stderr else {
             return Ok(());
@@ -104,7 +104,7 @@ impl Refiner<'_, '_> {
         context.record(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
     }
 
-    /// `error_scales` are those of the frequencies of time of flight.
+    /// Allocates the resources. `error_scales` has one value per frequency of time of flight.
     pub fn resources(
         &self,
         coarsest_stride: u32,
@@ -123,10 +123,10 @@ impl Refiner<'_, '_> {
         Ok(resources)
     }
 
-    /// Gathers and interpolates all pixels. What was gathered in an earlier attempt counts on; where gathers are exact, it stays.
+    /// Gathers and interpolates all pixels. Samples of earlier attempts still count; exact gathers are kept.
     ///
-    /// Returns whether the image is there: an attempt that reaches its limits leaves the image of the one before, and the first one
-    /// interpolates what is left.
+    /// Returns whether the image is complete. If an attempt reaches its limits, the image of the previous attempt stays;
+    /// the first attempt interpolates what is left.
     pub fn refine(
         &mut self,
         resources: &mut RefinementResources,
@@ -145,7 +145,7 @@ impl Refiner<'_, '_> {
                 Ok(())
             })?;
         }
-        // Every pixel of this grid is gathered.
+        // Every pixel of these steps is gathered.
         let grid_steps = resources.steps.len().min(GRID_STEPS);
         for index in usize::from(!starts_anew)..resources.steps.len() {
             let is_spent = attempt
@@ -188,7 +188,7 @@ impl Refiner<'_, '_> {
         Ok(true)
     }
 
-    /// Lowers the noise on the grid that a step completes. Where gathers are exact this does nothing.
+    /// Lowers the noise on the grid that a step completes. Does nothing if gathers are exact.
     fn smooth(
         &self,
         resources: &RefinementResources,
@@ -205,7 +205,7 @@ impl Refiner<'_, '_> {
         })
     }
 
-    /// Interpolates the pixels of a step that may be, and lists the others with the samples that they take.
+    /// Interpolates the pixels of a step that may be interpolated, and lists the others with the samples that they take.
     fn list(
         &self,
         resources: &mut RefinementResources,
@@ -261,7 +261,7 @@ impl Refiner<'_, '_> {
                 counts,
                 seed: 0,
                 light_rays: LightRaySets {
-                    // Others than those of other parts, steps and attempts.
+                    // Different from the seeds of other parts, steps and attempts.
                     seed: part as u32 + ((step as u32 + (attempt.number << 4)) << 16),
                     gathered_for: GatheredFor::Image,
                     samples: attempt.samples,

@@ -1,4 +1,4 @@
-//! From the error that is aimed at to the samples of each pixel and the tolerance of interpolation.
+//! Derives the samples of each pixel and the tolerance of interpolation from the error that is aimed at.
 
 use super::error_estimate::ErrorEstimate;
 use crate::{
@@ -10,25 +10,25 @@ use crate::{
     scene::ErrorNorm,
 };
 
-/// Attempts to meet the target. The last one of a sum leaves nothing to interpolation.
+/// Most attempts to meet the target. The last attempt of a sum interpolates nothing.
 pub(super) const MAX_ATTEMPTS: u32 = 4;
-/// Of rays, which go on from one to the next.
+/// Most attempts with rays, which continue from one attempt to the next.
 pub(super) const MAX_ATTEMPTS_OF_RAYS: u32 = 8;
-/// Of a pixel.
+/// Most packets of a pixel.
 const MAX_PACKETS: u32 = MAX_SAMPLES / PACKET_SAMPLES;
-/// Noise of a gathered pixel over the error of the image: smoothing and interpolation take some of it away (measured: 1 to 2.6).
+/// Noise of a gathered pixel over the error of the image. Smoothing and interpolation remove some of it (measured: 1 to 2.6).
 const NOISE_OVER_TARGET: f64 = 1.25;
-/// Least noise of a pixel, over that of one as bright: its samples may have missed what they did not find.
+/// Least noise of a pixel, over that of an equally bright pixel: its samples may have missed light.
 const LEAST_NOISE: f64 = 0.1;
-/// What an interpolated pixel may be off by where it is worst, over the error aimed at (measured of sums: the image's is then 0.2 to
-/// 0.7 of the latter; half of this takes a tenth more pixels).
+/// Largest error of an interpolated pixel over the error aimed at (measured for sums: the image's error is then 0.2 to 0.7 of the
+/// error aimed at; half of this takes a tenth more pixels).
 const TOLERANCE_OVER_AIM: f64 = 4.0;
-/// What an interpolated pixel may be off by at most.
+/// Upper limit of the error of an interpolated pixel.
 const MAX_TOLERANCE: f64 = 0.2;
 
-/// How hard an attempt tries.
+/// The effort of an attempt.
 pub(super) struct SampleBudget {
-    /// Of a pixel, on average.
+    /// Mean packets of a pixel.
     pub mean_packets: f64,
     noise: GatherNoise,
     allocation: SampleAllocation,
@@ -36,10 +36,10 @@ pub(super) struct SampleBudget {
 }
 
 impl SampleBudget {
-    /// With rays, whose noise the pilot measured.
+    /// The budget for rays, whose noise the pilot measured.
     pub fn for_rays(aim: f64, pilot: &ErrorEstimate) -> SampleBudget {
         let wanted = NOISE_OVER_TARGET * aim;
-        // Bisection: the scale runs over what one packet and all of them take.
+        // Bisection: the scale covers the range from one packet to all of them.
         let (mut low, mut high) = (-60.0_f64, 60.0_f64);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
@@ -68,13 +68,13 @@ impl SampleBudget {
         }
     }
 
-    /// What an attempt with the fewest samples aims at.
+    /// The error that an attempt with the fewest samples aims at.
     pub fn coarsest_aim(pilot: &ErrorEstimate) -> f64 {
         let one_packet = pilot.noise_with(0.0, MAX_PACKETS) / NOISE_OVER_TARGET;
         one_packet.max(MAX_TOLERANCE / TOLERANCE_OVER_AIM)
     }
 
-    /// With sums, which have no noise.
+    /// The budget for sums, which have no noise.
     pub fn for_sums(aim: f64, is_last: bool) -> SampleBudget {
         SampleBudget {
             mean_packets: 0.0,
@@ -84,17 +84,17 @@ impl SampleBudget {
         }
     }
 
-    /// Whether more samples are not to be had.
+    /// Whether the number of samples cannot grow.
     pub fn is_largest(&self) -> bool {
         self.mean_packets >= f64::from(MAX_PACKETS)
     }
 
-    /// Of a gather, about: a power of two.
+    /// Approximate number of samples of a gather: a power of two.
     pub fn samples(&self) -> u32 {
         (PACKET_SAMPLES * self.mean_packets.ceil() as u32).next_power_of_two()
     }
 
-    /// For an image of this radiance, W/sr/m².
+    /// The criteria for an image of this radiance, W/sr/m².
     pub fn criteria(&self, radiance: f64, norm: ErrorNorm) -> RefinementCriteria {
         RefinementCriteria {
             radiance,
@@ -106,10 +106,10 @@ impl SampleBudget {
     }
 }
 
-/// What to aim at after an attempt that was off by `error`.
+/// The error to aim at after an attempt with the error `error`.
 pub(super) fn next_aim(aim: f64, target: f64, error: f64, is_exact: bool) -> f64 {
     let shrink = if is_exact {
-        // The error falls more slowly than what is aimed at; and what was gathered is not lost.
+        // The error falls more slowly than the error aimed at, and what was gathered is kept.
         (0.9 * target / error).powi(2)
     } else {
         0.93 * target / error
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn pixels_that_scatter_more_take_more_samples_and_the_noise_is_as_wanted() {
-        // Of two pixels as bright, one has 100 times the variance.
+        // Of two equally bright pixels, one has 100 times the variance.
         let pilot = ErrorEstimate::of_pilot(&[0.01, 1.0]);
         for aim in [1e-1, 1e-2] {
             let budget = SampleBudget::for_rays(aim, &pilot);

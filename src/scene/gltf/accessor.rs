@@ -1,4 +1,4 @@
-//! The numbers of an accessor.
+//! Reads the numbers of an accessor.
 
 use gltf::Accessor;
 use gltf::accessor::{DataType, Dimensions};
@@ -7,7 +7,7 @@ use super::file::GltfFile;
 use crate::Result;
 
 impl GltfFile {
-    /// Vectors of N components. Normalised integers are 0 to 1, or -1 to 1.
+    /// Reads vectors of N components. Normalised integers become 0 to 1, or -1 to 1.
     pub fn numbers<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f64; N]>> {
         let read: fn(&[u8]) -> f64 = match accessor.data_type() {
             DataType::F32 => |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]).into(),
@@ -31,7 +31,7 @@ impl GltfFile {
         })
     }
 
-    /// Whole numbers.
+    /// Reads whole numbers.
     pub fn indices(&self, accessor: &Accessor) -> Result<Vec<u32>> {
         let read: fn(&[u8]) -> u32 = match accessor.data_type() {
             DataType::U8 => |b| b[0].into(),
@@ -45,7 +45,7 @@ impl GltfFile {
         self.elements(accessor, 1, read)
     }
 
-    /// Every element of as many components, by `read`, which gets its bytes.
+    /// Reads every element, which must have this number of components. `read` converts its bytes.
     fn elements<T>(
         &self,
         accessor: &Accessor,

@@ -50,7 +50,7 @@ impl GltfFile {
             let hint = "export it without that extension";
             return Err(Error::scene(path.display().to_string(), problem, hint));
         }
-        // The crate does not know all of them, and checks what else it relies on too late.
+        // The crate does not know all of these extensions, and checks its other assumptions too late.
         root.extensions_required.clear();
         if let Some(problem) = missing_part(&root) {
             return Err(broken(problem));
@@ -86,7 +86,7 @@ impl GltfFile {
         Error::scene(self.path.display().to_string(), problem, hint)
     }
 
-    /// What a URI stands for: data within it, or a file beside this one.
+    /// The content of a URI: embedded data, or a file beside this one.
     fn resource(&self, uri: &str) -> Result<Vec<u8>> {
         if let Some(data) = uri.strip_prefix("data:") {
             let encoded = data.split_once(";base64,").map(|(_, encoded)| encoded);
@@ -123,7 +123,7 @@ impl GltfFile {
     }
 }
 
-/// What the `gltf` crate relies on without a check.
+/// Describes a missing part that the `gltf` crate uses without a check.
 fn missing_part(root: &Root) -> Option<String> {
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let mut attributes = primitives.flat_map(|primitive| primitive.attributes.values());
@@ -172,7 +172,7 @@ fn missing_part(root: &Root) -> Option<String> {
     Some(format!("a node has light {wrong} of {}", lights.len()))
 }
 
-/// `%20` is a space.
+/// Decodes escapes such as `%20`, which is a space.
 fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();

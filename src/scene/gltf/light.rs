@@ -7,15 +7,15 @@ use gltf::khr_lights_punctual::{Kind, Light as Punctual};
 
 use crate::scene::{Light, SpotCone};
 
-/// Lumens of a watt at 555 nm, by which candela and lux are watts; so do programs that export them.
+/// Lumens per watt at 555 nm. Converts candela and lux to watts, as exporting programs do.
 const LUMEN_PER_WATT: f64 = 683.0;
 
-/// A light where its node places it: it shines along -z. Its range is left out, for light has none.
+/// A light at the place of its node; it shines along -z. Its range is ignored, because light has none.
 pub(super) fn of_node(light: &Punctual, to_world: DMat4) -> Light {
     let position_m = to_world.transform_point3(DVec3::ZERO);
     let direction = to_world.transform_vector3(DVec3::NEG_Z);
     let direction = direction.try_normalize().unwrap_or(DVec3::NEG_Z);
-    // Candela, or lux of a directional light.
+    // Candela, or lux for a directional light.
     let intensity = f64::from(light.intensity()) / LUMEN_PER_WATT;
     let bands = |factor: f64| light.color().map(|band| factor * f64::from(band));
     match light.kind() {
@@ -45,12 +45,12 @@ pub(super) fn of_node(light: &Punctual, to_world: DMat4) -> Light {
     }
 }
 
-/// What a cone's falloff integrates to over all directions.
+/// Integral of a cone's falloff over all directions.
 fn solid_angle_sr(cone: &SpotCone) -> f64 {
     const INTERVALS: u32 = 512;
     let inner_rad = cone.inner_half_angle_deg.to_radians();
     let width_rad = cone.outer_half_angle_deg.to_radians() - inner_rad;
-    // By Simpson's rule.
+    // Simpson's rule.
     let term = |i: u32| {
         let share = f64::from(i) / f64::from(INTERVALS);
         let weight = match i {

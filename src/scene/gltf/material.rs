@@ -1,4 +1,4 @@
-//! Metallic-roughness materials as modified Phong.
+//! Converts metallic-roughness materials to modified Phong.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use super::file::GltfFile;
 use crate::scene::{Bands, Material};
 use crate::{Error, Result};
 
-/// What glTF says of a surface.
+/// The parameters of a glTF surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MetallicRoughness {
     /// Linear, 0 to 1.
@@ -22,20 +22,20 @@ pub struct MetallicRoughness {
     pub roughness: f64,
 }
 
-/// Reflectance of a dielectric that is looked at straight on: that of the index of refraction 1.5.
+/// Reflectance of a dielectric at normal incidence, for an index of refraction of 1.5.
 const DIELECTRIC: f64 = 0.04;
-/// A smoother lobe is narrower than a pixel.
+/// The smallest roughness. A smoother lobe is narrower than a pixel.
 const SMOOTHEST: f64 = 0.03;
 
 impl MetallicRoughness {
-    /// k_d, k_s and the exponent of modified Phong. Where F is the reflectance straight on and α = roughness², the lobe has a share of F and a
-    /// width around the direction of mirroring, and what a rough surface throws aside is diffuse: fitted to metals of GGX under light from 0 to 90°
-    /// off the view (`benches/peers/run --gltf-materials` tells how well). There is no Fresnel term: towards grazing angles dielectrics
-    /// reflect more than this.
+    /// k_d, k_s and the exponent of modified Phong. F is the reflectance at normal incidence and α = roughness². The lobe gets a share of
+    /// F, and a width around the mirror direction; the rest of what a rough surface reflects is diffuse. The numbers are fitted to GGX
+    /// metals under light from 0 to 90° off the view (`benches/peers/run --gltf-materials` measures the fit). There is no Fresnel term:
+    /// towards grazing angles dielectrics reflect more than this.
     pub fn as_phong(&self) -> (Bands, Bands, f64) {
         let metallic = self.metallic.clamp(0.0, 1.0);
         let roughness = self.roughness.clamp(SMOOTHEST, 1.0);
-        // (n·h)^m of microfacets, of which an angle is half of one to the direction of mirroring.
+        // (n·h)^m of microfacets. The angle to h is half the angle to the mirror direction.
         let exponent = (2.0 / roughness.powi(4) - 2.0) / 4.0;
         let diffuse = (0.14 + 0.36 * roughness.powi(2)).min(0.4);
         let lobe = 0.84 * (1.0 - roughness.powi(4)).powf(3.5);
@@ -52,7 +52,7 @@ impl MetallicRoughness {
 }
 
 impl Assets {
-    /// Adds a material of a file, and the textures that it has. Returns its index.
+    /// Adds a material of a file and its textures. Returns its index.
     pub(super) fn add_gltf_material(
         &mut self,
         file: &GltfFile,
@@ -82,7 +82,7 @@ impl Assets {
         let alpha_texture = match (&base, material.alpha_mode()) {
             (Some(info), AlphaMode::Mask) => {
                 let cutoff = f64::from(material.alpha_cutoff().unwrap_or(0.5));
-                // There is a surface from 1/2 on.
+                // Scales alpha so that there is a surface from 1/2 on.
                 let factor = 0.5 * alpha / cutoff.max(1e-6);
                 let use_of = TextureUse::Alpha(factor.to_bits());
                 texture(info, use_of, "baseColorTexture")?
@@ -160,7 +160,7 @@ impl Assets {
                     let factor = f64::from_bits(*factor);
                     let size_px = [decoded.width(), decoded.height()];
                     let values = texture::alpha_channel(decoded).into_iter();
-                    // A float that is too large becomes 255.
+                    // The cast turns a value that is too large into 255.
                     let values = values.map(|value| (factor * f64::from(value)).round() as u8);
                     texture::alpha_texture(name, size_px, values.collect())
                 }
@@ -177,7 +177,7 @@ fn decoded(file: &GltfFile, image: &gltf::Image, place: &str) -> Result<image::D
     })
 }
 
-/// The means of the channels that stand for roughness and metal.
+/// The means of the roughness and metal channels.
 fn mean_of_texture(file: &GltfFile, info: &Info, place: &str) -> Result<[f64; 2]> {
     let image = decoded(file, &info.texture().source(), place)?.into_rgb8();
     let count = f64::from(u8::MAX) * image.pixels().len().max(1) as f64;

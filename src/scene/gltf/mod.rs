@@ -1,4 +1,4 @@
-//! glTF 2.0: meshes, their materials and lights, and cameras, as nodes place them.
+//! glTF 2.0: meshes, their materials and lights, and cameras, placed by their nodes.
 
 mod accessor;
 mod file;
@@ -21,7 +21,8 @@ use file::{GltfFile, KNOWN_EXTENSIONS};
 pub use material::MetallicRoughness;
 
 impl Assets {
-    /// Loads a glTF file: each node with a mesh as a mesh of its own, with the materials that its triangles use. Returns the lights of its nodes.
+    /// Loads a glTF file: each node with a mesh becomes a separate mesh, with the materials that its triangles use. Returns the lights of
+    /// the nodes.
     pub(super) fn load_gltf(&mut self, request: &MeshRequest) -> Result<Vec<Light>> {
         let file = GltfFile::read(&request.path, &request.named_at)?;
         for name in file.document.extensions_used() {
@@ -48,7 +49,7 @@ impl Assets {
     }
 }
 
-/// The camera of that name as its node places it, with the lens that it has.
+/// Sets `camera` to the pose and the lens of the file's camera of that name.
 pub(super) fn camera(path: &Path, named_at: &str, name: &str, camera: &mut Camera) -> Result<()> {
     let file = GltfFile::read(path, named_at)?;
     let mut names = Vec::new();
@@ -71,7 +72,7 @@ pub(super) fn camera(path: &Path, named_at: &str, name: &str, camera: &mut Camer
                 "name one with a perspective",
             ));
         };
-        // It looks along -z, and y is up.
+        // A glTF camera looks along -z, with y up.
         let position_m = to_world.transform_point3(DVec3::ZERO);
         camera.position_m = position_m;
         camera.look_at_m =
@@ -95,7 +96,7 @@ pub(super) fn camera(path: &Path, named_at: &str, name: &str, camera: &mut Camer
 }
 
 impl GltfFile {
-    /// Every node of the scene that the file shows, with what takes its own space to the file's.
+    /// Visits every node of the file's scene, with the transform from the node's space to the file's.
     fn for_each_node(&self, visit: &mut dyn FnMut(&Node, DMat4) -> Result<()>) -> Result<()> {
         let shown = self.document.default_scene();
         let Some(scene) = shown.or_else(|| self.document.scenes().next()) else {
@@ -114,7 +115,7 @@ impl GltfFile {
             visit(&node, to_world)?;
             let first = waiting.len();
             waiting.extend(node.children().map(|child| (child, to_world)));
-            // In the order of the file.
+            // Keep the order of the file.
             waiting[first..].reverse();
         }
         Ok(())
@@ -142,9 +143,9 @@ struct Loader<'l> {
     assets: &'l mut Assets,
     file: &'l GltfFile,
     request: &'l MeshRequest,
-    /// Of the scene, by the index in the file; the last is the standard material.
+    /// Index in the scene for each index in the file; the last one is the default material.
     material_of_index: Vec<Option<u32>>,
-    /// How many nodes have each mesh.
+    /// The number of nodes that place each mesh.
     placed_count: Vec<usize>,
     lights: Vec<Light>,
 }
@@ -188,7 +189,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// The mesh of a node, placed by what takes it to the file's space, and by the scene file.
+    /// The mesh of a node, placed by the transform to the file's space and then by the scene file.
     fn mesh(
         &mut self,
         name: String,
@@ -203,7 +204,7 @@ impl Loader<'_> {
             .primitives()
             .map(|part| Part::read(self.file, &part));
         let parts = parts.collect::<Result<Vec<_>>>()?;
-        // Where some have normals and others none, the others get those of their faces.
+        // If only some primitives have normals, the others get those of their faces.
         let any_normals = !self.request.flat && parts.iter().any(|part| !part.normals.is_empty());
         let any_texcoords = parts.iter().any(|part| !part.texcoords.is_empty());
         for (part, primitive) in parts.into_iter().zip(of_node.primitives()) {
@@ -254,7 +255,7 @@ impl Loader<'_> {
     }
 }
 
-/// What a primitive has.
+/// The data of a primitive.
 struct Part {
     positions: Vec<[f64; 3]>,
     normals: Vec<[f64; 3]>,
@@ -308,7 +309,7 @@ impl Part {
         })
     }
 
-    /// `None` of points and lines.
+    /// `None` for points and lines.
     fn triangles(&self, mode: Mode) -> Option<Vec<[u32; 3]>> {
         let indices = &self.indices;
         Some(match mode {
@@ -322,7 +323,7 @@ impl Part {
         })
     }
 
-    /// With vertices of its own for each triangle, and the normal of its face.
+    /// Gives each triangle its own vertices, with the normal of its face.
     fn with_face_normals(self, triangles: &[[u32; 3]]) -> (Part, Vec<[u32; 3]>) {
         let corners = triangles
             .as_flattened()

@@ -1,8 +1,9 @@
-//! Motion blur: what a pixel sees over an exposure, as the mean of renders within it.
+//! Motion blur: a pixel shows the mean of several renders within an exposure.
 
 use camlux::output::{Frame, Layer, LayerData};
 
-/// The layers that are light. Renders of one frame draw the same samples, so that their errors may be alike: the mean of their standard errors is a bound.
+/// The layers that hold light. All renders of one frame draw the same samples, so that their errors may be correlated: the mean of their
+/// standard errors is an upper bound.
 const LIGHT: [Layer; 5] = [
     Layer::Radiance,
     Layer::Direct,
@@ -11,7 +12,7 @@ const LIGHT: [Layer; 5] = [
     Layer::Energy,
 ];
 
-/// Sums over renders.
+/// Sums over the renders.
 #[derive(Default)]
 pub struct Mean {
     sums: Vec<(Layer, Vec<f64>)>,
@@ -36,7 +37,7 @@ impl Mean {
         self.count += 1;
     }
 
-    /// Gives a frame this light in the place of its own.
+    /// Replaces the light of a frame by this mean.
     pub fn put_into(self, frame: &mut Frame) {
         let share = 1.0 / f64::from(self.count);
         frame.layers.retain(|(layer, _)| !LIGHT.contains(layer));

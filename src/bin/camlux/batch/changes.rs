@@ -9,20 +9,20 @@ use super::draws::Draws;
 use super::motion::{self, Motion};
 use crate::Failure;
 
-/// How to write the place of a light or mesh.
+/// Hint that shows how to give the index of a light or mesh.
 const INDEX: &str = "index = 0, its place in the scene file";
 
 #[derive(Default)]
 pub struct Changes {
     pub camera: Option<Motion>,
-    /// With the places of the lights and meshes in the scene file.
+    /// Each with the index of the light or mesh in the scene file.
     pub lights: Vec<(usize, Motion)>,
     pub meshes: Vec<(usize, Motion)>,
-    /// One value a frame.
+    /// One value per frame.
     pub values: Vec<Change>,
-    /// The whole sequence once for each value.
+    /// The whole sequence runs once for each value.
     pub sweeps: Vec<Change>,
-    /// What has to be in every scene, and the line that says so.
+    /// What every scene must contain, and the line of the job that names it.
     named: Vec<(String, Named)>,
 }
 
@@ -41,7 +41,7 @@ pub enum Change {
 
 pub enum Values<const N: usize> {
     Listed(Vec<[f64; N]>),
-    /// Drawn evenly between two, each number for itself.
+    /// Drawn evenly between two values, each component by itself.
     Random([f64; N], [f64; N]),
 }
 
@@ -126,7 +126,7 @@ impl Changes {
         Ok(())
     }
 
-    /// Notes what has to be there, by its place in the scene file.
+    /// Records that every scene must contain this index of the scene file.
     fn index(&mut self, value: Value, named: fn(usize) -> Named) -> Result<usize, Failure> {
         let index = value.count()? as usize;
         self.named.push((value.at, named(index)));
@@ -139,7 +139,7 @@ impl Changes {
         Ok(name)
     }
 
-    /// Refuses a scene that lacks what is to change, or where something else moves it.
+    /// Rejects a scene that lacks something the job changes, or in which something else moves it.
     pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
         let carried = |light: &usize| scene.carried_lights.iter().any(|(i, _)| i == light);
         if let Some((light, _)) = self.lights.iter().find(|(light, _)| carried(light)) {
@@ -165,7 +165,7 @@ impl Changes {
         Ok(())
     }
 
-    /// Frames of a sequence: lists say how many, and keyframes where no list does; `frames` may take fewer of a list.
+    /// Number of frames in a sequence. Lists give it; without lists, keyframes do. `frames` may use fewer values than a list has.
     pub fn count_frames(&self, keys: &mut Keys) -> Result<u32, Failure> {
         let moved = self.lights.iter().chain(&self.meshes);
         let motions = self.camera.iter().chain(moved.map(|(_, motion)| motion));
@@ -213,7 +213,7 @@ impl Changes {
 }
 
 impl Change {
-    /// How many values are listed; 0 where they are drawn.
+    /// The number of listed values; 0 if they are drawn.
     pub fn len(&self) -> usize {
         match self {
             Change::Power(_, factors) => factors.len(),
@@ -221,7 +221,7 @@ impl Change {
         }
     }
 
-    /// Applies the value of a list's index, or a drawn one.
+    /// Applies the listed value at an index, or a drawn value.
     pub fn apply(&self, scene: &mut Scene, index: usize, draws: impl Fn(&str) -> Draws) {
         match self {
             Change::Power(light, factors) => {

@@ -1,4 +1,4 @@
-//! A picture of many frames side by side: a look at a data set.
+//! A contact sheet: many frames side by side in one picture.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::reduced::Reduced;
 use crate::{Failure, tell, warn};
 
 const MOST_FRAMES: usize = 64;
-/// Widest frame on the sheet.
+/// Maximum width of a frame on the sheet.
 const WIDEST_PX: usize = 160;
 const GAP_PX: usize = 2;
 
@@ -20,7 +20,7 @@ pub struct ContactSheet(OutputFile);
 
 impl ContactSheet {
     /// # Errors
-    /// Where the file cannot be written, and where the job's frames have no radiance to show.
+    /// If the file cannot be written, or if the job's frames have no radiance layer to show.
     pub fn create(path: &Path, frames: &Frames) -> Result<Self, Failure> {
         require_extension("--contact-sheet", path, "png")?;
         let layers = frames.job.exr.layers.as_ref();
@@ -31,7 +31,7 @@ impl ContactSheet {
         Ok(ContactSheet(OutputFile::create(path)?))
     }
 
-    /// Shows frames that are there, evenly picked from these. The exposure is the same for all.
+    /// Shows finished frames, picked evenly from these. All have the same exposure.
     pub fn write(self, frames: &Frames, indices: &[u64], folder: &Path) -> Result<(), Failure> {
         let paths = indices.iter().map(|&index| frames.plan(index).path(folder));
         let there: Vec<_> = paths.filter(|path| path.exists()).collect();
@@ -56,7 +56,7 @@ impl ContactSheet {
     }
 }
 
-/// Rows and columns of the same number, row by row from the top.
+/// A grid with the same number of rows and columns, filled row by row from the top.
 fn arrange(shown: &[Reduced]) -> RgbImage {
     let values: Vec<[f32; 3]> = shown.iter().flat_map(|s| s.rgb.iter().copied()).collect();
     let white = output::white_radiance(values.as_flattened());

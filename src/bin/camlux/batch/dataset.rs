@@ -1,4 +1,4 @@
-//! `dataset.json`: what holds for all frames of a data set.
+//! `dataset.json`: what all frames of a data set have in common.
 
 use std::path::Path;
 
@@ -65,7 +65,7 @@ fn object(frames: &Frames) -> Value {
     })
 }
 
-/// How phase images are taken and what they mean, as the header of each file has it.
+/// How phase images are taken and what they mean, as in the header of each file.
 fn time_of_flight(scene: &Scene, tof: &TimeOfFlight, timing: Option<&Timing>) -> Value {
     let exposure_s = scene.sensor.map(|sensor| sensor.exposure_time_s);
     let starts_s = timing.zip(exposure_s).map(|(timing, exposure_s)| {

@@ -1,5 +1,5 @@
-//! Random numbers that depend on the job's seed, the frame and what they are for, and on nothing else: so a frame is the same whoever
-//! renders it, and whatever else the job varies.
+//! Random numbers that depend only on the job's seed, the frame and their purpose. A frame is therefore the same on every machine, whatever
+//! else the job varies.
 
 use camlux::glam::{DQuat, DVec3};
 
@@ -15,7 +15,7 @@ impl Draws {
         Draws(hasher.finalize_xof())
     }
 
-    /// Even from 0 to 1, without 1.
+    /// Uniform in [0, 1).
     fn unit(&mut self) -> f64 {
         let mut bytes = [0; 8];
         self.0.fill(&mut bytes);
@@ -30,7 +30,7 @@ impl Draws {
         DVec3::from_array([0, 1, 2].map(|axis| self.between(min[axis], max[axis])))
     }
 
-    /// Every rotation is as likely as any other (Shoemake 1992).
+    /// A uniformly distributed rotation (Shoemake 1992).
     pub fn rotation(&mut self) -> DQuat {
         let share = self.unit();
         let [a, b] = [0, 1].map(|_| self.between(0.0, std::f64::consts::TAU));

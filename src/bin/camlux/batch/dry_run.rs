@@ -1,4 +1,4 @@
-//! `--dry-run`: which frames there are, and what they will take, from a few that are rendered and packed but not kept.
+//! `--dry-run`: lists the frames and estimates time and disk space from a few frames that are rendered and packed but not kept.
 
 use std::fmt::Write;
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use super::frames::Frames;
 use super::work::Engine;
 use crate::{Failure, print, tell, warn};
 
-/// Frames that are tried beside the first, whose time holds what is made once.
+/// Number of frames that are tried besides the first. The time of the first includes one-off work.
 const TRIED_FRAMES: usize = 3;
 
 pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(), Failure> {
@@ -34,7 +34,7 @@ pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(
     let mut tried: Vec<u64> = (0..TRIED_FRAMES).map(spread).collect();
     tried.dedup();
     let mut engine = Engine::open(device)?;
-    // A frame that fails does so in the batch, and is recorded there.
+    // A frame that fails here will fail in the batch, too, and is recorded there.
     let _ = take(first, frames, &mut engine);
     let taken = tried
         .iter()
@@ -54,7 +54,7 @@ pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(
     Ok(())
 }
 
-/// The time that a frame takes, and its bytes.
+/// The time that a frame takes, and its size in bytes.
 fn take(index: u64, frames: &Frames, engine: &mut Engine) -> Result<(Duration, u64), Failure> {
     let start = Instant::now();
     let planned = frames.plan(index);

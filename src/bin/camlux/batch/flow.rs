@@ -1,11 +1,11 @@
-//! How far what a pixel shows moves to the next frame of the sequence.
+//! Flow: how far the surface that a pixel shows moves until the next frame of the sequence.
 
 use camlux::glam::{DMat4, DVec2, DVec3};
 use camlux::output::{Frame, Layer, LayerData};
 
 use super::frames::Moment;
 
-/// Adds the layers of optical flow and scene flow; `next` is `None` in the last frame of a sequence.
+/// Adds the layers of optical flow and scene flow. `next` is `None` in the last frame of a sequence.
 pub fn add(frame: &mut Frame, begin: &Moment, next: Option<&Moment>) {
     let (Some(ranges_m), Some(ids)) = (frame.values(Layer::Range), frame.ids(Layer::InstanceId))
     else {
@@ -21,10 +21,10 @@ pub fn add(frame: &mut Frame, begin: &Moment, next: Option<&Moment>) {
             return nowhere;
         };
         let centre = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        // Not the layer P, which loses digits far from the origin.
+        // The layer P is not used, because it loses digits far from the origin.
         let direction = camera.ray_direction(centre.x, centre.y).normalize();
         let point_m = camera.position_m + direction * f64::from(range_m);
-        // What stays, stays to the last digit.
+        // Meshes that do not move get a scene flow of exactly 0.
         let step_m = match moves.get(id as usize - 1).copied().flatten() {
             Some(of_mesh) => of_mesh.transform_point3(point_m) - point_m,
             None => DVec3::ZERO,
@@ -47,7 +47,7 @@ pub fn add(frame: &mut Frame, begin: &Moment, next: Option<&Moment>) {
     frame.layers.extend(layers);
 }
 
-/// What takes each mesh from one place in the world to the next; `None` where it stays.
+/// The transform of each mesh from one pose in the world to the next; `None` if it does not move.
 fn mesh_moves(begin: &Moment, next: &Moment) -> Vec<Option<DMat4>> {
     let mut moves = vec![None; begin.mesh_count()];
     for (&(mesh, position_m, rotation), &(_, next_position_m, next_rotation)) in

@@ -1,4 +1,4 @@
-//! The frames of a job: what each shows, and the scene it is rendered from.
+//! The frames of a job: what each one shows, and the scene that it is rendered from.
 
 use std::path::{Path, PathBuf};
 
@@ -19,17 +19,17 @@ use crate::options::{resize, warn_of};
 pub struct Frames {
     pub job: Job,
     pub scenes: Vec<LoadedScene>,
-    /// Of everything that all frames share.
+    /// Hash of everything that all frames share.
     shared_hash: blake3::Hasher,
 }
 
 pub struct LoadedScene {
-    /// As the job has it.
+    /// The name as the job has it.
     pub name: String,
     pub hash: String,
-    /// Of its frames, below the data set's: empty for the only scene.
+    /// The folder of its frames, below the data set's folder; empty if the job has only one scene.
     pub folder: String,
-    /// As its file and the job's size have it.
+    /// The scene from its file, at the job's size.
     pub scene: Scene,
 }
 
@@ -38,30 +38,30 @@ pub struct Planned {
     pub index: u64,
     /// Position and attitude, metres and a unit quaternion.
     pub camera_pose: (DVec3, DQuat),
-    /// Below the data set's folder.
+    /// Path below the data set's folder.
     pub file: String,
     /// BLAKE3 of everything that the image and its file depend on.
     pub inputs: String,
-    /// What the manifest says of it.
+    /// Its description in the manifest.
     pub description: Value,
-    /// When it begins.
+    /// The scene at the beginning of the frame.
     pub begin: Moment,
     /// Whether it has the layers of flow.
     pub has_flow: bool,
-    /// The next frame of the sequence, where they are wanted and there is one.
+    /// The next frame of the sequence, if flow is requested and there is one.
     pub next: Option<Moment>,
     /// What is exposed while something moves.
     pub exposed: Exposed,
-    /// Name and time of each phase image, seconds from the frame's beginning, where the job has times.
+    /// Name and time of each phase image, in seconds from the frame's beginning, if the job has times.
     phase_starts_s: Vec<(String, f64)>,
 }
 
-/// The scene at the times of exposures; empty where nothing moves meanwhile.
+/// The scene at the times of the exposures; empty if nothing moves during them.
 #[derive(Default)]
 pub struct Exposed {
-    /// Of a frame without time of flight.
+    /// For a frame without time of flight.
     pub frame: Vec<Moment>,
-    /// Of each phase image.
+    /// For each phase image.
     pub phase_images: Vec<(Image, Vec<Moment>)>,
 }
 
@@ -75,7 +75,7 @@ impl Exposed {
 /// The scene at one time.
 pub struct Moment {
     scene_index: usize,
-    /// With the meshes where the scene has them.
+    /// Its meshes are still where the scene has them.
     scene: Scene,
     mesh_poses: Vec<(usize, DVec3, DQuat)>,
     camera_pose: Option<Pose>,
@@ -126,7 +126,7 @@ impl Frames {
         })
     }
 
-    /// Frames of one scene.
+    /// Number of frames of one scene.
     pub fn count_in_scene(&self) -> u64 {
         let sweeps = self.job.changes.sweeps.iter();
         let steps = sweeps.map(|sweep| sweep.len() as u64);
@@ -137,7 +137,7 @@ impl Frames {
         self.count_in_scene() * self.scenes.len() as u64
     }
 
-    /// What a frame shows, or would show `later`, a share of the time to the next.
+    /// The scene in a frame, or `later` after its beginning, as a fraction of the time to the next frame.
     fn moment(&self, index: u64, later: f64) -> Moment {
         let changes = &self.job.changes;
         let scene_index = (index / self.count_in_scene()) as usize;
@@ -279,15 +279,15 @@ impl Moment {
         self.scene.meshes.len()
     }
 
-    /// Of the meshes that move: index, position and rotation.
+    /// The meshes that move: index, position and rotation.
     pub fn mesh_poses(&self) -> &[(usize, DVec3, DQuat)] {
         &self.mesh_poses
     }
 
-    /// Where all is that can move.
+    /// A text with the poses of everything that can move.
     fn poses(&self) -> String {
         let Scene { camera, lights, .. } = &self.scene;
-        // Without patterns, which may be large: they do not move.
+        // Leaves out patterns: they may be large and do not move.
         let lights = lights
             .iter()
             .map(|light| (light.kind(), light.parameters()));
@@ -306,7 +306,7 @@ impl Moment {
 }
 
 impl Planned {
-    /// What the header of its file says beyond the frame itself.
+    /// The attributes that the header of its file has in addition to those of the frame.
     pub fn attributes(&self) -> Vec<(String, Attribute)> {
         let frame = i32::try_from(self.index).unwrap_or(i32::MAX);
         let frame = ("batch.frame".to_owned(), Attribute::Int(frame));

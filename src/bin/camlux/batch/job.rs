@@ -1,4 +1,4 @@
-//! The job file: which scenes, what varies, and what is written.
+//! The job file: its scenes, its changes, and what it writes.
 
 use std::path::{Path, PathBuf};
 
@@ -9,23 +9,23 @@ use super::changes::Changes;
 use super::timing::Timing;
 use crate::Failure;
 
-/// Where a job does not say.
+/// Default if a job does not give it.
 const COMPRESSION: ExrCompression = ExrCompression::Rle;
 
 pub struct Job {
     pub text: String,
     pub file: PathBuf,
-    /// As written, and where they lie.
+    /// The scenes as written in the job, and their paths.
     pub scenes: Vec<(String, PathBuf)>,
-    /// Of one sequence: as many for each scene and each step of the sweeps.
+    /// Frames of one sequence: the same number for each scene and each step of the sweeps.
     pub frame_count: u32,
     pub seed: u32,
     pub size_px: Option<[u32; 2]>,
     pub exr: ExrOptions,
-    /// Frames have the layers of a sequence.
+    /// Whether frames have the layers of flow.
     pub has_flow: bool,
     pub changes: Changes,
-    /// `None`: all of a frame is of one time.
+    /// `None`: the whole frame shows one instant.
     pub timing: Option<Timing>,
 }
 

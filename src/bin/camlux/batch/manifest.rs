@@ -1,7 +1,7 @@
-//! The manifest: a line of JSON a frame, appended when the frame's file has its name.
+//! The manifest: one line of JSON per frame, appended once the frame's file has its final name.
 //!
-//! What a line says is checked against the file before it is believed, so nothing waits for the disk: a line that is lost or cut,
-//! or whose file is not what it says, costs that frame's time again and no more.
+//! A line counts only if it matches its file, so that nothing has to wait for the disk. If a line is lost or cut, or does not match its
+//! file, only that frame is rendered again.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -17,7 +17,7 @@ use super::frames::Planned;
 /// The manifest of all frames.
 pub const WHOLE: &str = "manifest.jsonl";
 
-/// A line as it was read: the text is kept, so that its numbers stay to the last digit.
+/// A line as it was read. The text is kept, so that its numbers keep all digits.
 #[derive(Clone)]
 pub struct Line {
     text: String,
@@ -27,7 +27,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// `None` for what is no line of a manifest: one that was cut.
+    /// `None` if the text is not a line of a manifest, such as one that was cut.
     fn parse(text: &str) -> Option<(u64, Line)> {
         let value: Value = serde_json::from_str(text).ok()?;
         let text_of = |key: &str| Some(value.get(key)?.as_str()?.to_owned());
@@ -47,7 +47,7 @@ impl Line {
         self.blake3.is_none()
     }
 
-    /// Whether the frame is what it is now and its file is there, byte for byte.
+    /// Whether the frame's inputs are unchanged and its file is there, byte for byte.
     pub fn is_proved_by(&self, planned: &Planned, folder: &Path) -> bool {
         let Some(expected) = self.blake3.as_ref().filter(|_| self.is_of(planned)) else {
             return false;
@@ -60,10 +60,10 @@ impl Line {
     }
 }
 
-/// Lines by the frame's index; of two the later one counts.
+/// Lines by frame index; of two lines with the same index the later one counts.
 pub type Lines = BTreeMap<u64, Line>;
 
-/// The lines of a manifest; none where there is no file.
+/// The lines of a manifest; none if there is no file.
 pub fn read(path: &Path) -> Result<Lines, Error> {
     let bytes = match fs::read(path) {
         Ok(bytes) => bytes,
@@ -80,7 +80,7 @@ pub fn replace(path: &Path, lines: &Lines) -> Result<(), Error> {
     replace_text(path, &text)
 }
 
-/// Replaces a file, unless it holds the text already.
+/// Replaces a file unless it already holds this text.
 pub fn replace_text(path: &Path, text: &str) -> Result<(), Error> {
     if fs::read(path).is_ok_and(|before| before == text.as_bytes()) {
         return Ok(());
@@ -88,14 +88,14 @@ pub fn replace_text(path: &Path, text: &str) -> Result<(), Error> {
     OutputFile::create(path)?.commit_with(text.as_bytes())
 }
 
-/// A manifest to which frames are added as they come.
+/// A manifest to which frames are added as they finish.
 pub struct Journal {
     path: PathBuf,
     file: File,
 }
 
 impl Journal {
-    /// Begins with these lines.
+    /// Starts with these lines.
     pub fn begin(path: &Path, lines: &Lines) -> Result<Journal, Error> {
         replace(path, lines)?;
         let file = File::options().append(true).create(true).open(path);
@@ -112,7 +112,7 @@ impl Journal {
             .map_err(|error| failed(&self.path, &error))
     }
 
-    /// Puts the lines in order, and on the disk.
+    /// Sorts the lines and flushes them to the disk.
     pub fn finish(self) -> Result<Lines, Error> {
         let lines = read(&self.path)?;
         replace(&self.path, &lines)?;

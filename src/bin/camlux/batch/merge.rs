@@ -1,4 +1,4 @@
-//! `--merge`: one manifest from those of the shards, each line proved by its file.
+//! `--merge`: merges the manifests of the shards into one and checks each line against its file.
 
 use std::fs;
 use std::path::Path;
@@ -7,10 +7,10 @@ use super::frames::Frames;
 use super::manifest::{self, Lines, WHOLE};
 use crate::{Failure, counted, tell};
 
-/// Indices that a message names at most.
+/// Maximum number of indices in a message.
 const MOST_NAMED: usize = 10;
 
-/// Whether every frame is there.
+/// Returns whether every frame is there.
 pub fn run(frames: &Frames, folder: &Path) -> Result<bool, Failure> {
     let (manifests, shard_count) = manifests(folder)?;
     let mut merged = Lines::new();
@@ -63,7 +63,7 @@ fn tell_of(indices: &[u64], one: &str, many: &str) {
     tell(&format!("{count}: {}", named.join(", ")));
 }
 
-/// All manifests of the folder, those of shards first, and how many of these there are.
+/// All manifests of the folder, those of shards first, and the number of shard manifests.
 fn manifests(folder: &Path) -> Result<(Vec<Lines>, u64), Failure> {
     let unreadable = |error| format!("{}: cannot be read: {error}", folder.display());
     let mut paths = Vec::new();

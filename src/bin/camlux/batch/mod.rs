@@ -1,4 +1,4 @@
-//! `camlux batch`: from a job file to a data set of many frames. See `docs/batch.md`.
+//! `camlux batch`: renders a job file to a data set of many frames. See `docs/batch.md`.
 
 mod blur;
 mod changes;
@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         dry_run::run(&frames, &indices, &device)?;
         return Ok(ExitCode::SUCCESS);
     }
-    // clap requires it.
+    // clap requires this option.
     let folder = args.output.as_deref().ok_or("give --output")?;
     let sheet = args.contact_sheet.as_deref();
     let sheet = sheet.map(|path| ContactSheet::create(path, &frames));
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     for scene in &frames.scenes {
         create_folder(&folder.join("frames").join(&scene.folder))?;
     }
-    // Shards have their own, so that each can be written where the others cannot be seen.
+    // Each shard has its own manifest, so that a shard can write it without access to the others.
     let manifest = folder.join(match args.shard {
         None => WHOLE.into(),
         Some(Shard { number, count }) => format!("manifest-{number}-of-{count}.jsonl"),
@@ -164,7 +164,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::from(u8::from(!is_success)))
 }
 
-/// Keeps a manifest to one run, until it ends: also where that is by a kill.
+/// Locks a manifest for one run until that run ends. A killed run releases the lock, too.
 fn lock(manifest: &Path) -> Result<File, Failure> {
     let name = manifest.file_name().unwrap_or_default().display();
     let path = manifest.with_file_name(format!(".{name}.lock"));
@@ -194,8 +194,8 @@ fn lock(manifest: &Path) -> Result<File, Failure> {
     Ok(file)
 }
 
-/// The lines of the manifest that stay, and the frames of this run that are to be rendered: those without a line, whose file is not
-/// what the line says, whose job or scene has changed, and those that failed.
+/// Returns the manifest lines to keep and the frames of this run to render. A frame is rendered if it has no line, if its file does not
+/// match the line, if its job or scene has changed, or if it failed.
 fn sort_out(
     frames: &Frames,
     indices: &[u64],
@@ -213,7 +213,7 @@ fn sort_out(
     Ok((lines, missing))
 }
 
-/// Removes what a killed run has left under construction of these frames and of this manifest; others may be at work on other ones.
+/// Removes unfinished files that a killed run left for these frames and this manifest. Other runs may be working on other frames.
 fn remove_unfinished(frames: &Frames, missing: &[u64], folder: &Path, manifest: &Path) {
     let paths = missing.iter().map(|&index| frames.plan(index).path(folder));
     let own: HashSet<PathBuf> = paths.chain([manifest.to_owned()]).collect();
@@ -228,7 +228,7 @@ fn remove_unfinished(frames: &Frames, missing: &[u64], folder: &Path, manifest: 
             let unfinished = name.strip_prefix('.').and_then(|n| n.strip_suffix(".part"));
             let finished = unfinished.and_then(|n| Some(folder.join(n.rsplit_once('.')?.0)));
             if finished.is_some_and(|finished| own.contains(&finished)) {
-                // One that stays is in nobody's way.
+                // A file that cannot be removed does no harm.
                 let _ = fs::remove_file(&path);
             }
         }

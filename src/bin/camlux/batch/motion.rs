@@ -1,4 +1,4 @@
-//! How something moves from frame to frame: `poses`, `keyframes`, a `trajectory` or `random`, one of them.
+//! How something moves from frame to frame: exactly one of `poses`, `keyframes`, a `trajectory` or `random`.
 
 use std::path::Path;
 
@@ -11,26 +11,26 @@ use super::pose::{Aim, Pose};
 use super::trajectory::{self, unit_quaternion};
 use crate::Failure;
 
-/// The keys that say it.
+/// The keys that give a motion.
 pub const KEYS: [&str; 4] = ["poses", "keyframes", "trajectory", "random"];
 
 pub enum Motion {
-    /// One pose a frame.
+    /// One pose per frame.
     Listed(Vec<Pose>),
-    /// In rising order of frames; before the first and behind the last nothing moves.
+    /// Sorted by frame. Nothing moves before the first keyframe and after the last one.
     Keyed(Vec<(u32, Pose)>),
     /// Anywhere in a box.
     Random {
         min_m: DVec3,
         max_m: DVec3,
         aim: Option<Aim>,
-        /// In any rotation, all as likely.
+        /// In any rotation, all equally likely.
         turns: bool,
     },
 }
 
 impl Motion {
-    /// Reads what one table says of a motion; `None` where it says nothing.
+    /// Reads the motion of one table; `None` if the table has none.
     pub fn read(keys: &mut Keys, folder: &Path) -> std::result::Result<Option<Motion>, Failure> {
         let Some((kind, value)) = keys.take_one(&KEYS)? else {
             return Ok(None);
@@ -46,7 +46,8 @@ impl Motion {
         }))
     }
 
-    /// The pose in a frame of a sequence, or `later` after its beginning, a share of the time to the next; draws are made for the frame of the whole job, and stay.
+    /// The pose in a frame of a sequence, or `later` after its beginning, as a fraction of the time to the next frame. Random poses are
+    /// drawn for the frame's index in the whole job and stay constant within a frame.
     pub fn pose(&self, frame: u32, later: f64, mut draws: Draws) -> Pose {
         let time = f64::from(frame) + later;
         match self {

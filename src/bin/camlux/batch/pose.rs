@@ -1,23 +1,23 @@
-//! Where something is and which way it looks, and how that becomes a camera, a light or a mesh.
+//! Poses (position and orientation), and how they become a camera, a light or a mesh.
 
 use camlux::glam::{DMat3, DQuat, DVec3};
 use camlux::scene::{Camera, Light};
 
-/// A pose of the job.
+/// A pose from the job.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// Metres, in the world.
     pub position_m: DVec3,
-    /// `None`: as the scene has it.
+    /// `None`: the orientation of the scene.
     pub aim: Option<Aim>,
-    /// Time stamp of a trajectory's row.
+    /// Time stamp of a row in a trajectory.
     pub time_s: Option<f64>,
 }
 
-/// Which way: the axes of what is posed are x right, y down, z forward, those of camera intrinsics.
+/// The orientation. The axes of the posed object are x right, y down, z forward, as in camera intrinsics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aim {
-    /// From those axes to the world, of unit length.
+    /// Rotation from those axes to the world; unit length.
     Rotation(DQuat),
     LookAt {
         target_m: DVec3,
@@ -26,8 +26,8 @@ pub enum Aim {
 }
 
 impl Pose {
-    /// Between two poses: positions on the straight line, rotations on the shortest arc at even speed. Where both look at a point,
-    /// so do those between.
+    /// Interpolates between two poses: positions on a straight line, rotations on the shortest arc at constant speed. If both poses look at
+    /// a point, so do those between.
     pub fn between(self, next: Pose, share: f64) -> Pose {
         let mixed = |a: DVec3, b: DVec3| a + (b - a) * share;
         let aim = match (self.aim, next.aim) {
@@ -54,7 +54,7 @@ impl Pose {
         }
     }
 
-    /// From the posed axes to the world; none where nothing is said. Up is y, where that is not said.
+    /// Rotation from the posed axes to the world; none if the pose gives none. Up is y unless given.
     pub fn rotation(&self) -> DQuat {
         match self.aim {
             None => DQuat::IDENTITY,
@@ -75,7 +75,7 @@ impl Pose {
             None => (position_m + view, camera.up),
             Some(Aim::LookAt { target_m, up }) => (target_m, up.unwrap_or(camera.up)),
             Some(Aim::Rotation(rotation)) => {
-                // Far enough away that the digits lost in the sum do not show in the direction.
+                // Far enough away that the digits lost in the sum do not change the direction.
                 let distance_m = position_m.abs().max_element().max(1.0).log2().ceil().exp2();
                 let look_at_m = position_m + rotation * DVec3::Z * distance_m;
                 (look_at_m, rotation * DVec3::NEG_Y)
@@ -89,7 +89,8 @@ impl Pose {
         }
     }
 
-    /// The light at this pose: a spot, a pattern and parallel light shine along its z axis, and a pattern has its plane C = 0 against its y axis.
+    /// The light at this pose. Spots, patterns and parallel light shine along the z axis of the pose; the plane C = 0 of a pattern is on
+    /// the side of the negative y axis.
     pub fn light(&self, light: &Light) -> Light {
         let aimed = |before: DVec3| match self.aim {
             None => before,
@@ -144,7 +145,7 @@ mod tests {
         }
     }
 
-    /// Rotations become cameras and come back, near the origin and far from it.
+    /// Turns rotations into cameras and back, near the origin and far from it.
     #[test]
     fn a_camera_has_the_axes_of_its_quaternion() {
         for size_m in [1e-3, 1.0, 37.0, 1e6] {

@@ -1,4 +1,4 @@
-//! How far a batch is: a bar with rate and estimate on a terminal, now and then a line elsewhere.
+//! Progress of a batch: a bar with rate and remaining time on a terminal, occasional lines elsewhere.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use indicatif::ProgressBar;
 
 use crate::{progress, tell};
 
-/// Lines come at each tenth, and this often where that takes longer.
+/// A line is printed at each tenth of the batch, and at this interval if a tenth takes longer.
 const TIME_BETWEEN_LINES: Duration = Duration::from_secs(30);
 
 pub struct FrameProgress {
@@ -49,7 +49,7 @@ impl FrameProgress {
         ));
     }
 
-    /// A line that does not tear the bar.
+    /// Prints a line without disturbing the bar.
     pub fn say(&self, line: &str) {
         self.bar.suspend(|| tell(line));
     }

@@ -1,10 +1,10 @@
-//! Which of a job's frames a run works on.
+//! Selects the frames of a job that a run works on.
 
 use std::ops::Range;
 
 use crate::counted;
 
-/// `--frames 100..200`: without the last one.
+/// `--frames 100..200`: excludes the last one.
 pub fn range(text: &str) -> Result<Range<u64>, &'static str> {
     let ends = text.split_once("..");
     let range = ends.and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?));
@@ -12,7 +12,7 @@ pub fn range(text: &str) -> Result<Range<u64>, &'static str> {
     filled.ok_or("give FIRST..END, such as 100..200 for frames 100 to 199")
 }
 
-/// The `number`-th of `count` equal shares, counted from 1.
+/// Share `number` of `count` equal shares, counted from 1.
 #[derive(Clone, Copy)]
 pub struct Shard {
     pub number: u64,
@@ -30,10 +30,10 @@ pub fn shard(text: &str) -> Result<Shard, &'static str> {
     known.ok_or("give I/N with I from 1 to N, such as 3/16")
 }
 
-/// The frames of a job of `count` that lie in the range, and of these the shard's.
+/// The frames of a job of `count` frames that are in the range and belong to the shard.
 ///
 /// # Errors
-/// Where the range goes beyond them.
+/// If the range exceeds the number of frames.
 pub fn frames(
     range: Option<Range<u64>>,
     shard: Option<Shard>,

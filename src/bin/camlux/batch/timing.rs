@@ -7,22 +7,22 @@ use camlux::{Result, Scene};
 use crate::Failure;
 use crate::numbers::duration;
 
-/// Within one exposure, more change nothing that can be seen.
+/// Upper limit per exposure; more samples would make no visible difference.
 const MOST_SAMPLES: u32 = 1024;
 
-/// How the frames of a job lie in time. Phase images follow one another, those of one frequency before those of the next.
+/// The times of a job's frames. Phase images follow one another; those of one frequency come before those of the next.
 #[derive(Debug, Clone, Copy)]
 pub struct Timing {
-    /// From the beginning of one frame to that of the next.
+    /// Time from the beginning of one frame to the beginning of the next.
     pub frame_interval_s: f64,
-    /// After each exposure, until the next one begins.
+    /// Time after each exposure until the next one begins.
     pub readout_time_s: f64,
-    /// Times within an exposure at which the scene is rendered.
+    /// Number of times within an exposure at which the scene is rendered.
     pub temporal_samples: u32,
 }
 
 impl Timing {
-    /// That of a job; `None` where it says nothing.
+    /// Reads the timing of a job; `None` if the job has none.
     pub fn read(keys: &mut Keys) -> Result<Option<Timing>> {
         let Some(mut time) = keys.table("time")? else {
             return Ok(None);
@@ -52,7 +52,7 @@ impl Timing {
         }))
     }
 
-    /// Refuses a scene that exposes nothing, and one whose exposures take longer than a frame.
+    /// Rejects a scene without an exposure, and one whose exposures take longer than a frame.
     pub fn check(&self, scene: &Scene, name: &str) -> std::result::Result<(), Failure> {
         let Some(sensor) = scene.sensor else {
             return Err(format!(
@@ -74,7 +74,7 @@ impl Timing {
             None => (1, "exposure"),
         };
         let taken_s = f64::from(count) * (sensor.exposure_time_s + self.readout_time_s);
-        // Seconds that are written in decimals add up with a rounding error.
+        // Decimal seconds add up with a rounding error.
         if taken_s > self.frame_interval_s * (1.0 + 1e-9) {
             return Err(format!(
                 "[time]: the {count} {what} of {name} take {}, longer than frame_interval_s = {}; \
@@ -87,13 +87,13 @@ impl Timing {
         Ok(())
     }
 
-    /// From the frame's beginning to the begin of an exposure, seconds.
+    /// Time from the beginning of the frame to the beginning of an exposure, seconds.
     pub fn start_s(&self, tof: &TimeOfFlight, exposure_s: f64, (frequency, phase): Image) -> f64 {
         let before = frequency as u32 * tof.phase_count + phase;
         f64::from(before) * (exposure_s + self.readout_time_s)
     }
 
-    /// From the frame's beginning to the samples of an exposure that begins so much later, in frames.
+    /// Times of the samples of an exposure that begins at `start_s`, from the beginning of the frame, in frames.
     pub fn samples(&self, start_s: f64, exposure_s: f64) -> impl Iterator<Item = f64> + '_ {
         let count = self.temporal_samples;
         (0..count).map(move |i| {
@@ -103,7 +103,7 @@ impl Timing {
     }
 }
 
-/// A phase image: the index of its frequency, and its own among those of that.
+/// A phase image: the index of its frequency, and its own index within that frequency.
 pub type Image = (usize, u32);
 
 /// The phase images of a camera, in the order of time.

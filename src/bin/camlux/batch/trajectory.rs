@@ -1,4 +1,4 @@
-//! Trajectory files: `t tx ty tz qx qy qz qw` per row, as the TUM RGB-D benchmark has them, or with commas between.
+//! Trajectory files: `t tx ty tz qx qy qz qw` per row, as in the TUM RGB-D benchmark, or separated by commas.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use crate::Failure;
 
 const COLUMNS: &str = "t tx ty tz qx qy qz qw";
 
-/// By as much the length of a quaternion may differ from 1: files have four digits or more.
+/// Maximum deviation of a quaternion's length from 1: files have four digits or more.
 const LENGTH_TOLERANCE: f64 = 0.01;
 
-/// The poses of a file in the order of its rows. Empty lines and what follows a `#` are comments.
+/// The poses of a file in the order of its rows. Empty lines are skipped, as is everything after a `#`.
 pub fn read(file: &Path, named_at: &str) -> Result<Vec<Pose>, Failure> {
     let name = file.display();
     let bytes = input_file::read(file).map_err(|error| {
@@ -62,7 +62,7 @@ fn pose_of(words: &[&str]) -> Result<Pose, String> {
     })
 }
 
-/// A rotation from numbers of a few digits.
+/// A rotation from a quaternion that was written with few digits.
 pub fn unit_quaternion(xyzw: [f64; 4]) -> Result<DQuat, String> {
     let quaternion = DQuat::from_array(xyzw);
     let length = quaternion.length();

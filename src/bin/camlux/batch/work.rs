@@ -1,4 +1,4 @@
-//! Renders frames and writes them: while some render, those before are packed and written by a thread of its own.
+//! Renders frames and writes them. A separate thread packs and writes finished frames while the next ones render.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -24,29 +24,29 @@ use super::progress::FrameProgress;
 use crate::progress::is_interrupted;
 use crate::{Failure, counted, tell};
 
-/// How to work.
+/// Options of the work.
 #[derive(Clone, Copy)]
 pub struct WorkOptions<'o> {
     pub folder: &'o Path,
     pub device: &'o DeviceOptions,
-    /// Frames that may wait to be written; 0: each is written before the next one renders.
+    /// Number of frames that may wait to be written; 0: each frame is written before the next one renders.
     pub queue: usize,
     pub fail_fast: bool,
 }
 
-/// What was done.
+/// The result of the work.
 #[derive(Default)]
 pub struct Done {
     pub written: u64,
     pub failed: u64,
-    /// Frames that look as if they were not meant so: the manifest says why.
+    /// Frames that are probably not meant that way; the manifest says why.
     pub warned: u64,
     pub bytes: u64,
     pub gpu: Duration,
-    /// Of the renderer, and of packing and writing: together more than the wall time where they overlap.
+    /// Time of rendering, and of packing and writing. Because they overlap, the sum may exceed the wall time.
     pub rendering: Duration,
     pub writing: Duration,
-    /// Whether the end was reached: not where a signal or a failed frame has ended it before.
+    /// Whether all frames were processed. False if a signal or a failed frame ended the work early.
     pub is_whole: bool,
 }
 
@@ -74,7 +74,7 @@ impl Engine {
     pub fn render(&mut self, planned: &Planned) -> Result<Frame, Error> {
         let rendered = self.try_to_render(planned);
         if let Err(Error::DeviceLost { .. }) = rendered {
-            // It is of no more use; the frames behind this one need another.
+            // A lost device cannot be used again; the remaining frames need a new one.
             *self = Engine::open(&self.options)?;
         }
         rendered
@@ -84,7 +84,7 @@ impl Engine {
         let begin = planned.begin.scene();
         let samples = &planned.exposed.frame;
         let scene = Scene {
-            // Of a frame with motion blur its own light is not looked at.
+            // With motion blur, the light of this frame itself is not used.
             indirect: begin.indirect.filter(|_| samples.is_empty()),
             ..begin.clone()
         };
@@ -142,15 +142,15 @@ impl Engine {
     }
 }
 
-/// A frame on its way to the disk.
+/// A rendered frame that waits to be written.
 struct Rendered {
     planned: Planned,
     frame: Result<Frame, Error>,
     time: Duration,
 }
 
-/// Frames that are rendered at a time. While the host decides what one needs next, a GPU works on the other; a CPU driver's threads
-/// are the host's.
+/// Number of frames that render at a time. With two, the GPU works on one frame while the host decides what the other needs next. A CPU
+/// driver uses the host's threads, so that two would gain nothing.
 fn frames_in_flight(device: &DeviceInfo) -> usize {
     match device.kind {
         DeviceKind::Cpu => 1,
@@ -161,7 +161,7 @@ fn frames_in_flight(device: &DeviceInfo) -> usize {
 /// Renders these frames.
 ///
 /// # Errors
-/// Where files cannot be written, and where no device can be opened: nothing else ends the work before its end.
+/// If files cannot be written, or if no device can be opened. Nothing else ends the work early.
 pub fn render(
     frames: &Frames,
     indices: &[u64],
@@ -178,7 +178,7 @@ pub fn render(
     render_by(engines, frames, indices, journal, options)
 }
 
-/// Renders frames, each engine one at a time.
+/// Renders frames; each engine renders one at a time.
 fn render_by(
     engines: Vec<Engine>,
     frames: &Frames,
@@ -218,7 +218,7 @@ fn render_by(
                 frame,
                 time,
             };
-            // Where nobody takes it, the error that ended the writer comes below.
+            // If the writer is gone, the error that ended it is returned below.
             if sender.send(rendered).is_err() || stops {
                 is_stopped.store(true, Ordering::Relaxed);
                 break;
@@ -237,7 +237,7 @@ fn render_by(
     thread::scope(|scope| {
         let writing = scope.spawn(move || {
             for rendered in rendered {
-                // The renderers may be at their end.
+                // The rendering threads may have ended already.
                 let _ = give_back.send(writer.write(rendered)?);
             }
             Ok::<_, Error>(writer)
@@ -254,7 +254,7 @@ fn render_by(
     })
 }
 
-/// Locks what a panic elsewhere cannot have left half done.
+/// Locks data that a panic elsewhere cannot leave half changed.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -269,7 +269,7 @@ struct Writer<'w> {
 }
 
 impl Writer<'_> {
-    /// Returns the frame, where it did not fail.
+    /// Returns the frame unless it failed.
     fn write(&mut self, rendered: Rendered) -> Result<Option<Frame>, Error> {
         let Rendered {
             planned,
@@ -330,7 +330,7 @@ impl Writer<'_> {
     }
 }
 
-/// What was done, for people.
+/// The result of the work, for readers.
 pub fn tell_summary(done: &Done, wall: Duration) {
     let wall_s = wall.as_secs_f64();
     let rate = done.written as f64 / wall_s;

@@ -1,4 +1,4 @@
-//! A comparison for programs.
+//! The comparison as JSON, for programs.
 
 use camlux::metrics::{Comparison, CorrectedRmse, NoiseCorrection};
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::range_error::RangeErrors;
 
-/// One JSON object. What is undefined is null.
+/// One JSON object. Undefined values are null.
 pub fn text(report: &Report) -> String {
     let layers: Vec<Value> = report
         .layers

@@ -1,4 +1,4 @@
-//! Which layers are compared.
+//! Selects the layers to compare.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -12,7 +12,7 @@ use super::Args;
 use crate::Failure;
 use crate::range_error::{RangeErrors, range_errors_m, range_noise_m};
 
-/// What is compared where nothing is asked for, and of time of flight Z of each frequency.
+/// The layers that are compared by default. For time of flight, Z of each frequency is added.
 const USUAL: [Layer; 3] = [Layer::Indirect, Layer::Direct, Layer::Radiance];
 
 fn usual() -> impl Iterator<Item = Layer> {
@@ -25,14 +25,14 @@ fn usual() -> impl Iterator<Item = Layer> {
 
 /// One layer of both images, with the same channels.
 pub struct LayerPair<'images> {
-    /// As the headers of the images have it, else what camlux writes; `""` where neither knows.
+    /// The unit from the headers of the images, else the unit that camlux writes; `""` if neither is known.
     pub unit: &'images str,
     image: Cow<'images, ImageLayer>,
     reference: Cow<'images, ImageLayer>,
     image_standard_error: Option<&'images [f32]>,
-    /// Whether that is what a render says of its own error, and no noise to be taken out.
+    /// Whether `image_standard_error` is a render's estimate of its own error. If so, it is judged and not subtracted as noise.
     is_judged: bool,
-    /// Of all light's Z.
+    /// Modulation frequency, if the layer is Z of all light.
     frequency_hz: Option<f64>,
     reference_standard_error: Option<&'images [f32]>,
 }
@@ -54,8 +54,8 @@ impl LayerPair<'_> {
         }
     }
 
-    /// How far the range is off that the phasors tell, without unwrapping, metres: the median and what 99 % are within, of pixels that have one
-    /// in both. `None` of other layers.
+    /// Range error from the phasors, without unwrapping, metres: median and 99th percentile over the pixels that have a range in both
+    /// images. `None` for other layers.
     pub fn range_errors_m(&self, valid: &[bool], edges: Option<&[bool]>) -> Option<RangeErrors> {
         range_errors_m(
             &self.image.values,
@@ -65,7 +65,7 @@ impl LayerPair<'_> {
         )
     }
 
-    /// What [`Self::range_errors_m`] would be of an image without error, by the noise of the reference.
+    /// [`Self::range_errors_m`] of an image without error, caused by the noise of the reference alone.
     pub fn range_noise_m(&self, valid: &[bool], edges: Option<&[bool]>) -> Option<RangeErrors> {
         range_noise_m(
             &self.reference.values,
@@ -75,7 +75,7 @@ impl LayerPair<'_> {
         )
     }
 
-    /// The z-scores of what a render says of its own error; `None` where it says nothing, or nothing is to be judged.
+    /// The z-scores of a render's estimate of its own error; `None` if it states none, or if there is nothing to judge.
     pub fn judge(
         &self,
         valid: &[bool],
@@ -197,7 +197,7 @@ fn pair<'images>(
     })
 }
 
-/// The layer of that name; total radiance also as the sum of its parts.
+/// The layer of that name. Total radiance may also be the sum of its parts.
 fn find<'image>(image: &'image LayeredImage, name: &str) -> Option<Cow<'image, ImageLayer>> {
     if let Some(layer) = image.layer(name) {
         return Some(Cow::Borrowed(layer));
@@ -225,8 +225,8 @@ fn list(path: &Path, image: &LayeredImage) -> String {
     format!("{} has {}", path.display(), layers.join(", "))
 }
 
-/// The names of the attributes that tell camera and lights, where both images have them and they differ. The scene's hash
-/// is no help: it takes in the estimator.
+/// The names of the camera and light attributes that both images have with different values. The scene's hash does not help, because it
+/// includes the estimator.
 pub fn differing_scenes(image: &LayeredImage, reference: &LayeredImage) -> Option<String> {
     let is_of_scene = |name: &str| {
         let prefixes = ["camlux.camera.", "camlux.light."];

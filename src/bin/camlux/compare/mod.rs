@@ -1,4 +1,4 @@
-//! `camlux compare`: how far an image is from a reference, without the noise of either.
+//! `camlux compare`: measures how far an image is from a reference, without the noise of either.
 
 mod json;
 mod layers;
@@ -38,13 +38,13 @@ pub struct Args {
     error_map: Option<PathBuf>,
 }
 
-/// Both images, and what came out for each layer.
+/// Both images, and the result for each layer.
 struct Report<'run> {
     args: &'run Args,
     resolution_px: [u32; 2],
-    /// Those that show a surface.
+    /// Pixels that show a surface.
     valid_pixels: usize,
-    /// Those among them that lie on an edge; `None` where the reference does not say.
+    /// Those of them that are on an edge; `None` if the reference does not mark edges.
     edge_pixels: Option<usize>,
     layers: Vec<LayerReport<'run>>,
 }
@@ -52,18 +52,18 @@ struct Report<'run> {
 struct LayerReport<'run> {
     pair: LayerPair<'run>,
     comparison: Comparison,
-    /// With the pixels on edges, which `comparison` leaves out; `None` where the reference does not say which they are.
+    /// Includes the pixels on edges, which `comparison` leaves out; `None` if the reference does not mark edges.
     with_edges: Option<Comparison>,
-    /// Of a render's errors over what it says of them in its layer stderr.
+    /// The render's errors divided by the standard errors in its layer stderr.
     stated: Option<ZScores>,
-    /// Of time of flight.
+    /// For time of flight.
     range_errors_m: Option<RangeErrors>,
-    /// What the reference's noise alone would make of them.
+    /// The range errors that the reference's noise alone would cause.
     range_noise_m: Option<RangeErrors>,
 }
 
 impl Report<'_> {
-    /// Edge pixels over those that show a surface.
+    /// Edge pixels divided by pixels that show a surface.
     fn edge_share(&self) -> Option<f64> {
         Some(self.edge_pixels? as f64 / self.valid_pixels.max(1) as f64)
     }

@@ -1,4 +1,4 @@
-//! A comparison for people.
+//! The comparison as a table, for readers.
 
 use camlux::metrics::{CorrectedRmse, ZScores};
 
@@ -6,7 +6,7 @@ use super::{LayerReport, Report};
 use crate::numbers::{length, number, percent, with_uncertainty};
 use crate::range_error::RangeErrors;
 
-/// What a row says of a layer; `None` where it has nothing to say.
+/// The cell of a row for one layer; `None` if it is empty.
 type Cell = fn(&LayerReport) -> Option<String>;
 
 const ROWS: [(&str, Cell); 15] = [
@@ -63,7 +63,7 @@ const ROWS: [(&str, Cell); 15] = [
     }),
 ];
 
-/// The comparison as a table, and what has to be said about it.
+/// The comparison as a table, with notes.
 pub fn text(report: &Report) -> String {
     let [width, height] = report.resolution_px;
     let seen = report.valid_pixels - report.edge_pixels.unwrap_or(0);
@@ -119,7 +119,7 @@ fn rows(report: &Report) -> Vec<String> {
     table.iter().map(row).collect()
 }
 
-/// What the numbers of a layer do not say by themselves.
+/// Notes on a layer that its numbers do not show.
 fn note(layer: &LayerReport) -> Option<String> {
     let name = layer.pair.name();
     let comparison = &layer.comparison;
@@ -145,7 +145,7 @@ fn note(layer: &LayerReport) -> Option<String> {
     ))
 }
 
-/// Whether what a render says of its own error is right.
+/// Whether the render's estimate of its own error is right.
 fn note_of_stated(layer: &LayerReport) -> Option<String> {
     let deviation = layer.stated?.deviation();
     let verdict = match deviation {

@@ -1,4 +1,4 @@
-//! Where an image is too dark and too bright: signed errors as colours.
+//! Error maps: signed errors as colours show where an image is too dark or too bright.
 
 mod picture;
 
@@ -13,13 +13,13 @@ pub use picture::write_png;
 pub struct ErrorMap {
     resolution_px: [u32; 2],
     reference_mean: f64,
-    /// The mean over the bands of x − t, over the mean of t; not a number where the image or the reference is none, `None`
-    /// where no surface is seen, and on edges.
+    /// The mean of x − t over the bands, divided by the mean of t. NaN if the image or the reference is NaN; `None` if the pixel shows no
+    /// surface, and on edges.
     errors: Vec<Option<f64>>,
 }
 
 impl ErrorMap {
-    /// From what was compared, and how that came out. `None` where there is nothing to be relative to.
+    /// Builds the map from the pixels and their comparison. `None` if the reference has no light to be relative to.
     pub fn new(
         resolution_px: [u32; 2],
         pixels: &Pixels,
@@ -43,13 +43,13 @@ impl ErrorMap {
         })
     }
 
-    /// A range of colours that 99 % of the pixels do not leave.
+    /// A colour range that holds 99 % of the pixels.
     pub fn range(&self) -> f64 {
         round_range(self.errors.iter().flatten().map(|error| error.abs()))
     }
 
-    /// The map alone, colours ending at ±`range`. It is not wider than `widest_px`: larger images are averaged over squares of
-    /// pixels, their surfaces only.
+    /// The map alone, with colours that end at ±`range`. It is at most `widest_px` wide: larger images are averaged over squares of pixels,
+    /// counting only pixels that show a surface.
     pub fn rgb(&self, range: f64, widest_px: usize) -> RgbImage {
         let squares = Squares::new(self.resolution_px, widest_px);
         let [width, height] = squares.size_px.map(|px| px as u32);
@@ -65,7 +65,7 @@ impl ErrorMap {
     }
 }
 
-/// What 99 % of the magnitudes do not leave: the next of 1, 1.5, 2, 3 and 5 times a power of ten.
+/// A bound of 99 % of the magnitudes, rounded up to 1, 1.5, 2, 3 or 5 times a power of ten.
 pub fn round_range(magnitudes: impl Iterator<Item = f64>) -> f64 {
     let mut magnitudes: Vec<f64> = magnitudes.filter(|m| m.is_finite()).collect();
     if magnitudes.is_empty() {
@@ -73,7 +73,7 @@ pub fn round_range(magnitudes: impl Iterator<Item = f64>) -> f64 {
     }
     let rank = (magnitudes.len() * 99).div_ceil(100) - 1;
     let (_, percentile, _) = magnitudes.select_nth_unstable_by(rank, f64::total_cmp);
-    // Below that of f32 there is nothing to see; images may be equal.
+    // Errors below f32 precision cannot be seen; images may be equal.
     let percentile = percentile.max(1e-7);
     let power = 10_f64.powf(percentile.log10().floor());
     let steps = [1.0, 1.5, 2.0, 3.0, 5.0].map(|step| step * power);
@@ -83,7 +83,7 @@ pub fn round_range(magnitudes: impl Iterator<Item = f64>) -> f64 {
     fits.unwrap_or(10.0 * power)
 }
 
-/// What the colours mean, from too dark at the left to too bright.
+/// The colour scale, from too dark at the left to too bright.
 pub fn color_bar(width: u32, height: u32) -> RgbImage {
     let share = |x: u32| 2.0 * (f64::from(x) + 0.5) / f64::from(width) - 1.0;
     RgbImage::from_fn(width, height, |x, _| Rgb(diverging(share(x))))
@@ -91,8 +91,8 @@ pub fn color_bar(width: u32, height: u32) -> RgbImage {
 
 const BACKGROUND: Rgb<u8> = Rgb([128; 3]);
 
-/// Colour of an error from −1 (blue) over 0 (almost white) to 1 (red); black for what is not a number. The palette is
-/// "RdBu" of ColorBrewer (Harrower and Brewer 2003), made for the colour-blind, too.
+/// Colour of an error from −1 (blue) over 0 (almost white) to 1 (red); black for NaN. The palette is "RdBu" of ColorBrewer (Harrower and
+/// Brewer 2003), which is suitable for colour-blind readers.
 pub fn diverging(share: f64) -> [u8; 3] {
     const STOPS: [[u8; 3]; 11] = [
         [5, 48, 97],
@@ -113,7 +113,7 @@ pub fn diverging(share: f64) -> [u8; 3] {
     between(&STOPS, (share + 1.0) / 2.0)
 }
 
-/// The colour at a share of the way over a palette.
+/// The colour at a fraction of the way along a palette.
 pub fn between(stops: &[[u8; 3]], share: f64) -> [u8; 3] {
     let at = share.clamp(0.0, 1.0) * (stops.len() - 1) as f64;
     let index = (at as usize).min(stops.len() - 2);
@@ -128,7 +128,7 @@ pub fn between(stops: &[[u8; 3]], share: f64) -> [u8; 3] {
 mod tests {
     use super::*;
 
-    /// A map of one row of one channel; background where the reference is negative.
+    /// A map of one row with one channel; background where the reference is negative.
     fn map(image: &[f32], reference: &[f32]) -> Option<ErrorMap> {
         let valid: Vec<bool> = reference.iter().map(|&t| t >= 0.0).collect();
         let pixels = Pixels {
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn colours_tell_dark_from_bright() {
-        // Mean 2, errors -0.5, 0, +0.5, none, not a number.
+        // Mean 2; errors -0.5, 0, +0.5, none, NaN.
         let map = map(&[1.0, 2.0, 3.0, 9.0, f32::NAN], &[2.0, 2.0, 2.0, -1.0, 2.0]).unwrap();
         let colors = map.rgb(0.5, 100);
         let at = |x: u32| colors.get_pixel(x, 0).0;
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!(at(3), BACKGROUND.0);
         assert_eq!(at(4), [0; 3]);
         assert_eq!(map.range(), 0.5);
-        // What leaves the range stays at its end.
+        // Values outside the range get its end colour.
         assert_eq!(map.rgb(0.1, 100).get_pixel(0, 0).0, at(0));
     }
 

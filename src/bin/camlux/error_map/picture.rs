@@ -1,4 +1,4 @@
-//! The picture of an error map: the map, a bar of its colours, and what they mean.
+//! The picture of an error map: the map, a colour bar, and its labels.
 
 use camlux::output::OutputFile;
 use image::RgbImage;
@@ -9,14 +9,14 @@ use crate::Failure;
 use crate::canvas::{BOLD, Canvas, PLAIN};
 use crate::output::png;
 
-/// A map is drawn no smaller, so that one of few pixels can be seen, and no larger.
+/// Limits of a map's size: small maps are enlarged so that they can be seen, large ones are reduced.
 const LEAST_PX: u32 = 480;
 const MOST_PX: usize = 2048;
 const MARGIN_PX: u32 = 16;
 const LEGEND_PX: u32 = 88;
 const BAR_HEIGHT_PX: u32 = 14;
 
-/// Writes the map with a bar of its colours as a PNG and gives the file its name.
+/// Writes the map with its colour bar as a PNG and gives the file its final name.
 ///
 /// # Errors
 /// When the file cannot be written.
@@ -66,7 +66,7 @@ fn picture(map: &ErrorMap, layer: &str, unit: &str) -> RgbImage {
     canvas.0
 }
 
-/// A share as percent with a sign, in as few digits as it has.
+/// A share in per cent with a sign, with as few digits as it needs.
 fn tick(share: f64) -> String {
     let percent = share * 100.0;
     match percent {

@@ -1,4 +1,4 @@
-//! The two plots of a scene: from its entries to points.
+//! The plots of a scene: turns its entries into points.
 
 use super::plot::{Plot, Point, metres_text, number_text, percent_text, seconds_text};
 use super::results::{Entry, Kind, SceneReport};
@@ -6,10 +6,10 @@ use crate::Failure;
 
 const FRAME_TIME: &str = "time of a frame, from the call to the file";
 
-/// Time against the distance from the truth; SVG. `None` where no entry has such an error.
+/// Time against the error relative to the reference; SVG. `None` if no entry has such an error.
 ///
 /// # Errors
-/// Where the SVG cannot be put together.
+/// If the SVG cannot be put together.
 pub fn model_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
     let points = scene.entries.iter().filter_map(|entry| {
         let error = entry.indirect?;
@@ -32,10 +32,10 @@ pub fn model_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
     plot.into_svg()
 }
 
-/// Time against the rounding of the engine's kernels; SVG. `None` where no entry has such an error.
+/// Time against the rounding error of the engine's kernels; SVG. `None` if no entry has such an error.
 ///
 /// # Errors
-/// Where the SVG cannot be put together.
+/// If the SVG cannot be put together.
 pub fn kernel_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
     let entries = scene.entries.iter();
     let points =
@@ -52,10 +52,10 @@ pub fn kernel_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
     plot.into_svg()
 }
 
-/// Time against the error of the range by a modulation frequency; SVG. `None` where no entry has such an error.
+/// Time against the range error of a modulation frequency; SVG. `None` if no entry has such an error.
 ///
 /// # Errors
-/// Where the SVG cannot be put together.
+/// If the SVG cannot be put together.
 pub fn range_error(scene: &SceneReport, frequency: usize) -> Result<Option<String>, Failure> {
     let points = scene.entries.iter().filter_map(|entry| {
         let error = entry.time_of_flight.get(frequency)?;
@@ -86,7 +86,7 @@ fn point(entry: &Entry, y: f64) -> Point<'_> {
     }
 }
 
-/// The names of the scene's series in their order, which gives each its colour in both plots.
+/// The names of the scene's series, in order. The order gives each series its colour in both plots.
 pub fn series_names(scene: &SceneReport) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for entry in &scene.entries {
@@ -97,8 +97,8 @@ pub fn series_names(scene: &SceneReport) -> Vec<&str> {
     names
 }
 
-/// Marks the entries on the Pareto fronts of time and indirect error: of the engine's settings, and of all. A bound counts
-/// as if it were the error, which is to its disadvantage.
+/// Marks the entries on the Pareto fronts of time and indirect error: one front of the engine's settings, and one of all entries. An upper
+/// bound counts as if it were the error, to its disadvantage.
 pub fn mark_fronts(entries: &mut [Entry]) {
     let front = |entries: &[Entry], is_in: fn(&Entry) -> bool| {
         let point = |entry: &Entry| match entry.indirect.filter(|_| is_in(entry)) {

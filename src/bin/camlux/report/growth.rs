@@ -1,4 +1,4 @@
-//! How the time of final gathering grows with triangles and with pixels.
+//! Measures how the time of final gathering grows with the numbers of triangles and pixels.
 
 use camlux::Scene;
 use camlux::scene::IndirectLight;
@@ -14,12 +14,12 @@ use crate::Failure;
 use crate::numbers::{count, duration, percent};
 use crate::options::resize;
 
-/// The error that is requested.
+/// The target error.
 const TARGET_ERROR: f64 = 0.02;
-/// Edges of the images, over those of the scene's.
+/// Edges of the images, relative to those of the scene.
 const SCALES: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 
-/// A frame of a scene.
+/// One timed frame of a scene.
 #[derive(Serialize, Deserialize)]
 pub struct GrowthRow {
     scene: String,
@@ -33,7 +33,7 @@ pub struct GrowthRow {
 /// Renders a scene in each size.
 ///
 /// # Errors
-/// Those of rendering and writing.
+/// Errors of rendering and writing.
 pub fn rows(
     subject: &Subject,
     stopwatch: &mut Stopwatch,
@@ -80,19 +80,19 @@ impl GrowthRow {
     }
 }
 
-/// Time against triangles, a series for each size; SVG. `None` where there is nothing to draw.
+/// Plots time against triangles, one series for each size; SVG. `None` if there is nothing to draw.
 ///
 /// # Errors
-/// Where the SVG cannot be put together.
+/// If the SVG cannot be put together.
 pub fn against_triangles(rows: &[GrowthRow]) -> Result<Option<String>, Failure> {
     let x = |row: &GrowthRow| row.triangles as f64;
     plot("triangles", rows, x, GrowthRow::size)
 }
 
-/// Time against pixels, a series for each scene.
+/// Plots time against pixels, one series for each scene.
 ///
 /// # Errors
-/// As above.
+/// If the SVG cannot be put together.
 pub fn against_pixels(rows: &[GrowthRow]) -> Result<Option<String>, Failure> {
     let x = |row: &GrowthRow| f64::from(row.pixels());
     plot("pixels", rows, x, |row| row.scene.clone())
@@ -138,10 +138,10 @@ fn plot(
     plot.into_svg()
 }
 
-/// Nothing where growth was not asked for.
+/// Empty unless growth was requested.
 ///
 /// # Errors
-/// Where a plot cannot be drawn.
+/// If a plot cannot be drawn.
 pub fn section(rows: &[GrowthRow]) -> Result<String, Failure> {
     if rows.is_empty() {
         return Ok(String::new());

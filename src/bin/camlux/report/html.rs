@@ -1,8 +1,8 @@
-//! Pieces of HTML. Text from outside is escaped where it enters.
+//! Building blocks of HTML. Text from outside is escaped on entry.
 
 use super::picture::Picture;
 
-/// Text as it may stand between tags and in quoted attributes.
+/// Escapes text for use between tags and in quoted attributes.
 pub fn escape(text: &str) -> String {
     let entities = [
         ("&", "&amp;"),
@@ -11,12 +11,12 @@ pub fn escape(text: &str) -> String {
         ("\"", "&quot;"),
         ("'", "&#39;"),
     ];
-    // The first comes first: the others bring in more of it.
+    // `&` must be replaced first, because the other replacements add more of it.
     let replace = |text: String, (from, to): (&str, &str)| text.replace(from, to);
     entities.into_iter().fold(text.into(), replace)
 }
 
-/// An image within the page. `alternative` is plain text.
+/// An image embedded in the page. `alternative` is plain text.
 pub fn image(picture: &Picture, alternative: &str) -> String {
     let [width, height] = picture.size_px;
     format!(
@@ -26,10 +26,10 @@ pub fn image(picture: &Picture, alternative: &str) -> String {
     )
 }
 
-/// The head of a column, and what it says of a row in plain text; `None` where that has nothing to say.
+/// The head of a column, and a function that gives its cell in a row as plain text; `None` leaves the cell empty.
 pub type Column<T> = (&'static str, fn(&T) -> Option<String>);
 
-/// A table with a head. The first column is a heading of its row.
+/// A table with a head row. The first cell of each row is its heading.
 pub fn table<'a, T: 'a>(columns: &[Column<T>], rows: impl IntoIterator<Item = &'a T>) -> String {
     let cells = |row| {
         let cells = columns.iter().map(move |(_, cell)| cell(row));
@@ -39,7 +39,7 @@ pub fn table<'a, T: 'a>(columns: &[Column<T>], rows: impl IntoIterator<Item = &'
     table_of_cells(heads, rows.into_iter().map(cells))
 }
 
-/// The same of cells in plain text.
+/// The same table with cells of plain text.
 pub fn table_of_cells<'h>(
     heads: impl IntoIterator<Item = &'h str>,
     rows: impl IntoIterator<Item = impl IntoIterator<Item = String>>,

@@ -1,23 +1,23 @@
-//! Where the labels of points go, so that they cover neither each other nor the points.
+//! Places the labels of points so that they cover neither each other nor the points.
 
 use std::ops::Range;
 
 use embedded_graphics::geometry::{Point, Size};
 use embedded_graphics::primitives::{Line, PointsIter, Rectangle};
 
-/// Estimated size of a letter at the size of labels.
+/// Estimated width of a letter, relative to the font size of labels.
 const LETTER_PX: Size = Size::new(7, 14);
-/// From a point's centre to its label.
+/// Distance from a point's centre to its label.
 const GAP_PX: i32 = 9;
 
-/// What is taken already.
+/// Areas that are already taken.
 pub struct Labels {
     field: Rectangle,
     taken: Vec<Rectangle>,
 }
 
 impl Labels {
-    /// For a field of these columns and rows.
+    /// Labels for a plot area of these columns and rows.
     pub fn new((x, y): (Range<i32>, Range<i32>)) -> Self {
         let corners = (Point::new(x.start, y.start), Point::new(x.end, y.end));
         Labels {
@@ -32,7 +32,7 @@ impl Labels {
         self.taken.push(marker);
     }
 
-    /// Keeps the line through some points free, where that can be had.
+    /// Keeps the line through some points free if possible.
     pub fn avoid_line(&mut self, points: &[(i32, i32)]) {
         for ends in points.windows(2) {
             let line = Line::new(ends[0].into(), ends[1].into());
@@ -42,7 +42,7 @@ impl Labels {
         }
     }
 
-    /// The centre of the label of a point: the best of ten places around it, near ones first.
+    /// The centre of a point's label: the best of ten places around it; near places are tried first.
     pub fn place(&mut self, at: (i32, i32), text: &str) -> (i32, i32) {
         let size = Size::new(text.chars().count() as u32, 1).component_mul(LETTER_PX);
         let (beside, over) = (
@@ -67,7 +67,7 @@ impl Labels {
             let outside = area(label) - overlap(label, &self.field);
             outside + self.taken.iter().map(|t| overlap(label, t)).sum::<u32>()
         };
-        // Of equals the first.
+        // The first of equally good places.
         let best = places.into_iter().min_by_key(covered).unwrap_or(places[0]);
         self.taken.push(best);
         best.center().into()

@@ -1,4 +1,4 @@
-//! On what a report was measured: times mean nothing without it.
+//! The machine on which a report was measured: times mean nothing without it.
 
 use std::fs;
 use std::thread;
@@ -7,7 +7,7 @@ use std::time::SystemTime;
 use camlux::DeviceInfo;
 use serde::Serialize;
 
-/// Versions and hardware. What the system does not tell is `None`.
+/// Versions and hardware. `None` if the system does not report a value.
 #[derive(Serialize, Clone, Debug)]
 pub struct Machine {
     pub camlux_version: &'static str,
@@ -17,11 +17,11 @@ pub struct Machine {
     pub device_kind: String,
     pub driver: String,
     pub cpu: Option<String>,
-    /// Cores that this process may use.
+    /// Number of cores that this process may use.
     pub cores: Option<usize>,
-    /// The environment's LP_NUM_THREADS: threads of Mesa's CPU driver.
+    /// The environment variable LP_NUM_THREADS: threads of Mesa's CPU driver.
     pub lp_num_threads: Option<String>,
-    /// Mean number of running processes in the minute before the report: far above 0, and the times are those of a busy machine.
+    /// Mean number of running processes in the minute before the report. Far above 0, the machine was busy and the times are too long.
     pub load_before: Option<f64>,
     pub system: String,
 }
@@ -42,7 +42,7 @@ impl Machine {
         }
     }
 
-    /// All but the time of the report and what else was at work then.
+    /// Everything except the time of the report and the load of the machine.
     pub fn identity(&self) -> String {
         let lasting = Machine {
             date: String::new(),

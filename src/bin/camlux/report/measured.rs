@@ -1,7 +1,7 @@
-//! Measurements, each kept in a file of its own as soon as it is made: a report that was cut goes on from them.
+//! Stores each measurement in its own file as soon as it is made. An interrupted report continues from these files.
 //!
-//! As in the manifest of a batch, `inputs` is a hash over all that a measurement depends on. Where a file has another, or is
-//! damaged, its measurement is made anew.
+//! As in the manifest of a batch, `inputs` is a hash over everything that a measurement depends on. If a file has another hash or is
+//! damaged, its measurement is repeated.
 
 use std::cell::Cell;
 use std::fmt::Debug;
@@ -24,16 +24,16 @@ pub struct Measured {
     counts: Cell<Counts>,
 }
 
-/// How many measurements a report has.
+/// Number of measurements in a report.
 #[derive(Serialize, Clone, Copy, Default)]
 pub struct Counts {
     pub all: usize,
-    /// Those that an earlier run has left.
+    /// Measurements from an earlier run.
     pub of_earlier_run: usize,
 }
 
 impl Counts {
-    /// Where there is something to say.
+    /// A note if measurements come from an earlier run.
     pub fn note(self) -> Option<String> {
         let Counts {
             all,
@@ -44,14 +44,14 @@ impl Counts {
     }
 }
 
-/// Those of one scene, or of the torture set.
+/// The measurements of one scene, or of the torture set.
 pub struct Group<'a> {
     measured: &'a Measured,
     folder: PathBuf,
     inputs: blake3::Hasher,
 }
 
-/// A file.
+/// The contents of a measurement file.
 #[derive(Serialize, Deserialize)]
 struct Kept<T> {
     inputs: String,
@@ -70,7 +70,8 @@ impl Measured {
         }
     }
 
-    /// The group in this folder, below that of all. `inputs`: what its measurements depend on, beyond the program and the machine.
+    /// The group in this folder, below the folder of all measurements. `inputs`: what its measurements depend on, besides the program and
+    /// the machine.
     pub fn group(&self, folder: &str, inputs: impl Debug) -> Group<'_> {
         Group {
             measured: self,
@@ -85,10 +86,10 @@ impl Measured {
 }
 
 impl Group<'_> {
-    /// Takes what an earlier run has left, or measures and keeps it.
+    /// Returns the measurement of an earlier run, or measures and stores it.
     ///
     /// # Errors
-    /// Those of measuring and writing.
+    /// Errors of measuring and writing.
     pub fn obtain<T: Serialize + DeserializeOwned>(
         &self,
         name: &str,
@@ -103,7 +104,7 @@ impl Group<'_> {
         Ok(measured)
     }
 
-    /// What an earlier run has left.
+    /// Loads the measurement of an earlier run.
     pub fn find<T: DeserializeOwned>(&self, name: &str, inputs: impl Debug) -> Option<T> {
         let bytes = fs::read(self.path(name)).ok();
         let kept: Option<Kept<T>> = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
@@ -114,7 +115,7 @@ impl Group<'_> {
     }
 
     /// # Errors
-    /// Where it cannot be written.
+    /// If it cannot be written.
     pub fn keep<T: Serialize>(
         &self,
         name: &str,
@@ -132,7 +133,7 @@ impl Group<'_> {
         Ok(())
     }
 
-    /// One more.
+    /// Counts one more measurement.
     fn count(&self, of_earlier_run: usize) {
         let counts = self.measured.counts.get();
         self.measured.counts.set(Counts {
@@ -155,15 +156,15 @@ impl Group<'_> {
     }
 }
 
-/// The hash over something more.
+/// Extends the hash by more inputs.
 fn with(hasher: &blake3::Hasher, inputs: impl Debug) -> blake3::Hasher {
     let mut hasher = hasher.clone();
     hasher.update(format!("{inputs:?}\n").as_bytes());
     hasher
 }
 
-/// Of this program's file, for a program under development changes without its version; where the system does not show the
-/// file, of version and shaders.
+/// Hash of this program's file: during development, the program changes without a change of version. If the system does not show the file,
+/// the hash covers the version and the shaders.
 fn program_hash() -> String {
     let hash = std::env::current_exe()
         .ok()
@@ -171,7 +172,7 @@ fn program_hash() -> String {
     hash.unwrap_or_else(engine_hash)
 }
 
-/// BLAKE3; `None` where the file cannot be read.
+/// BLAKE3 hash of a file; `None` if the file cannot be read.
 pub fn file_hash(path: &Path) -> Option<String> {
     let mut hasher = blake3::Hasher::new();
     hasher.update_reader(File::open(path).ok()?).ok()?;

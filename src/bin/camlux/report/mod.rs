@@ -1,4 +1,4 @@
-//! `camlux report`: speed against error of everything that trades one for the other.
+//! `camlux report`: measures speed against error for every setting that trades one for the other.
 
 mod figures;
 mod growth;
@@ -74,7 +74,7 @@ pub struct Args {
     pub stderr: Option<f64>,
 }
 
-/// A scene and what it is called in the report.
+/// A scene and its name in the report.
 struct Subject {
     name: String,
     file: PathBuf,
@@ -83,7 +83,7 @@ struct Subject {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     stop_on_signals();
-    // Before anything that takes time: a place that cannot be written is said at once.
+    // Checks the output path first, so that a long computation does not end in a write error.
     let folder = &args.output;
     create_folder(&folder.join("truth"))?;
     let json_file = OutputFile::create(folder.join("report.json"))?;
@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         tell(&note);
     }
     let page = page::page(&report)?;
-    // They would be the bulk of the JSON, and are on the page.
+    // The pictures would make up most of the JSON, and the page has them.
     for entry in report
         .scenes
         .iter_mut()
@@ -158,7 +158,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The reference gets as many threads as lavapipe and the peers, where `LP_NUM_THREADS` says how many.
+/// The reference uses the same number of threads as lavapipe and the peers if `LP_NUM_THREADS` is set.
 fn share_threads() -> Result<(), Failure> {
     let Ok(text) = std::env::var("LP_NUM_THREADS") else {
         return Ok(());
@@ -175,7 +175,7 @@ fn share_threads() -> Result<(), Failure> {
         })
 }
 
-/// Everything about one scene: the truth, then the engine's settings, the reference and the peers against it.
+/// Measures one scene: the reference image first, then the engine's settings, the reference's series and the peers against it.
 fn examine(
     args: &Args,
     subject: &Subject,
@@ -249,7 +249,7 @@ fn examine(
     })
 }
 
-/// Loads every scene before the first is rendered.
+/// Loads all scenes before the first one is rendered.
 fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
     let mut subjects: Vec<Subject> = Vec::new();
     for file in &args.scenes {
@@ -259,7 +259,7 @@ fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
         }
         warn_of(&scene, &file.display());
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-        // Two folders may hold scenes of one name.
+        // Two folders may hold scenes of the same name.
         let mut name = stem.to_string();
         let mut number = 1;
         while subjects.iter().any(|subject| subject.name == name) {
@@ -272,7 +272,7 @@ fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
     Ok(subjects)
 }
 
-/// The resolution with the longer edge brought down to that of a quick report.
+/// The resolution with its longer edge reduced to that of a quick report.
 fn quick_size(size_px: [u32; 2]) -> [u32; 2] {
     let longer = size_px[0].max(size_px[1]);
     let scale = (f64::from(QUICK_SIZE_PX) / f64::from(longer)).min(1.0);

@@ -1,4 +1,4 @@
-//! The page: one HTML file that needs nothing else, in light and dark.
+//! The page: one HTML file without external parts, for light and dark screens.
 
 use super::figures;
 use super::growth;
@@ -14,7 +14,7 @@ use crate::numbers::{count, duration, length, number, percent, with_uncertainty}
 /// The whole page.
 ///
 /// # Errors
-/// Where a plot or a picture cannot be drawn.
+/// If a plot or a picture cannot be drawn.
 pub fn page(report: &Report) -> Result<String, Failure> {
     let machine = machine(report);
     let scenes = report.scenes.iter().map(scene_section);
@@ -112,7 +112,7 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
     ))
 }
 
-/// Plots and figures of each modulation frequency; nothing where the scene has none.
+/// Plots and figures of each modulation frequency; empty if the scene has none.
 fn time_of_flight(scene: &SceneReport) -> Result<String, Failure> {
     let mut text = String::new();
     let mut rows = Vec::new();
@@ -141,7 +141,7 @@ fn time_of_flight(scene: &SceneReport) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// An entry by the phasors of a frequency.
+/// A row of the table for one modulation frequency.
 struct RangeRow {
     name: String,
     time: String,
@@ -190,7 +190,7 @@ fn describe(scene: &SceneReport) -> String {
     )
 }
 
-/// Every entry with its time and its errors; for final gathering also the error that was requested.
+/// Every entry with its time and errors; for final gathering also the target error.
 const ERRORS: [Column<Entry>; 15] = [
     ("setting", |e| Some(e.name())),
     ("VPLs", |e| Some(count(e.engine.as_ref()?.vpl_count as f64))),
@@ -232,7 +232,7 @@ const ERRORS: [Column<Entry>; 15] = [
     }),
 ];
 
-/// GPU times of the engine's passes, and what the time of each entry is made of.
+/// GPU times of the engine's passes, and the parts of each entry's time.
 const PASSES: [Column<Entry>; 4] = [
     ("setting", |e| Some(e.name())),
     ("parts", |e| {
@@ -254,7 +254,7 @@ const PASSES: [Column<Entry>; 4] = [
     }),
 ];
 
-/// The median, and the spread where there is one.
+/// The median, and the spread if there is one.
 fn times(seconds: &Seconds) -> String {
     let [median, min, max] = [seconds.median, seconds.min, seconds.max].map(duration);
     match seconds.runs.len() {
@@ -263,14 +263,20 @@ fn times(seconds: &Seconds) -> String {
     }
 }
 
-/// One entry over the reference, with a slider, and its error; below them all entries to choose from.
+/// Shows one entry over the reference, with a slider, and its error. Below are all entries to choose from.
 fn pictures(scene: &SceneReport) -> Result<String, Failure> {
     let shown = scene.entries.iter().filter_map(|entry| {
         let error = entry.indirect.map_or("–".into(), |error| error.text());
-        Some((format!("{}: {error}", entry.name()), entry.pictures.as_ref()?))
+        Some((
+            format!("{}: {error}", entry.name()),
+            entry.pictures.as_ref()?,
+        ))
     });
     let shown: Vec<(String, &Pictures)> = shown.collect();
-    let best = scene.entries.iter().filter(|entry| entry.pictures.is_some());
+    let best = scene
+        .entries
+        .iter()
+        .filter(|entry| entry.pictures.is_some());
     let best = best.enumerate().filter_map(|(place, entry)| {
         let error = entry.indirect.filter(|_| entry.kind == Kind::Engine)?;
         Some((place, error.relative_rmse))
@@ -296,7 +302,10 @@ fn pictures(scene: &SceneReport) -> Result<String, Failure> {
         )
     });
     let range = format!("{:.0} %", 100.0 * ERROR_RANGE);
-    let bar = image(&Picture::of_colors()?, "blue is too dark, red is too bright");
+    let bar = image(
+        &Picture::of_colors()?,
+        "blue is too dark, red is too bright",
+    );
     Ok(format!(
         "<div class=\"pictures\"><div class=\"viewer\">
 <figure><div class=\"zoom stack\">{}<div class=\"over\">{}</div></div>
@@ -315,7 +324,7 @@ fn pictures(scene: &SceneReport) -> Result<String, Failure> {
     ))
 }
 
-/// What was left out, and what the peers say.
+/// Which settings were left out, and the notes of the peers.
 fn notes(scene: &SceneReport) -> String {
     let peers = &scene.peers;
     let skipped = scene.skipped.iter();
@@ -336,7 +345,7 @@ fn notes(scene: &SceneReport) -> String {
         }
     }
     for name in figures::series_names(scene) {
-        // One stands for its series.
+        // The first entry of a series describes the whole series.
         let of_series = scene.entries.iter().find(|entry| entry.series == name);
         let description = of_series.and_then(|entry| entry.description.as_ref());
         notes.extend(description.map(|text| format!("{name}, first point: {text}")));

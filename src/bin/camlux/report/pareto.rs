@@ -1,13 +1,13 @@
-//! Which points no other point beats.
+//! The Pareto front: the points that no other point beats.
 
-/// The Pareto front of points (cost, error), both the smaller the better: the indices of those that no other point equals in
-/// one and beats in the other, or beats in both. By rising cost; of equal points the first. A point that is not finite is on
-/// no front.
+/// The Pareto front of points (cost, error), where smaller is better in both. Returns the indices of the points that no other point beats:
+/// a point beats another if it is better in one value and not worse in the other. Sorted by rising cost; of equal points the first. A point
+/// with a non-finite value is on no front.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len())
         .filter(|&i| points[i].0.is_finite() && points[i].1.is_finite())
         .collect();
-    // A stable sort: equal points stay in order.
+    // A stable sort keeps equal points in order.
     order.sort_by(|&a, &b| {
         let ((cost_a, error_a), (cost_b, error_b)) = (points[a], points[b]);
         cost_a.total_cmp(&cost_b).then(error_a.total_cmp(&error_b))

@@ -1,9 +1,9 @@
-//! Other programs on the same scene: their images are measured like the engine's, their times are their own.
+//! Renders the same scene with other programs. camlux measures their images like its own; each program measures its own times.
 //!
-//! The program is run as `PROGRAM --scene FILE --size W H --output FOLDER [--quick]` and prints a JSON object a line. The
-//! first has `about` and `notes`; each other one has `peer` and either `unsupported` with the reason, or `label`, `seconds`
-//! (the timed runs), `seconds_of` (their parts) and `image`, an OpenEXR file with the layers `direct` and `indirect`, of scenes with time
-//! of flight also `tof0.phasor` and `tof0.phasor_indirect` and so on.
+//! The program is run as `PROGRAM --scene FILE --size W H --output FOLDER [--quick]`. It prints one JSON object per line. The first object
+//! has `about` and `notes`. Each other object has `peer` and either `unsupported` with the reason, or `label`, `seconds` (the timed runs),
+//! `seconds_of` (their parts) and `image`: an OpenEXR file with the layers `direct` and `indirect`, and for time-of-flight scenes also
+//! `tof0.phasor`, `tof0.phasor_indirect` and so on.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
@@ -25,7 +25,7 @@ use super::truth::TruthImage;
 use crate::output::create_folder;
 use crate::{Failure, warn};
 
-/// A line of the program. What is not named here is for other readers.
+/// A line of the program. Keys that are not listed here are ignored.
 #[derive(Deserialize)]
 struct Line {
     about: Option<String>,
@@ -42,11 +42,11 @@ struct Line {
     unsupported: Option<String>,
 }
 
-/// What to run, and on what.
+/// The program to run, and its input.
 pub struct PeerRun<'a> {
     pub program: &'a Path,
     pub subject: &'a Subject,
-    /// For the peers' images.
+    /// Folder for the peers' images.
     pub folder: PathBuf,
     pub is_quick: bool,
     pub truth: &'a TruthImage,
@@ -55,13 +55,12 @@ pub struct PeerRun<'a> {
 }
 
 impl PeerRun<'_> {
-    /// Runs the program and measures its images. What goes wrong with it is said on stderr and in the status: a report goes
-    /// on without peers.
+    /// Runs the program and measures its images. Problems go to stderr and into the status; the report continues without peers.
     ///
     /// # Errors
-    /// Cancelled after a signal, and where what was measured cannot be kept.
+    /// Cancelled after a signal, and if the measurements cannot be stored.
     pub fn run(&self) -> Result<(Vec<Entry>, Peers), Failure> {
-        // Of a program of several files the one that is named counts.
+        // If the program consists of several files, only the named file counts.
         let inputs = (self.program, file_hash(self.program));
         if let Some(found) = self.measured.find("peers", &inputs) {
             return Ok(found);
@@ -70,7 +69,7 @@ impl PeerRun<'_> {
         let mut peers = Peers::default();
         let mut entries = Vec::new();
         let ran = self.follow(&mut |line| self.take(line, &mut entries, &mut peers));
-        // A signal ends the report, whatever became of the program.
+        // A signal ends the report, whatever the program did.
         if self.steps.tick().is_break() {
             return Err(Error::Cancelled.into());
         }
@@ -90,7 +89,7 @@ impl PeerRun<'_> {
         Ok(measured)
     }
 
-    /// Starts the program and hands on its lines.
+    /// Starts the program and passes on its lines.
     fn follow(&self, take: &mut Take) -> Result<(), Failure> {
         create_folder(&self.folder)?;
         let size_px = self.subject.scene.camera.resolution_px;
@@ -107,7 +106,7 @@ impl PeerRun<'_> {
         let mut child = command.spawn()?;
         let followed = self.follow_child(&mut child, take);
         if followed.is_err() {
-            // Gone already, or not to be waited for.
+            // The process may have ended already; then there is nothing to kill.
             let _ = child.kill();
         }
         let status = child.wait()?;
@@ -121,7 +120,7 @@ impl PeerRun<'_> {
         })
     }
 
-    /// Its stdout line by line; the last line of its stderr.
+    /// Passes on its stdout line by line; returns the last line of its stderr.
     fn follow_child(&self, child: &mut Child, take: &mut Take) -> Result<String, Failure> {
         let (sender, lines) = mpsc::channel();
         let stdout = child.stdout.take().ok_or("it has no stdout")?;
@@ -199,7 +198,7 @@ impl PeerRun<'_> {
     }
 }
 
-/// Takes a line of the program's stdout.
+/// Handles one line of the program's stdout.
 type Take<'a> = dyn FnMut(&str) -> Result<(), Failure> + 'a;
 
 /// A line that is not empty.
@@ -208,7 +207,7 @@ enum Said {
     ToStderr(String),
 }
 
-/// Hands on lines until the stream ends or nobody listens.
+/// Passes on lines until the stream ends or the receiver is gone.
 fn send_lines(from: impl Read + Send + 'static, said: fn(String) -> Said, to: mpsc::Sender<Said>) {
     thread::spawn(move || {
         let lines = BufReader::new(from).lines().map_while(Result::ok);
@@ -218,7 +217,7 @@ fn send_lines(from: impl Read + Send + 'static, said: fn(String) -> Said, to: mp
     });
 }
 
-/// The program runs wherever it likes, so that paths must not depend on the folder. A bare name is looked up in PATH.
+/// An absolute path, because the program may change its working folder. A bare name is looked up in PATH.
 fn absolute(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }

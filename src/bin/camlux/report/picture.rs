@@ -1,4 +1,4 @@
-//! Small pictures for the page: indirect light in the truth's exposure, and its error on one scale.
+//! Small pictures for the page: indirect light at the exposure of the reference, and its error on one scale.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -10,10 +10,10 @@ use crate::error_map::{self, ErrorMap};
 use crate::output::png;
 use crate::reduced::Reduced;
 
-/// Widest picture. Larger images are averaged over squares of pixels.
+/// Maximum width. Larger images are averaged over squares of pixels.
 const WIDEST_PX: usize = 400;
-/// Error, over the truth's mean, at which the colours end: fixed, so that pictures of all settings, scenes and reports can
-/// be compared.
+/// Error, relative to the mean of the reference, at which the colour scale ends. It is fixed, so that pictures of all settings, scenes and
+/// reports can be compared.
 pub const ERROR_RANGE: f64 = 1.0;
 
 /// A PNG file.
@@ -23,11 +23,11 @@ pub struct Picture {
     pub size_px: [usize; 2],
 }
 
-/// What is shown of one entry.
+/// The pictures of one entry.
 #[derive(Serialize, Deserialize)]
 pub struct Pictures {
     pub indirect: Picture,
-    /// `None` for the truth itself, and where it is black.
+    /// `None` for the reference itself, and if it is black.
     pub error: Option<Picture>,
 }
 
@@ -39,20 +39,20 @@ impl Picture {
         })
     }
 
-    /// What the colours of the errors mean, from too dark to too bright.
+    /// The legend of the error colours, from too dark to too bright.
     ///
     /// # Errors
-    /// Where the PNG cannot be encoded.
+    /// If the PNG cannot be encoded.
     pub fn of_colors() -> Result<Picture, Failure> {
         Picture::new([200, 14], &error_map::color_bar(200, 14))
     }
 }
 
 impl Pictures {
-    /// Shows an image as bright as `white`, the radiance of full brightness in W/sr/m².
+    /// Shows an image with `white` as the radiance of full brightness, in W/sr/m².
     ///
     /// # Errors
-    /// Where a PNG cannot be encoded.
+    /// If a PNG cannot be encoded.
     pub fn new(
         resolution_px: [u32; 2],
         indirect: &[f32],

@@ -12,7 +12,7 @@ use super::labels::Labels;
 use crate::Failure;
 
 const WIDTH_PX: u32 = 920;
-/// With the axes, without the legend.
+/// Includes the axes, excludes the legend.
 const HEIGHT_PX: u32 = 540;
 const MARKER_PX: f64 = 6.0;
 const LEGEND_COLUMNS: i32 = 3;
@@ -22,7 +22,7 @@ const LEGEND_ROW_PX: i32 = 26;
 const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 const GRID: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
 const PAPER: RGBColor = RGBColor(0xff, 0xff, 0xff);
-/// Colours that stay apart for the colour-blind (Okabe & Ito 2008). Each goes with a marker of its own.
+/// Colours that colour-blind readers can tell apart (Okabe & Ito 2008). Each has its own marker.
 const COLORS: [RGBColor; 8] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
@@ -33,7 +33,7 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(0x88, 0x22, 0x55),
     RGBColor(0x33, 0xa0, 0xc0),
 ];
-/// Markers as polygons: corners, direction of the first in turns from the top, and how far out every other corner is.
+/// Markers as polygons: number of corners, direction of the first corner in turns from the top, and radius factor of every other corner.
 const MARKERS: [(u32, f64, f64); 8] = [
     (12, 0.0, 1.0),
     (4, 0.125, 1.0),
@@ -45,35 +45,35 @@ const MARKERS: [(u32, f64, f64); 8] = [
     (5, 0.0, 1.0),
 ];
 
-/// Pareto fronts, drawn as edges of what they beat, the second one dashed.
+/// Pareto fronts, drawn as edges of the area that they beat; the second one is dashed.
 const FRONTS: [&str; 2] = ["Pareto front of the engine", "Pareto front of all"];
 
-/// What is plotted.
+/// The contents of a plot.
 pub struct Plot<'a> {
     pub x_title: &'a str,
-    /// Writes a round value of the axis.
+    /// Formats a round value of the axis.
     pub x_text: fn(f64) -> String,
     pub y_title: &'a str,
     pub y_text: fn(f64) -> String,
-    /// Each has its colour, also where it has no point.
+    /// Each series has its colour, also if it has no point.
     pub series: Vec<&'a str>,
     /// Points of a series are joined in this order.
     pub points: Vec<Point<'a>>,
-    /// Noise of the truth: a dashed line across.
+    /// Noise of the reference: a dashed horizontal line.
     pub floor: Option<f64>,
 }
 
 pub struct Point<'a> {
     pub series: &'a str,
     pub x: f64,
-    /// Least and greatest.
+    /// Minimum and maximum.
     pub x_range: [f64; 2],
     pub y: f64,
-    /// `y` is a bound: drawn hollow, with ≤ before the label.
+    /// `y` is an upper bound: drawn hollow, with ≤ before the label.
     pub is_upper_bound: bool,
-    /// What the contender itself says of `y`: drawn as a bar, joined to the point.
+    /// The entry's own estimate of `y`: drawn as a bar that is joined to the point.
     pub own_estimate: Option<f64>,
-    /// By `FRONTS`.
+    /// One flag for each of `FRONTS`.
     pub is_on_front: [bool; 2],
     pub label: &'a str,
 }
@@ -83,10 +83,10 @@ type Axis = WithKeyPoints<LogCoord<f64>>;
 type Field<'s> = DrawingArea<SVGBackend<'s>, Cartesian2d<Axis, Axis>>;
 
 impl Plot<'_> {
-    /// The plot as an SVG document; `None` where no point has a place on the axes.
+    /// The plot as an SVG document; `None` if no point fits on the axes.
     ///
     /// # Errors
-    /// Where the SVG cannot be put together.
+    /// If the SVG cannot be put together.
     pub fn into_svg(mut self) -> Result<Option<String>, Failure> {
         self.points
             .retain(|point| is_drawable(&point.x) && is_drawable(&point.y));
@@ -140,7 +140,7 @@ impl Plot<'_> {
         for series in 0..self.series.len() {
             self.draw_series(area, field, series, &mut labels)?;
         }
-        // Where all markers are known.
+        // Labels are placed after all markers, so that they can avoid them.
         for series in 0..self.series.len() {
             let color = color(series);
             let style = anchored(12, HPos::Center, VPos::Center).color(&color);
@@ -168,7 +168,7 @@ impl Plot<'_> {
         Ok(area.draw(&Text::new("noise of the truth", above, style))?)
     }
 
-    /// Steps from the upper edge of the field to its right one.
+    /// Draws a front in steps, from the upper edge of the plot area to its right edge.
     fn draw_front(
         &self,
         area: &Area,
@@ -224,7 +224,7 @@ impl Plot<'_> {
         Ok(())
     }
 
-    /// The series and fronts that are there, in rows below the plot.
+    /// The legend: the series and fronts that occur, in rows below the plot.
     fn draw_legend(&self, area: &Area) -> Result<(), Failure> {
         let mut count = 0;
         let mut place = || {
@@ -263,13 +263,13 @@ impl Plot<'_> {
     }
 }
 
-/// Whether a value has a place on a logarithmic axis.
+/// Whether a value can be shown on a logarithmic axis.
 fn is_drawable(value: &f64) -> bool {
     value.is_finite() && *value > 0.0
 }
 
-/// An axis that holds the values with a margin, over at least a decade, with a line at 1 to 9 of every decade. Those with
-/// a number are few enough to be read.
+/// An axis that holds the values with a margin and covers at least one decade. It has a line at 1 to 9 of every decade; only a few lines
+/// have a number, so that they can be read.
 fn axis(values: impl Iterator<Item = f64>) -> Axis {
     let values: Vec<f64> = values.filter(is_drawable).collect();
     let low = values.iter().copied().fold(f64::INFINITY, f64::min);
@@ -309,7 +309,7 @@ pub fn seconds_text(seconds: f64) -> String {
     }
 }
 
-/// A share with one digit, as percent.
+/// A share with one digit, in per cent.
 pub fn percent_text(share: f64) -> String {
     match share {
         s if s < 0.99e-5 => number_text(s),
@@ -331,7 +331,7 @@ pub fn number_text(value: f64) -> String {
     format!("{value:.0e}")
 }
 
-/// A number with few digits, without the rounding of f64.
+/// A number with few digits, without f64 rounding artefacts.
 fn plain(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
@@ -341,7 +341,7 @@ fn color(series: usize) -> RGBColor {
 }
 
 fn text(size_px: u32) -> TextStyle<'static> {
-    // plotters writes the size divided by 1.24.
+    // plotters divides the font size by 1.24 when it writes SVG.
     let font = ("sans-serif", f64::from(size_px) * 1.24).into_font();
     font.color(&INK)
 }
@@ -411,13 +411,13 @@ mod tests {
     fn an_estimate_is_a_bar_joined_to_its_point() {
         let lines = |svg: &str| svg.matches("<polyline").count();
         let without = svg(None);
-        // Within the axes that the points alone have.
+        // This estimate fits on the axes of the points alone.
         assert_eq!(lines(&svg(Some(0.15))), lines(&without) + 2);
         assert!(svg(Some(0.15)).contains("stroke-width=\"3\""));
         assert!(!without.contains("stroke-width=\"3\""));
-        // What no axis holds is left out.
+        // Values that no axis can hold are left out.
         assert_eq!(svg(Some(0.0)), without);
-        // Far off, it widens the axis.
+        // A far value widens the axis.
         assert!(svg(Some(1e-4)).contains("0.01 %") && !without.contains("0.01 %"));
     }
 

@@ -1,4 +1,4 @@
-//! What a report found: `report.json` is these structures, and the page shows them.
+//! The results of a report. `report.json` holds these structures, and the page shows them.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,13 +16,13 @@ pub struct Report {
     pub quick: bool,
     pub measurements: Counts,
     pub scenes: Vec<SceneReport>,
-    /// Empty where it was not asked for.
+    /// Empty unless requested.
     pub torture: Vec<TortureRow>,
-    /// Likewise.
+    /// Empty unless requested.
     pub growth: Vec<GrowthRow>,
 }
 
-/// What was found for one scene.
+/// The results of one scene.
 #[derive(Serialize)]
 pub struct SceneReport {
     pub name: String,
@@ -31,7 +31,7 @@ pub struct SceneReport {
     pub triangles: usize,
     pub lights: Vec<&'static str>,
     pub truth: Truth,
-    /// The frame without indirect light, for the scale of the times.
+    /// The frame without indirect light, to put the times into proportion.
     pub direct_only: Seconds,
     /// camlux's settings, then its reference, then the peers.
     pub entries: Vec<Entry>,
@@ -42,28 +42,29 @@ pub struct SceneReport {
     pub truth_pictures: Pictures,
 }
 
-/// What the errors are measured against.
+/// The reference that the errors are measured against.
 #[derive(Serialize)]
 pub struct Truth {
-    /// Path within the report's folder.
+    /// Path inside the report's folder.
     pub file: String,
     pub scene_hash: String,
     pub samples_per_pixel: u32,
-    /// Pixels that show one of two surfaces by chance, and in no figure count; and their share of those with a surface.
+    /// Pixels on an edge, where rounding decides which of two surfaces a pixel shows. No figure counts them. Also their share of the pixels
+    /// that show a surface.
     pub edge_pixels: usize,
     pub edge_share: f64,
-    /// Whether an earlier report's image was used.
+    /// Whether the image of an earlier report was used.
     pub was_there: bool,
-    /// relRMSE of the truth's own indirect light, from its own spread; `None` where its light is black.
+    /// relRMSE of the reference's own indirect light, from its own spread; `None` if its light is black.
     pub noise_floor: Option<f64>,
-    /// Metres that the range of half of the truth's pixels is within by its own noise, of each modulation frequency.
+    /// For each modulation frequency, the median range error that the noise of the reference alone causes, in metres.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub range_noise_m: Vec<f64>,
-    /// Seconds spent on it in this report.
+    /// Seconds spent on the reference in this report.
     pub seconds: f64,
 }
 
-/// Whose point it is.
+/// The contender that a point belongs to.
 #[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -80,52 +81,53 @@ pub enum Kind {
 #[derive(Serialize, Deserialize, Default)]
 pub struct Entry {
     pub kind: Kind,
-    /// Points of one series are joined in the plot.
+    /// The plot joins the points of one series.
     pub series: String,
-    /// Which of the series: `64²`, `128 spp`.
+    /// The setting within the series: `64²`, `128 spp`.
     pub label: String,
-    /// Where the contender says more of itself.
+    /// More details, if the contender gives any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
     pub seconds: Seconds,
     pub indirect: Option<ModelError>,
     pub total: Option<ModelError>,
-    /// Of each modulation frequency of a scene with time of flight.
+    /// One entry for each modulation frequency of a time-of-flight scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub time_of_flight: Vec<PhasorError>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub engine: Option<EngineFigures>,
     /// On the Pareto front of time and indirect error among the engine's settings.
     pub is_on_engine_front: bool,
-    /// On that among all.
+    /// On the Pareto front among all entries.
     pub is_on_front: bool,
-    /// Not in `report.json`.
+    /// Not stored in `report.json`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<Pictures>,
 }
 
 impl Entry {
-    /// The series and which of it.
+    /// The series and the setting.
     pub fn name(&self) -> String {
         format!("{} {}", self.series, self.label)
     }
 }
 
-/// What only the engine's settings have.
+/// Figures that only the engine's settings have.
 #[derive(Serialize, Deserialize)]
 pub struct EngineFigures {
     pub estimator: String,
-    /// `None`: the engine chose.
+    /// `None`: the engine chose the size.
     pub rsm_size: Option<u32>,
-    /// relRMSE of the indirect light that was requested; `None` for plain sums, as is the next.
+    /// Target error: the requested relRMSE of the indirect light. `None` for plain sums, as is the next field.
     pub target_error: Option<f64>,
-    /// The same as the engine estimates it, without the truth.
+    /// The relRMSE that the engine estimates, without the reference.
     pub estimated_error: Option<f64>,
-    /// What that is below with a confidence of 95 %.
+    /// Upper bound of that error with a confidence of 95 %.
     pub estimated_error_upper: Option<f64>,
-    /// Why final gathering went no further.
+    /// Why final gathering stopped.
     pub stop: Option<String>,
-    /// Standard deviation of the indirect light's errors over what the engine says of them pixel by pixel (layer `stderr`).
+    /// Standard deviation of the indirect light's errors, divided by the standard errors that the engine states for each pixel (layer
+    /// `stderr`).
     pub stderr_deviation: Option<f64>,
     pub vpl_count: u64,
     pub pixel_vpl_pairs: u64,
@@ -133,10 +135,10 @@ pub struct EngineFigures {
     pub pairs_per_second: Option<f64>,
     /// Medians over the timed runs, in the order of execution.
     pub gpu_passes: Vec<PassMedian>,
-    /// relRMSE of the indirect light against the same formulas and VPLs in f64; `None` where that is black, and with rays,
-    /// which take more than sums.
+    /// relRMSE of the indirect light against the same formulas and VPLs in f64. `None` if that is black, and with rays, because they do
+    /// more than sums.
     pub kernel_error: Option<f64>,
-    /// Pixels that the kernel error was measured on.
+    /// Number of pixels that the kernel error was measured on.
     pub kernel_error_pixels: usize,
 }
 
@@ -146,7 +148,7 @@ pub struct PassMedian {
     pub milliseconds: f64,
 }
 
-/// Time of a frame from call to file: scene, device and pipelines are there.
+/// Time of a frame from the call to the written file, with scene, device and pipelines already set up.
 #[derive(Serialize, Deserialize, Default)]
 pub struct Seconds {
     pub median: f64,
@@ -164,7 +166,7 @@ pub struct TimePart {
 }
 
 impl Seconds {
-    /// Sums up timed runs and the medians of their parts; `None` without any.
+    /// Combines timed runs and the medians of their parts; `None` if there are no runs.
     pub fn from_runs<Name: Into<String>>(
         runs: Vec<f64>,
         parts: impl IntoIterator<Item = (Name, f64)>,
@@ -196,17 +198,17 @@ pub fn median(values: &[f64]) -> Option<f64> {
     }
 }
 
-/// Distance from the truth, over the pixels where it shows a surface, but for those on edges, all bands together.
+/// Error relative to the reference, over all bands of the pixels where it shows a surface, without pixels on edges.
 #[derive(Serialize, Deserialize, Clone, Copy, Default)]
 pub struct ModelError {
-    /// sqrt(Σ(x−t)²/Σt²), the truth's noise subtracted. Where the noise hides it, a bound: it is at most that.
+    /// sqrt(Σ(x−t)²/Σt²) with the reference's noise subtracted. If the noise hides the error, this is an upper bound.
     pub relative_rmse: f64,
     pub is_upper_bound: bool,
-    /// One standard error of `relative_rmse`, from the truth's noise.
+    /// One standard error of `relative_rmse`, from the noise of the reference.
     pub relative_rmse_uncertainty: Option<f64>,
-    /// With the noise.
+    /// Includes the noise of the reference.
     pub relative_rmse_uncorrected: Option<f64>,
-    /// `relative_rmse` with the pixels on edges.
+    /// `relative_rmse` including the pixels on edges.
     pub relative_rmse_with_edges: Option<f64>,
     /// Σx/Σt − 1
     pub bias: Option<f64>,
@@ -215,12 +217,12 @@ pub struct ModelError {
     pub mean_relative_error: Option<f64>,
     /// 99th percentile of |x−t|/(t + 0.01·mean t)
     pub p99: Option<f64>,
-    /// Values that are no numbers or infinite, and in no sum; also on edges.
+    /// Number of NaN or infinite values, which no sum includes; also counted on edges.
     pub non_finite: u64,
 }
 
 impl ModelError {
-    /// The relRMSE, with its uncertainty where that is known, or as a bound.
+    /// The relRMSE with its uncertainty if that is known, or as an upper bound.
     pub fn text(&self) -> String {
         let uncertainty = self.relative_rmse_uncertainty.unwrap_or(0.0);
         if self.is_upper_bound {
@@ -231,21 +233,21 @@ impl ModelError {
     }
 }
 
-/// How far off the phasors Z of one modulation frequency are.
+/// Errors of the phasors Z of one modulation frequency.
 #[derive(Serialize, Deserialize, Clone, Copy)]
 pub struct PhasorError {
     pub frequency_hz: f64,
-    /// Of the indirect light's Z.
+    /// Error of the indirect light's Z.
     pub indirect: Option<ModelError>,
-    /// Of the range by all light, the truth's noise included: metres that half of the pixels are within, and 99 % of them.
+    /// Range error from all light, including the noise of the reference: median and 99th percentile, metres.
     pub range_median_m: Option<f64>,
     pub range_p99_m: Option<f64>,
 }
 
-/// What the peers' program said.
+/// What the peers' program reported.
 #[derive(Serialize, Deserialize, Default)]
 pub struct Peers {
-    /// In one sentence: whether it ran.
+    /// One sentence that says whether it ran.
     pub status: String,
     pub about: Option<String>,
     pub notes: Vec<String>,

@@ -1,8 +1,8 @@
-//! The engine's settings that trade speed for accuracy, in series.
+//! The engine's settings that trade speed for accuracy, as series.
 
 use camlux::scene::{IndirectLight, VplSum};
 
-/// RSM sizes of the plain sums: pairs, and so time, grow fourfold from each to the next.
+/// RSM sizes of the plain sums. From each size to the next, the number of pairs, and so the time, grows fourfold.
 const SIZES: [u32; 6] = [8, 16, 32, 64, 128, 256];
 /// Target errors of final gathering, from the fastest to the slowest.
 const TARGET_ERRORS: [f64; 6] = [0.1, 0.05, 0.03, 0.02, 0.01, 0.005];
@@ -12,11 +12,11 @@ pub struct Setting {
     pub series: &'static str,
     pub label: String,
     pub indirect: IndirectLight,
-    /// `None`: no plain sum.
+    /// `None`: not a plain sum.
     pub sum: Option<VplSum>,
 }
 
-/// The series, each from its fastest setting to its slowest.
+/// The series, each ordered from its fastest setting to its slowest.
 pub fn series(is_quick: bool) -> Vec<Vec<Setting>> {
     let (sizes, target_errors) = if is_quick {
         (&SIZES[..4], &TARGET_ERRORS[..2])
@@ -36,7 +36,7 @@ pub fn series(is_quick: bool) -> Vec<Vec<Setting>> {
     };
     let final_gather = target_errors.iter().map(|&requested| Setting {
         series: "final-gather",
-        // Not the bare number: it stands beside an error that may be another.
+        // The word "requested" is needed, because the measured error beside it may differ.
         label: format!("requested {} %", (1e4 * requested).round() / 1e2),
         indirect: IndirectLight::final_gather(requested),
         sum: None,

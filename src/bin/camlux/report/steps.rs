@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use crate::progress::{bar, go_on};
 use crate::{Failure, tell};
 
-/// Shows what the report is at until dropped.
+/// Shows the current step of the report until dropped.
 pub struct Steps(ProgressBar);
 
 impl Steps {
@@ -16,7 +16,7 @@ impl Steps {
         Steps(bar(0, "{spinner} {elapsed} {wide_msg}"))
     }
 
-    /// Says what comes next.
+    /// Announces the next step.
     ///
     /// # Errors
     /// [`Error::Cancelled`] after a signal.
@@ -31,18 +31,18 @@ impl Steps {
         }
     }
 
-    /// Tells how far a step is; only where there is a terminal.
+    /// Shows the progress of a step; only on a terminal.
     pub fn detail(&self, text: String) {
         self.0.set_message(text);
     }
 
-    /// Keeps the display alive within a step; breaks after a signal.
+    /// Keeps the display updated within a step; breaks after a signal.
     pub fn tick(&self) -> ControlFlow<()> {
         self.0.tick();
         go_on()
     }
 
-    /// Renders with options that tick.
+    /// Renders with options that update the display.
     pub fn watch<T>(&self, render: impl FnOnce(&mut RenderOptions) -> T) -> T {
         let mut show = |_| self.tick();
         render(&mut RenderOptions {

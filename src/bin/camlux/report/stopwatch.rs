@@ -1,4 +1,4 @@
-//! Frames, timed from the call to the file.
+//! Times frames from the call to the written file.
 
 use std::path::Path;
 use std::time::Instant;
@@ -10,25 +10,25 @@ use super::results::{PassMedian, Seconds, median};
 use super::steps::Steps;
 use crate::Failure;
 
-/// A frame is timed no more often.
+/// Maximum number of timed runs of a frame.
 const MAX_RUNS: usize = 15;
-/// After so long one run is enough, s.
+/// If a frame takes longer than this, one run is enough, s.
 const LONG_S: f64 = 60.0;
 
 /// Renders and times.
 pub struct Stopwatch<'a> {
     pub renderer: &'a mut Renderer,
-    /// A file that may be written and removed.
+    /// A scratch file that may be overwritten and removed.
     pub scratch: &'a Path,
     pub steps: &'a Steps,
     min_runs: usize,
-    /// No more runs than the least are begun after this.
+    /// After this time, no more runs are started beyond the minimum.
     enough_s: f64,
 }
 
-/// A frame that was rendered again and again.
+/// A frame that was rendered several times.
 pub struct Timed {
-    /// The last one.
+    /// The frame of the last run.
     pub frame: Frame,
     pub seconds: Seconds,
     pub gpu_passes: Vec<PassMedian>,
@@ -53,16 +53,16 @@ impl<'a> Stopwatch<'a> {
     /// Renders once.
     ///
     /// # Errors
-    /// Those of rendering.
+    /// Errors of rendering.
     pub fn render(&mut self, scene: &Scene) -> Result<Frame, Error> {
         self.steps
             .watch(|options| self.renderer.render(scene, options))
     }
 
-    /// Renders a frame again and again and writes it to the scratch file. Pipelines must be warm.
+    /// Renders a frame several times and writes it to the scratch file. Pipelines must be warm.
     ///
     /// # Errors
-    /// Those of rendering and writing.
+    /// Errors of rendering and writing.
     pub fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {
         let (mut runs, mut render_s, mut write_s) = (Vec::new(), Vec::new(), Vec::new());
         let mut passes: Vec<(&'static str, Vec<f64>)> = Vec::new();
@@ -74,7 +74,7 @@ impl<'a> Stopwatch<'a> {
             let rendered = start.elapsed().as_secs_f64();
             write_exr(file, &frame, &ExrOptions::default())?;
             let written = start.elapsed().as_secs_f64();
-            // The next run replaces it; one that is left behind does no harm.
+            // The next run replaces the file; a leftover file does no harm.
             let _ = std::fs::remove_file(self.scratch);
 
             runs.push(written);

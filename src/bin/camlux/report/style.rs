@@ -1,6 +1,6 @@
-//! How the page looks, on light and on dark screens, and what it does when one touches it.
+//! The style sheet of the page for light and dark screens, and its script.
 
-/// The style sheet. In the dark the plots keep their hues: what is light becomes dark and the reverse.
+/// The style sheet. On dark screens the plots invert their lightness and keep their hues.
 pub const STYLE: &str = "
 :root { color-scheme: light dark; --ink: #222; --faint: #666; --paper: #fff; --line: #ddd; }
 @media (prefers-color-scheme: dark) {
@@ -42,7 +42,8 @@ summary { cursor: pointer; }
 img { height: auto; vertical-align: middle; }
 ";
 
-/// A slider moves the edge between image and reference, a button chooses the image, a click enlarges. Without scripts the page still shows all.
+/// A slider moves the edge between image and reference, a button chooses the image, a click enlarges it. The page shows everything without
+/// scripts, too.
 pub const SCRIPT: &str = "
 for (const pictures of document.querySelectorAll('.pictures')) {
   const slider = pictures.querySelector('input'), over = pictures.querySelector('.over');

@@ -1,12 +1,12 @@
-//! A scene's result in one line.
+//! The result of a scene in one line.
 
 use super::results::{Entry, Kind, SceneReport};
 use crate::numbers::duration;
 
-/// An error that passes for right in most uses.
+/// An error that is small enough for most uses.
 const GOOD_ERROR: f64 = 0.05;
 
-/// What the engine reaches and what is fastest within 5 %.
+/// The smallest error that the engine reaches, and the fastest setting within 5 %.
 pub fn summary(scene: &SceneReport) -> String {
     let measured = || {
         scene

@@ -1,4 +1,4 @@
-//! The engine's settings that trade speed for accuracy, each timed and measured.
+//! Times and measures each setting of the engine that trades speed for accuracy.
 
 use camlux::internals::{Intermediates, f64_kernels};
 use camlux::metrics::{Comparison, Pixels};
@@ -14,13 +14,13 @@ use super::stopwatch::{Stopwatch, Timed};
 use super::truth::{TruthImage, values};
 use crate::Failure;
 
-/// How far the sweep goes.
+/// Limits of the sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepOptions {
     pub is_quick: bool,
-    /// A frame that is expected to take longer is left out.
+    /// Leaves out a frame that is expected to take longer than this.
     pub longest_s: f64,
-    /// The reference's series ends with the first point that took longer.
+    /// The series of the reference ends with the first point that takes longer than this.
     pub longest_reference_s: f64,
     /// Pixels on which the kernel error is measured.
     pub kernel_pixels: usize,
@@ -37,7 +37,7 @@ impl SweepOptions {
     }
 }
 
-/// What a sweep works with.
+/// What a sweep needs.
 pub struct Sweep<'a> {
     pub stopwatch: Stopwatch<'a>,
     pub subject: &'a Subject,
@@ -47,10 +47,10 @@ pub struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// The frame without indirect light.
+    /// Times the frame without indirect light.
     ///
     /// # Errors
-    /// Those of rendering and writing.
+    /// Errors of rendering and writing.
     pub fn direct_only(&mut self) -> Result<Seconds, Failure> {
         self.measured.obtain("direct light", (), || {
             let step = format!("{}: direct light", self.subject.name);
@@ -65,11 +65,11 @@ impl Sweep<'_> {
         })
     }
 
-    /// Every setting of every series, but those that would take too long or that the device cannot hold: for these a
-    /// sentence each.
+    /// Renders every setting of every series. Skips settings that would take too long or that the device cannot hold, and returns one
+    /// sentence for each of these.
     ///
     /// # Errors
-    /// Those of rendering and writing.
+    /// Errors of rendering and writing.
     pub fn settings(&mut self) -> Result<(Vec<Entry>, Vec<String>), Failure> {
         let (mut entries, mut skipped): (Vec<Entry>, Vec<String>) = (Vec::new(), Vec::new());
         for settings in settings::series(self.options.is_quick) {
@@ -111,7 +111,7 @@ impl Sweep<'_> {
             indirect: Some(indirect),
             ..self.subject.scene.clone()
         };
-        // Also the warm-up.
+        // This render is also the warm-up.
         let (kernel_error, kernel_error_pixels, stderr_deviation) = match setting.sum {
             Some(sum) => {
                 let (error, pixels) = self.kernel_error(&scene, sum)?;
@@ -151,7 +151,7 @@ impl Sweep<'_> {
         })
     }
 
-    /// The errors of final gathering over what it says of them.
+    /// The standard deviation of final gathering's errors, divided by the standard errors that it states.
     fn stderr_deviation(&mut self, scene: &Scene) -> Result<Option<f64>, Failure> {
         let mut scene = scene.clone();
         if let Some(IndirectLight::FinalGather { stderr_layer, .. }) = &mut scene.indirect {
@@ -162,7 +162,7 @@ impl Sweep<'_> {
         self.truth.stderr_deviation(indirect?, stated?)
     }
 
-    /// relRMSE of a plain sum against that of the f64 kernels, `None` where that is black, and on how many pixels.
+    /// The relRMSE of a plain sum against the f64 kernels (`None` if these are black), and the number of pixels it was measured on.
     fn kernel_error(
         &mut self,
         scene: &Scene,
@@ -191,15 +191,15 @@ impl Sweep<'_> {
     }
 }
 
-/// Up to `count` pixels with a surface, spread over the image without a pattern; the same ones every time.
+/// Up to `count` pixels that show a surface, spread over the image at random; the same pixels every time.
 fn spread(kept: &Intermediates, count: usize) -> Vec<usize> {
     let pixels = 0..kept.gbuffer.len();
     let seen = pixels.filter(|&pixel| kept.gbuffer[pixel].is_some());
     fastrand::Rng::with_seed(0).choose_multiple(seen, count)
 }
 
-/// What `next` will take, at least, by the setting before it. A plain sum at every pixel: four times the pairs, and the rest as it is.
-/// Final gathering: its error falls with the power 0.72 of its rays.
+/// Lower bound of the time for `next`, estimated from the setting before it. A plain sum at every pixel has four times the pairs; its other
+/// passes take the same time. For final gathering, the error falls with the power 0.72 of the number of rays.
 fn next_seconds(entry: &Entry, next: &Setting) -> f64 {
     let Some(engine) = &entry.engine else {
         return 0.0;

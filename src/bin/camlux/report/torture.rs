@@ -1,4 +1,4 @@
-//! The torture set as a part of the report: whether the engine knows how far off its images are.
+//! The torture set as a part of the report: checks the engine's estimates of its own error.
 
 use camlux::Device;
 use camlux::doctor::Examiner;
@@ -10,7 +10,7 @@ use super::measured::Measured;
 use crate::torture::{HEADS, cells};
 use crate::{Failure, print};
 
-/// An image of the set. Errors are shares; JSON has null for what is unknown or infinite.
+/// One image of the set. Errors are shares; JSON has null for unknown or infinite values.
 #[derive(Serialize, Deserialize)]
 pub struct TortureRow {
     scene: String,
@@ -47,7 +47,7 @@ impl TortureRow {
 /// Renders the set.
 ///
 /// # Errors
-/// Those of rendering and writing.
+/// Errors of rendering and writing.
 pub fn rows(
     device: &Device,
     settings: Settings,
@@ -82,7 +82,7 @@ pub fn rows(
     Ok(rows)
 }
 
-/// Nothing where the set was not asked for.
+/// Empty unless the set was requested.
 pub fn section(rows: &[TortureRow]) -> String {
     if rows.is_empty() {
         return String::new();

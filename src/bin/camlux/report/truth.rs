@@ -1,4 +1,4 @@
-//! What the errors of a scene are measured against: its path-sampled reference, kept from report to report.
+//! The path-sampled reference image of a scene. The report measures all errors against it and keeps it for later reports.
 
 use std::path::Path;
 use std::time::Instant;
@@ -20,27 +20,27 @@ use crate::error_map::ErrorMap;
 use crate::range_error::range_errors_m;
 use crate::{Failure, reference, tell};
 
-/// Samples of the first point of the reference's series, in so many independent rounds, whose spread tells the error.
+/// Samples of the first point of the reference's series. They are split into independent rounds, whose spread gives the error.
 const FIRST_SAMPLES: u32 = 16;
 const ROUNDS: u32 = 4;
 const LAST_SAMPLES: u32 = 1 << 16;
 
-/// A truth, and how images are compared with it.
+/// A reference image, and how images are compared with it.
 pub struct TruthImage {
     frame: Frame,
     /// Pixels that show a surface.
     valid: Vec<bool>,
-    /// Pixels on edges, where no image is measured.
+    /// Pixels on edges, which are left out of all measurements.
     edges: Vec<bool>,
     /// Radiance of full brightness in all pictures, W/sr/m².
     white: f32,
 }
 
-/// Takes the image at `file` in the folder where it is the scene's, refines it to the standard error, and writes it. Its edges are as
-/// wide as the device needs.
+/// Loads the image at `file` in the folder if it belongs to the scene, refines it to the standard error, and writes it. The width of its
+/// edges fits the device.
 ///
 /// # Errors
-/// Those of sampling and writing; cancelled after a signal.
+/// Errors of sampling and writing; cancelled after a signal.
 pub fn obtain(
     scene: &Scene,
     folder: &Path,
@@ -49,7 +49,7 @@ pub fn obtain(
     sub_pixel_bits: u32,
 ) -> Result<(TruthImage, Truth), Failure> {
     let path = &folder.join(&file);
-    // Before anything that takes time: a place that cannot be written is said at once.
+    // Checks the output path first, so that a long computation does not end in a write error.
     drop(OutputFile::create(path)?);
     let start = Instant::now();
     let stored = path.exists().then(|| Reference::resume(scene, path));
@@ -98,16 +98,16 @@ impl TruthImage {
     }
 
     /// # Errors
-    /// Where the PNG cannot be encoded.
+    /// If the PNG cannot be encoded.
     pub fn pictures(&self) -> Result<Pictures, Failure> {
         let indirect = values(&self.frame, Layer::Indirect)?;
         Pictures::new(self.frame.resolution_px, indirect, self.white, None)
     }
 
-    /// The errors and pictures of an image of the truth's size; no error where the truth is black.
+    /// The errors and pictures of an image of the reference's size; no error if the reference is black.
     ///
     /// # Errors
-    /// Where the image has another size.
+    /// If the image has another size.
     pub fn measure(&self, indirect: &[f32], total: &[f32]) -> Result<Entry, Failure> {
         let pixels = self.pixels(indirect, Layer::Indirect)?;
         let comparison = Comparison::new(&pixels)?;
@@ -122,10 +122,10 @@ impl TruthImage {
         })
     }
 
-    /// The standard deviation of an image's errors over its own standard errors; `None` where there is nothing to judge.
+    /// The standard deviation of an image's errors, divided by the image's own standard errors; `None` if there is nothing to judge.
     ///
     /// # Errors
-    /// Where the image has another size.
+    /// If the image has another size.
     pub fn stderr_deviation(
         &self,
         indirect: &[f32],
@@ -163,10 +163,10 @@ impl TruthImage {
         self.valid[pixel] && !self.edges[pixel]
     }
 
-    /// The errors of the phasors of each frequency, of an image with these layers; of none that it lacks.
+    /// The errors of the phasors of each frequency, for an image with these layers. Skips frequencies whose layers are missing.
     ///
     /// # Errors
-    /// Where the image has another size.
+    /// If the image has another size.
     pub fn measure_phasors<'a>(
         &self,
         layer_of: impl Fn(Layer) -> Option<&'a [f32]>,
@@ -198,7 +198,8 @@ impl TruthImage {
         })
     }
 
-    /// The median of |error| of a Gaussian is 0.674 σ; that of the range is c/(4πf) of the phase's, which is that of Z across it over |Z|.
+    /// The median of |error| of a Gaussian is 0.674 σ. The range error is c/(4πf) times the phase error. The phase error is the error of Z
+    /// perpendicular to Z, divided by |Z|.
     fn range_noise_m(&self) -> Vec<f64> {
         let frequencies = self.frequencies_hz().iter().enumerate();
         let medians = frequencies.filter_map(|(frequency, &frequency_hz)| {
@@ -219,7 +220,7 @@ impl TruthImage {
     }
 }
 
-/// From the library's comparison to the figures of the report. `None` where the truth is black, or nothing but noise.
+/// Turns the library's comparison into the figures of the report. `None` if the reference is black or only noise.
 fn model_error(pixels: &Pixels, comparison: &Comparison) -> Result<Option<ModelError>, Failure> {
     let with_edges = Comparison::new(&Pixels {
         edges: None,
@@ -252,11 +253,11 @@ fn model_error(pixels: &Pixels, comparison: &Comparison) -> Result<Option<ModelE
     }))
 }
 
-/// The reference as a contender: its own error, from its own spread, against its time, at doubled numbers of samples until
-/// one takes longer than `longest_s`.
+/// Measures the reference as an entry of its own: its error (from its own spread) against its time. Doubles the number of samples until a
+/// point takes longer than `longest_s`.
 ///
 /// # Errors
-/// Those of sampling and writing; cancelled after a signal.
+/// Errors of sampling and writing; cancelled after a signal.
 pub fn series(
     Subject { name, scene, .. }: &Subject,
     scratch: &Path,
@@ -301,7 +302,7 @@ fn contender(scene: &Scene, samples: u32, scratch: &Path, steps: &Steps) -> Resu
         series: "camlux reference".into(),
         label: format!("{samples} spp"),
         seconds: Seconds::from_runs(vec![seconds], parts).unwrap_or_default(),
-        // An image that is nothing but noise of this size.
+        // The only error of the reference is its noise.
         indirect: own_error.map(|relative_rmse| ModelError {
             relative_rmse,
             ..ModelError::default()
