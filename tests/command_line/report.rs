@@ -142,7 +142,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     for part in [
         "final-gather requested 10 %",
         "the engine&#39;s estimate",
-        "measured",
+        "judged by its own spread",
     ] {
         assert!(page.contains(part), "{part:?} is missing in the page");
     }
@@ -158,7 +158,15 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert!(entries.iter().any(|entry| entry["is_on_front"] == true));
 
     // Self-contained: nothing is fetched.
-    for reference in ["src=\"http", "href=", "<script", "@import", "url("] {
+    for reference in [
+        "src=\"http",
+        "href=",
+        "<script ",
+        "import ",
+        "fetch(",
+        "@import",
+        "url(",
+    ] {
         assert!(!page.contains(reference), "{reference}");
     }
     assert!(page.contains("<svg") && page.contains("src=\"data:image/png;base64,"));
@@ -295,10 +303,10 @@ fn a_report_that_was_cut_goes_on() {
     assert_eq!(entries(&first).len(), entries(&again).len());
     assert_eq!(again["peers"], first["peers"]);
     assert_eq!(again["direct_only"], first["direct_only"]);
-    // With their pictures: the truth's, and two of all but the reference's.
+    // With their pictures: those that the page shows first with the reference's and the scale, and two of all but the reference's.
     let pictures = page.matches("src=\"data:image/png").count();
     let references = series(&again, "camlux reference").len();
-    assert_eq!(pictures, 2 + 2 * (entries(&again).len() - references));
+    assert_eq!(pictures, 4 + 2 * (entries(&again).len() - references));
 
     // Another scene under the same name.
     edit(

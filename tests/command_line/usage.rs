@@ -1,6 +1,7 @@
 //! The program's own behaviour, as far as it needs no device.
 #![cfg(feature = "cli")]
 
+use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -169,6 +170,57 @@ fn missing_scene_is_named_and_leaves_no_output() {
         1,
         "no-scene.toml",
     );
+}
+
+#[test]
+fn help_fits_a_screen_and_has_an_example() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = [
+        "render",
+        "batch",
+        "reference",
+        "compare",
+        "report",
+        "doctor",
+    ];
+    for command in ["", "completions", "man"].into_iter().chain(commands) {
+        let arguments: Vec<&str> = [command, "--help"]
+            .into_iter()
+            .filter(|word| !word.is_empty())
+            .collect();
+        let output = camlux(folder.path(), &arguments);
+        let help = String::from_utf8(output.stdout).unwrap();
+        let widest = help.lines().map(|line| line.chars().count()).max();
+        assert!(help.lines().count() <= 40, "{help}");
+        assert!(widest <= Some(120), "{widest:?}: {help}");
+        assert!(help.contains("Example"), "{help}");
+    }
+}
+
+#[test]
+fn shells_and_man_know_the_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    for shell in ["bash", "zsh", "fish"] {
+        let output = camlux(folder.path(), &["completions", shell]);
+        let script = String::from_utf8(output.stdout).unwrap();
+        for word in ["render", "target-error"] {
+            assert!(script.contains(word), "{shell}: {script}");
+        }
+    }
+    let output = camlux(folder.path(), &["man", "pages"]);
+    assert!(output.status.success());
+    let page = |name: &str| fs::read_to_string(folder.path().join("pages").join(name)).unwrap();
+    assert!(page("camlux.1").contains("Measure speed against error"));
+    let render = page("camlux-render.1");
+    for part in [
+        ".TH camlux-render",
+        "target\\-error",
+        "camlux render scenes/cornell.toml",
+    ] {
+        assert!(render.contains(part), "{part}: {render}");
+    }
+    fs::write(folder.path().join("file"), "").unwrap();
+    assert_fails(&["man", "/dev/null/pages"], 1, "choose another folder");
 }
 
 #[test]

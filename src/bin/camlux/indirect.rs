@@ -7,8 +7,8 @@ const RSM_SIZE: u32 = 64;
 
 #[derive(clap::Args)]
 pub struct IndirectArgs {
-    /// Estimator of the indirect light
-    #[arg(long, value_name = "NAME", value_parser = IndirectLight::NAMES)]
+    /// final-gather, instant-radiosity or rsm-average
+    #[arg(long, value_name = "NAME", value_parser = IndirectLight::NAMES, hide_possible_values = true)]
     pub estimator: Option<String>,
     /// RSM texels along an edge
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]

@@ -42,7 +42,7 @@ pub fn text(run: &RunSummary) -> String {
             line("error", error);
         }
         if let Some(requested) = indirect.interpolation_error() {
-            let against = "of the interpolated sum";
+            let against = "against the sum at every pixel";
             let estimated = stats.estimated_interpolation_error;
             let estimated = estimated.map(|error| format!("estimated {}", percent(error)));
             let estimated = estimated.as_deref().unwrap_or("not estimated");

@@ -101,7 +101,7 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
         escape(&scene.name),
         escape(&describe(scene)),
         escape(&summary(scene)),
-        model_error.unwrap_or_else(|| missing("model", "truth")),
+        model_error.unwrap_or_else(|| missing("model", "reference")),
         kernel_error.unwrap_or_else(|| missing("kernel", "engine")),
         time_of_flight(scene)?,
         table(&ERRORS, &scene.entries),
@@ -130,8 +130,8 @@ fn time_of_flight(scene: &SceneReport) -> Result<String, Failure> {
             .map_or(0.0, |row| 1e-6 * row.error.frequency_hz);
         let plot = figures::range_error(scene, frequency)?.unwrap_or_default();
         text += &format!(
-            "<figure>{plot}<figcaption>Error of the range by {megahertz} MHz against time: half of the pixels are within it. \
-             The dashed line is what the truth's own noise makes of it.</figcaption></figure>\n"
+            "<figure>{plot}<figcaption>Median error of the range at {megahertz} MHz against time. \
+             The dashed line is the noise of the reference.</figcaption></figure>\n"
         );
         rows.extend(of_frequency);
     }
@@ -169,17 +169,17 @@ fn describe(scene: &SceneReport) -> String {
     let [width, height] = scene.resolution_px;
     let truth = &scene.truth;
     let floor = match truth.noise_floor {
-        Some(floor) => format!("its noise is {} of its root mean square", percent(floor)),
+        Some(floor) => format!("its relative noise is {}", percent(floor)),
         None => "its indirect light is black".into(),
     };
     let origin = if truth.was_there {
-        "begun in an earlier report, "
+        "begun for an earlier report, "
     } else {
         ""
     };
     format!(
-        "{}: {width} × {height} pixels, {} triangles, lights: {}. Truth: {} samples a pixel, {origin}{} of work in this one; {floor}. \
-         {} pixels ({}) lie on edges and are left out.",
+        "{}: {width} × {height} pixels, {} triangles, lights: {}. Reference: {} samples a pixel, {origin}{} of work for this report; {floor}. \
+         {} pixels ({}) on edges are left out.",
         scene.file,
         scene.triangles,
         scene.lights.join(", "),

@@ -165,7 +165,7 @@ impl Plot<'_> {
         let above = (right.0 - 6, right.1 - 1);
         labels.avoid_line(&[(above.0 - 100, above.1 - 6), (above.0, above.1 - 6)]);
         let style = anchored(12, HPos::Right, VPos::Bottom);
-        Ok(area.draw(&Text::new("noise of the truth", above, style))?)
+        Ok(area.draw(&Text::new("noise of the reference", above, style))?)
     }
 
     /// Draws a front in steps, from the upper edge of the plot area to its right edge.

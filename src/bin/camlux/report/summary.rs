@@ -18,7 +18,7 @@ pub fn summary(scene: &SceneReport) -> String {
         .filter(|(entry, _)| entry.kind == Kind::Engine)
         .min_by(|(_, a), (_, b)| a.relative_rmse.total_cmp(&b.relative_rmse));
     let Some((best, error)) = best else {
-        return "No model error: the truth's indirect light is black.".into();
+        return "No model error: the indirect light of the reference is black.".into();
     };
     let fastest = |is_in: &dyn Fn(&Entry) -> bool| {
         measured()
@@ -31,7 +31,7 @@ pub fn summary(scene: &SceneReport) -> String {
             })
     };
     format!(
-        "Engine's least error: {} in {} ({}). Fastest within 5 %: {} of the engine, {} of all.",
+        "Least error of camlux: {} in {} ({}). Fastest below 5 %: {} of camlux, {} of all.",
         error.text(),
         duration(best.seconds.median),
         best.name(),
