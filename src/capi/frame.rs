@@ -250,7 +250,7 @@ impl FrameObject {
 pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
     // `of_frequency` of camlux.hpp returns this for a layer that does not exist.
     if number == CAMLUX_NONE as i32 {
-        let problem = "layer is -1: of time of flight, a frequency or a phase image is asked for that no frame has";
+        let problem = "layer is -1: no frame has that frequency or phase image of time of flight";
         return Err(Failure::argument(problem));
     }
     let of_tof = Layer::all().find(|&layer| tof_number(layer) == Some(number));

@@ -146,7 +146,7 @@ impl Reference {
         let refuse = |problem: String| Error::Input {
             at: file.display().to_string(),
             problem,
-            hint: "name another file, or remove this one to begin anew".into(),
+            hint: "name another file, or remove this one to begin again".into(),
         };
         let count = |name: &str| {
             let text = image.attribute(name)?;

@@ -89,7 +89,7 @@ pub fn section(rows: &[TortureRow]) -> String {
     }
     let cells = rows.iter().map(|row| row.cells.clone());
     format!(
-        "<section>\n<h2>Torture set</h2>\n<p>Scenes that most easily fool an estimate of the error: what was asked, what the engine says, and what is true.</p>\n{}</section>\n",
+        "<section>\n<h2>Torture set</h2>\n<p>Scenes that easily fool an error estimate: target, estimate, and true error.</p>\n{}</section>\n",
         table_of_cells(HEADS, cells)
     )
 }

@@ -56,7 +56,7 @@ pub fn obtain(
     let resumed = match stored.transpose() {
         Ok(resumed) => resumed,
         Err(Error::Input { at, problem, .. }) => {
-            tell(&format!("camlux: note: {at}: {problem}; it is made anew"));
+            tell(&format!("camlux: note: {at}: {problem}; it is made again"));
             None
         }
         Err(error) => return Err(error.into()),
