@@ -8,7 +8,7 @@
  *
  * A COMPLETE EXAMPLE
  *
- *     camlux::scene scene = camlux::scene::load("scenes/cornell.toml");
+ *     camlux::scene scene = camlux::scene::load("scenes/cornell_spot.toml");
  *     camlux::renderer renderer = camlux::renderer::create(camlux::device::open());
  *     camlux::frame frame = renderer.render(scene);
  *     camlux::view<float> radiance = frame.view<float>(camlux::layer::radiance);

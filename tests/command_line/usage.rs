@@ -215,7 +215,7 @@ fn shells_and_man_know_the_commands() {
     for part in [
         ".TH camlux-render",
         "target\\-error",
-        "camlux render scenes/cornell.toml",
+        "camlux render scenes/cornell_spot.toml",
     ] {
         assert!(render.contains(part), "{part}: {render}");
     }

@@ -39,7 +39,7 @@ struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
-  camlux render scenes/cornell.toml -o cornell.exr --png cornell.png
+  camlux render scenes/cornell_spot.toml -o cornell.exr --png cornell.png
   camlux render --help";
 
 #[derive(clap::Subcommand)]

@@ -18,7 +18,7 @@ const TIME_BETWEEN_SAVES: Duration = Duration::from_secs(30);
 #[derive(clap::Args)]
 #[command(group(clap::ArgGroup::new("goal").required(true)), after_help = "\
 Example:
-  camlux reference scenes/cornell.toml -o reference.exr --stderr 0.01 --size 400 400
+  camlux reference scenes/cornell_spot.toml -o reference.exr --stderr 0.01 --size 400 400
 How it is sampled: docs/reference.md")]
 pub struct Args {
     /// Scene file

@@ -16,8 +16,8 @@ use crate::{Failure, json, print, tell, tof_picture, warn};
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  camlux render scenes/cornell.toml -o cornell.exr --png cornell.png --size 400 400
-  camlux render scenes/cornell.toml -o cornell.exr --target-error 0.01 --layers radiance,depth
+  camlux render scenes/cornell_spot.toml -o cornell.exr --png cornell.png --size 400 400
+  camlux render scenes/cornell_spot.toml -o cornell.exr --target-error 0.01 --layers radiance,depth
 Layers, scene files, estimators: docs/output.md, docs/scene.md, docs/guides/estimators.md")]
 pub struct Args {
     /// Scene file

@@ -62,7 +62,8 @@ for (const pictures of document.querySelectorAll('.pictures')) {
       const box = zoom.getBoundingClientRect();
       const x = (event.clientX - box.left + zoom.scrollLeft) / zoom.scrollWidth;
       const y = (event.clientY - box.top + zoom.scrollTop) / zoom.scrollHeight;
-      zoom.classList.toggle('large');
+      // The picture grows, the box stays.
+      zoom.style.height = zoom.classList.toggle('large') ? box.height + 'px' : '';
       zoom.scrollTo(x * zoom.scrollWidth - box.width / 2, y * zoom.scrollHeight - box.height / 2);
     };
   }
