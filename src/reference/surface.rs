@@ -47,7 +47,6 @@ impl Surface {
     /// Across the ray, P is off by δ, the rounding of corners as seen from the ray's start. Along the ray, that is δ/sin α for a surface
     /// at the angle α to it. The step counts this three times: for P's own surface, for another surface, and for a margin off that one
     /// larger than the rounding of points on it.
-    /// more than the rounding of what is on it.
     pub fn towards(self, to_viewer: DVec3, distance: f64) -> Surface {
         let off_own = 1.0 / self.geometric_normal.dot(to_viewer);
         let steps = (off_own + 2.0 / LEAST_SINE).min(MOST_STEPS);

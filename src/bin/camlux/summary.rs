@@ -41,6 +41,10 @@ pub fn text(run: &RunSummary) -> String {
             let error = describe_error(&stats.estimated_error_text(), requested, against);
             line("error", error);
         }
+        if indirect.sum().is_some() {
+            let problem = "unknown: a sum is not the physical bounce, final-gather is (docs/guides/estimators.md)";
+            line("error", problem.into());
+        }
         if let Some(requested) = indirect.interpolation_error() {
             let against = "against the sum at every pixel";
             let estimated = stats.estimated_interpolation_error;

@@ -90,7 +90,8 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
 <p>{}</p>
 <p>{}</p>
 <figure>{}<figcaption>Model error against time. Lower left is better.</figcaption></figure>
-<figure>{}<figcaption>Kernel error against time: what the rounding of f32 adds.</figcaption></figure>
+<details><summary>Kernel error: what the rounding of f32 adds</summary>
+<figure>{}</figure></details>
 {}<h3>Figures</h3>
 {}<p>Without indirect light the engine takes {}.</p>
 <details><summary>Times of the engine's passes</summary>
@@ -193,9 +194,8 @@ fn describe(scene: &SceneReport) -> String {
 /// Every entry with its time and errors; for final gathering also the target error.
 const ERRORS: [Column<Entry>; 15] = [
     ("setting", |e| Some(e.name())),
-    ("VPLs", |e| Some(count(e.engine.as_ref()?.vpl_count as f64))),
-    ("rays", |e| Some(count(e.engine.as_ref()?.ray_count as f64))),
     ("time (range of the runs)", |e| Some(times(&e.seconds))),
+    ("indirect relRMSE", |e| Some(e.indirect?.text())),
     ("requested", |e| {
         e.engine.as_ref()?.target_error.map(percent)
     }),
@@ -208,7 +208,6 @@ const ERRORS: [Column<Entry>; 15] = [
     ("error over stderr (0.8 to 1.25)", |e| {
         e.engine.as_ref()?.stderr_deviation.map(number)
     }),
-    ("indirect relRMSE", |e| Some(e.indirect?.text())),
     ("bias", |e| {
         let error = e.indirect?;
         Some(with_uncertainty(error.bias?, error.bias_uncertainty?))
@@ -221,6 +220,8 @@ const ERRORS: [Column<Entry>; 15] = [
     ("kernel error", |e| {
         Some(format!("{:.1e}", e.engine.as_ref()?.kernel_error?))
     }),
+    ("VPLs", |e| Some(count(e.engine.as_ref()?.vpl_count as f64))),
+    ("rays", |e| Some(count(e.engine.as_ref()?.ray_count as f64))),
     ("front", |e| {
         let fronts = match (e.is_on_engine_front, e.is_on_front) {
             (true, true) => "engine, all",
@@ -312,7 +313,7 @@ fn pictures(scene: &SceneReport) -> Result<String, Failure> {
 <input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"how much of the image covers the reference\">
 <figcaption>Left of the slider <b>{}</b>, right of it the reference. Indirect light, in one exposure.</figcaption></figure>
 <figure><div class=\"zoom error\">{}</div>
-<figcaption>Error x−t over the mean of the reference: −{range} {bar} +{range}. Click a picture to enlarge it.</figcaption></figure>
+<figcaption>Error x−t over the mean of the reference: <span class=\"scale\">−{range} {bar} +{range}</span>. Click a picture to enlarge it.</figcaption></figure>
 </div>
 <div class=\"grid\">{}</div></div>
 ",

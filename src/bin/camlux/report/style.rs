@@ -26,6 +26,7 @@ details { margin: 1rem 0; }
 summary { cursor: pointer; }
 .viewer { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(20rem, 100%), 1fr)); gap: 1.5rem; }
 .viewer input { width: 100%; }
+.scale { white-space: nowrap; }
 .zoom { overflow: auto; max-height: 80vh; cursor: zoom-in; }
 .zoom img { width: 100%; image-rendering: pixelated; display: block; }
 .zoom.large { cursor: zoom-out; }
