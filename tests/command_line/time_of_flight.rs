@@ -131,7 +131,7 @@ fn a_report_says_how_far_off_the_range_is() {
         assert!(plot.starts_with(b"<svg"));
     }
     let page = String::from_utf8(read("index.html")).unwrap();
-    assert!(page.contains("Error of the range by 100 MHz"));
+    assert!(page.contains("Median error of the range at 100 MHz"));
 }
 
 /// A wall that moves away at 10 m/s from a camera with its light, in the middle of the view: with K, τ and T of 10 ms, N = 4, phase image i begins 15 ms behind
