@@ -41,6 +41,37 @@ struct pose {
     quaternion orientation;
     /** Scale of an instance; 1 for other parts. */
     double scale = 1;
+
+    /** At `from_m`, facing `to_m`: cameras and spot lights face along +z of their pose; a camera's +y points down, against `up`. */
+    static pose facing(const vec3 &from_m, const vec3 &to_m, const vec3 &up = {0, 1, 0})
+    {
+        const auto cross = [](const vec3 &a, const vec3 &b) {
+            return vec3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+        };
+        const auto unit = [](const vec3 &a, const vec3 &otherwise) {
+            const double length = std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z);
+            return length > 0 ? vec3{a.x / length, a.y / length, a.z / length} : otherwise;
+        };
+        const vec3 z = unit({to_m.x - from_m.x, to_m.y - from_m.y, to_m.z - from_m.z}, {0, 0, 1});
+        // Straight up or down, any horizontal direction will do.
+        const vec3 any = std::abs(z.x) < 0.9 ? vec3{1, 0, 0} : vec3{0, 0, 1};
+        const vec3 x = unit(cross(z, up), unit(cross(z, any), {1, 0, 0}));
+        const vec3 y = cross(z, x);
+        // The quaternion of the matrix with these columns, by its largest component (Shepperd 1978).
+        const double trace = x.x + y.y + z.z;
+        const double squares[4] = {1 + 2 * x.x - trace, 1 + 2 * y.y - trace, 1 + 2 * z.z - trace, 1 + trace};
+        int largest = 0;
+        for (int i = 1; i < 4; ++i)
+            largest = squares[i] > squares[largest] ? i : largest;
+        const double twice = std::sqrt(squares[largest]), f = 0.5 / twice;
+        const quaternion candidates[4] = {
+            {0.5 * twice, (y.x + x.y) * f, (z.x + x.z) * f, (y.z - z.y) * f},
+            {(y.x + x.y) * f, 0.5 * twice, (z.y + y.z) * f, (z.x - x.z) * f},
+            {(z.x + x.z) * f, (z.y + y.z) * f, 0.5 * twice, (x.y - y.x) * f},
+            {(y.z - z.y) * f, (z.x - x.z) * f, (x.y - y.x) * f, 0.5 * twice},
+        };
+        return {from_m, candidates[largest], 1};
+    }
 };
 
 enum class part : std::int32_t {

@@ -93,6 +93,27 @@ void values_begin_like_those_of_c()
     CHECK(camlux::detail::raw_of(depth).layers == (1u << CAMLUX_LAYER_DEPTH | 1u << CAMLUX_LAYER_RADIANCE));
 }
 
+// A pose that faces a point is that of a camera which looks at it, in all directions.
+void poses_face_a_point()
+{
+    camlux::scene scene = camlux::scene::create();
+    for (int i = 0; i < 27; ++i) {
+        const camlux::vec3 from = {0.3, -0.2, 0.7};
+        const camlux::vec3 to = {from.x + i % 3 - 1, from.y + i / 3 % 3 - 1, from.z + i / 9 - 1};
+        if (i == 13)  // Nowhere.
+            continue;
+        const camlux::pose pose = camlux::pose::facing(from, to);
+        scene.set_pose(camlux::part::camera, 0, pose);
+        const camlux::camera camera = scene.camera();
+        const camlux::vec3 a = {to.x - from.x, to.y - from.y, to.z - from.z};
+        const camlux::vec3 b = {camera.look_at_m.x - from.x, camera.look_at_m.y - from.y, camera.look_at_m.z - from.z};
+        const double along = a.x * b.x + a.y * b.y + a.z * b.z;
+        const double lengths = std::sqrt((a.x * a.x + a.y * a.y + a.z * a.z) * (b.x * b.x + b.y * b.y + b.z * b.z));
+        CHECK(std::abs(along / lengths - 1) < 1e-12);
+        CHECK(camera.up.y > -1e-12);
+    }
+}
+
 void values_come_back()
 {
     camlux::scene scene = camlux::scene::create();
@@ -436,6 +457,7 @@ int main()
 {
     values_begin_like_those_of_c();
     values_come_back();
+    poses_face_a_point();
     handles_share_and_give_back();
     both_forms_tell_the_same();
     {

@@ -22,7 +22,7 @@ pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{index} {} position = {position_m:?}, rotation = {rotation:?}",
+            "{index} {} camera position = {position_m:?}, rotation = {rotation:?}",
             planned.file
         );
     }
