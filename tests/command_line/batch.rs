@@ -482,7 +482,7 @@ fn a_dry_run_lists_and_estimates_and_writes_nothing() {
         .collect();
     assert_eq!(indices, ["3", "4", "5", "6"]);
     assert!(
-        stdout.contains("frames/000003.exr position = [-0.45"),
+        stdout.contains("frames/000003.exr camera position = [-0.45"),
         "{stdout}"
     );
     let stderr = String::from_utf8(output.stderr).unwrap();
