@@ -14,8 +14,8 @@ use half::f16;
 
 use super::atomic::OutputFile;
 use super::exr_header_order;
-use super::frame::{Frame, Layer, LayerData};
 use super::header::{self, Attribute};
+use super::{Frame, Layer, LayerData};
 use crate::error::Result;
 
 /// The contents of an OpenEXR file. The default is every layer of the frame as 32-bit float.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::frame::Layer;
+use super::Layer;
 use crate::error::{Error, Result};
 pub use crate::exr_decode::ImageLayer;
 use crate::exr_decode::{DecodedImage, decode_file};

@@ -4,7 +4,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use super::atomic::OutputFile;
-use super::frame::{Frame, Layer};
+use super::{Frame, Layer};
 use crate::error::Result;
 
 /// What a preview shows.

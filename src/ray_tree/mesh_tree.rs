@@ -178,7 +178,7 @@ impl MeshTree {
     }
 
     /// The smallest box around the triangles below each node; `None` without nodes.
-    pub(super) fn fitted_boxes(&self, corners: &[[Vec3; 3]], others: &[u32]) -> Option<Vec<Aabb>> {
+    fn fitted_boxes(&self, corners: &[[Vec3; 3]], others: &[u32]) -> Option<Vec<Aabb>> {
         let first = self.first_triangle();
         let mut boxes = vec![Aabb::empty(); self.nodes.len()];
         for node in (0..self.nodes.len()).rev() {
