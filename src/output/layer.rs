@@ -16,7 +16,7 @@ pub enum Layer {
     /// L_{P→C} = Σ over lights of f_P(l, n_P, v) · L_{L→P} · cosθ_{P→L} · V(L,P), W/sr/m², channels R, G, B.
     Direct,
     /// Single bounce over the reflective shadow maps, computed by the [`IndirectLight`](crate::scene::IndirectLight) in
-    /// [`FrameDescription::indirect`], W/sr/m², channels R, G, B.
+    /// [`FrameDescription::indirect`](super::FrameDescription::indirect), W/sr/m², channels R, G, B.
     Indirect,
     /// Standard error of `indirect`, and so of `radiance`, W/sr/m², channels R, G, B. Reference images have it, and frames by final
     /// gathering whose scene requests it.
@@ -98,7 +98,7 @@ impl Layer {
         Self::all().find(|layer| layer.name() == name)
     }
 
-    /// Full OpenEXR channel names, in the order in which [`LayerData`] interleaves them.
+    /// Full OpenEXR channel names, in the order in which [`LayerData`](super::LayerData) interleaves them.
     pub fn channel_names(self) -> &'static [&'static str] {
         self.describe().1
     }
@@ -160,7 +160,7 @@ impl Layer {
         }
     }
 
-    /// Whether the values are whole numbers ([`LayerData::Id`]).
+    /// Whether the values are whole numbers ([`LayerData::Id`](super::LayerData::Id)).
     pub fn is_id(self) -> bool {
         matches!(
             self,

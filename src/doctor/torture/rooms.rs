@@ -17,7 +17,7 @@ use crate::{
 /// A scene and its known properties.
 pub struct Subject {
     pub scene: Scene,
-    /// The openings in front of the first light, if it is [behind openings](room_behind).
+    /// The openings in front of the first light, if it is behind openings.
     pub openings: Vec<Opening>,
     /// The scene tests its number of pixels, which must not change.
     pub keeps_size: bool,
