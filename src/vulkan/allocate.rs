@@ -8,6 +8,7 @@ use crate::{Error, Result};
 
 /// Drivers lay images out in blocks of this many columns, and of [`Quirks::image_block_rows`](super::Quirks) rows.
 const IMAGE_BLOCK_COLUMNS: u64 = 4;
+const LEAST_BLOCK_ROWS: u64 = 4;
 /// Allowance for views, uniforms, lengths of lists and other small items of a few hundred bytes, each rounded up to a page.
 const SMALL_BUFFERS_BYTES: u64 = 256 << 10;
 
@@ -234,7 +235,9 @@ impl Allocate for Declarations<'_> {
         }
         let [width, height] = shape.size_px.map(u64::from);
         let width = width.next_multiple_of(IMAGE_BLOCK_COLUMNS);
-        let height = height.next_multiple_of(self.image_block_rows.into());
+        let block_rows = height.next_power_of_two();
+        let block_rows = block_rows.clamp(LEAST_BLOCK_ROWS, self.image_block_rows.into());
+        let height = height.next_multiple_of(block_rows);
         let bytes = (u64::from(shape.layer_count()) * shape.pixel.bytes())
             .saturating_mul(width)
             .saturating_mul(height);

@@ -239,11 +239,11 @@ fn a_full_disk_is_one_clear_error() {
     assert_eq!(jobs.hashes("set"), jobs.hashes("whole"));
 }
 
-/// Resident memory in KiB and open files of a process.
+/// Resident memory of its own, in KiB, and open files of a process.
 #[cfg(target_os = "linux")]
 fn held(pid: u32) -> (f64, usize) {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
-    let (_, rest) = status.split_once("VmRSS:").unwrap();
+    let (_, rest) = status.split_once("RssAnon:").unwrap();
     let resident_kib = rest.split_whitespace().next().unwrap().parse().unwrap();
     let files = fs::read_dir(format!("/proc/{pid}/fd")).unwrap().count();
     (resident_kib, files)
@@ -267,6 +267,8 @@ fn memory_and_open_files_stay_over_two_thousand_frames() {
     let mut command = jobs.command("set", &[]);
     // The layer keeps books of its own.
     command.env_remove("VK_INSTANCE_LAYERS");
+    // A heap for each thread would fill up slowly.
+    command.env("MALLOC_ARENA_MAX", "1");
     let mut child = command.stderr(std::process::Stdio::null()).spawn().unwrap();
     // The most of some moments around a frame, for both go up and down within one.
     let mut most_after = |frame: usize| {
@@ -281,8 +283,9 @@ fn memory_and_open_files_stay_over_two_thousand_frames() {
         }
         most
     };
-    let (early, late) = (most_after(100), most_after(2000));
-    println!("KiB and open files after 100 frames: {early:?}, after 2000: {late:?}");
+    // NVIDIA's driver fills its caches in the first thousand frames.
+    let (early, late) = (most_after(1000), most_after(2000));
+    println!("KiB and open files after 1000 frames: {early:?}, after 2000: {late:?}");
     assert!((late.0 / early.0 - 1.0).abs() < 0.02);
     // A look may miss those that are open for a moment: the frame's file, and its folder.
     assert!(early.1.abs_diff(late.1) <= 2);

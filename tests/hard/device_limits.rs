@@ -7,7 +7,8 @@ use std::{
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    DeviceInfo, DeviceKind, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
+    DeviceInfo, DeviceKind, Error, GatherKernel, Plan, Quirks, RayKernel, RenderOptions, Scene,
+    ShadowPlan,
     output::{Frame, Layer},
     scene::{Encoding, IndirectLight, Material, Mesh, Shadow, Shared, Texels, Texture, VplSum},
 };
@@ -20,6 +21,7 @@ fn small_device(gpu: &Gpu) -> DeviceInfo {
     device.limits.max_storage_buffer_bytes = 128 << 20;
     device.limits.max_buffer_bytes = 2 << 30;
     device.limits.sub_pixel_bits = 8;
+    device.quirks = Quirks::default();
     // What is over the memory all together is told first: `device_memory`.
     device.limits.memory_bytes = 1 << 50;
     device

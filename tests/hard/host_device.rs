@@ -335,14 +335,14 @@ impl Host {
     }
 }
 
-fn scene() -> Scene {
+pub fn scene() -> Scene {
     let mut scene = demo_scene("glossy", [24, 16]);
     scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
     scene
 }
 
 /// R, G and B of texels of four.
-fn bands(texels: &[f32]) -> Vec<f32> {
+pub fn bands(texels: &[f32]) -> Vec<f32> {
     let texels = texels.chunks_exact(4);
     texels.flat_map(|texel| &texel[..3]).copied().collect()
 }

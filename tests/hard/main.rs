@@ -7,6 +7,7 @@ mod common;
 #[macro_use]
 mod cases;
 
+mod cuda;
 mod device_faults;
 mod device_limits;
 mod device_memory;

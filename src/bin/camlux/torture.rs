@@ -139,7 +139,7 @@ fn summarise(rows: &[Row], variations: u32) -> Result<bool, Failure> {
         ),
         (
             format!("bias over {BIAS_SHARE} of the bound"),
-            share(rows, |row| row.bias_share() > BIAS_SHARE),
+            share(rows, |row| row.bias_share > BIAS_SHARE),
             of_set(0.0),
         ),
     ];
@@ -177,7 +177,7 @@ pub fn cells(name: &str, row: &Row) -> [String; HEADS.len()] {
     if row.over_requested() > OVER_REQUESTED {
         missed.push("asked");
     }
-    if row.bias_share() > BIAS_SHARE {
+    if row.bias_share > BIAS_SHARE {
         missed.push("bias");
     }
     [
