@@ -1,14 +1,14 @@
-//! Frames a second of `camlux batch`, against the same without overlap, and against a loop of `camlux render`: the Cornell box at
-//! 320 × 240, the camera on a path. The three take turns; each one's best round counts. Before that, what each compression takes.
+//! Frames per second of `camlux batch`, of the same without overlap, and of a loop of `camlux render`. The scene is the Cornell box at
+//! 320 × 240 with a moving camera. The three alternate, and the best round of each counts. First, the bench measures each compression.
 //!
-//! CAMLUX_BATCH_FRAMES (240) and CAMLUX_BATCH_ROUNDS (2) change how long it takes.
+//! CAMLUX_BATCH_FRAMES (default 240) and CAMLUX_BATCH_ROUNDS (default 2) set the length of the bench.
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 use std::time::Instant;
 
-/// Renders of the loop: they are all alike.
+/// Renders in the loop. A few are enough, because each takes the same time.
 const LOOP_RENDERS: u32 = 12;
 /// Frames for each compression.
 const PACKED_FRAMES: u32 = 24;
@@ -48,7 +48,7 @@ fn number(variable: &str, default: u32) -> u32 {
     value.map_or(default, |text| text.parse().expect("a whole number"))
 }
 
-/// What a job has that does not say.
+/// The default compression of a job.
 const DEFAULT: &str = "rle";
 
 fn write_job(folder: &Path, frames: u32, compression: &str) {
@@ -83,7 +83,7 @@ fn measure_packing(compression: &str, folder: &Path, rounds: u32) {
     );
 }
 
-/// The number before the last place where this unit stands.
+/// The number before the last occurrence of this unit.
 fn number_before(said: &str, unit: &str) -> f64 {
     let (before, _) = said.rsplit_once(unit).expect("the unit");
     let (_, number) = before.rsplit_once(' ').expect("a number");
@@ -118,14 +118,14 @@ fn measure(folder: &Path, frames: u32, rounds: u32) {
     );
 }
 
-/// Frames a second, start of the program included.
+/// Frames per second, including the start of the program.
 fn timed(frames: u32, work: impl FnOnce()) -> f64 {
     let start = Instant::now();
     work();
     f64::from(frames) / start.elapsed().as_secs_f64()
 }
 
-/// Its last line.
+/// Runs `camlux batch` and returns its last line.
 fn batch(folder: &Path, queue: &str) -> String {
     let _ = fs::remove_dir_all(folder.join("set"));
     let output = run(

@@ -1,7 +1,7 @@
-//! Frames of a mesh that changes its shape, with its tree refitted and with its tree built again: `cargo bench --bench deforming`.
+//! Frames of a mesh that changes its shape, with a refitted and with a rebuilt ray tree: `cargo bench --bench deforming`.
 //!
-//! The knot sways: 52 000 triangles, direct light by rays. A tree is refitted as long as the triangles join the same vertices. Where they
-//! come in the opposite order, the surface is the same and its tree is built.
+//! The knot sways: 52 000 triangles, direct light by rays. camlux refits a tree as long as the triangles join the same vertices. If the
+//! triangles are in the opposite order, the surface is the same, but camlux builds a new tree.
 
 #[path = "two_threads.rs"]
 mod two_threads;
@@ -15,10 +15,10 @@ use two_threads::Failure;
 
 const FRAMES: usize = 60;
 const RESOLUTION_PX: [u32; 2] = [160, 120];
-/// How far the knot turns at its ends.
+/// Largest turn of the knot at a height of 1 m from its middle.
 const SWAY_RAD: f64 = 0.4;
 
-/// What changes from frame to frame.
+/// What changes from frame to frame: label, whether the vertices move, whether the triangles change order.
 const KINDS: [(&str, bool, bool); 3] = [
     ("nothing", false, false),
     ("vertices: refitted", true, false),
@@ -68,7 +68,7 @@ fn report() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The knot at a frame: turned about the vertical axis, the more the farther from its middle.
+/// The knot at a frame: turned about the vertical axis, in proportion to the height above its middle.
 fn swayed(rest: &Mesh, frame: usize) -> Mesh {
     let mut mesh = rest.clone();
     let phase = (frame as f64 * 0.2).sin();

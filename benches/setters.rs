@@ -1,4 +1,4 @@
-//! What a call of the C interface costs: `cargo bench --bench setters`. The least of several rounds, for others use the machine too.
+//! Time of a call of the C interface: `cargo bench --bench setters`. The fastest round counts, because other programs use the machine, too.
 
 use std::{hint::black_box, ptr::null_mut, time::Instant};
 
@@ -31,7 +31,7 @@ fn main() {
     let material = camlux_material::default();
     let mesh = camlux_mesh::default();
     let indirect = camlux_indirect::default();
-    // SAFETY: here and below, pointers to structs of their size; indices are not wanted.
+    // SAFETY: here and below, pointers to structs of the right size; a null index pointer is allowed.
     let ready = unsafe {
         [
             camlux_scene_create(&mut scene),

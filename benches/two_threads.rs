@@ -1,22 +1,22 @@
-//! What the benches share: lavapipe runs on two threads, as in the documentation, whatever the machine has.
+//! Shared by the benches: runs lavapipe on two threads, as in the documentation, on every machine.
 
 use std::{
     env,
     process::{Command, ExitCode},
 };
 
-/// Threads of lavapipe, read when the driver is loaded.
+/// The variable for lavapipe's number of threads. The driver reads it when it is loaded.
 pub const DRIVER_THREADS: &str = "LP_NUM_THREADS";
 
 pub type Failure = Box<dyn std::error::Error>;
 
-/// Runs a bench with two threads for the driver, or as many as the environment says.
+/// Runs a bench with two threads for the driver, or the number in the environment.
 pub fn run(name: &str, report: fn() -> Result<(), Failure>) -> ExitCode {
     let fail = |failure: Failure| {
         eprintln!("{name}: {failure}");
         ExitCode::FAILURE
     };
-    // The environment of a running process cannot be changed safely.
+    // A running process cannot change its environment safely.
     if env::var_os(DRIVER_THREADS).is_none() {
         return run_again().unwrap_or_else(fail);
     }

@@ -1,6 +1,6 @@
-"""Compares what the peers render with an image of the same scene, and their estimator with Mitsuba's own.
+"""Compares the peers' renders with an image of the same scene, and their estimator with Mitsuba's own.
 
-Import after the variant is set."""
+Import this after the variant is set."""
 
 import sys
 from pathlib import Path
@@ -14,24 +14,23 @@ from tracer import Pattern, Tracer
 
 BATCHES = 16
 SAMPLES_A_BATCH = 256
-# A normal's components are equal to this much on the same surface: float32, and an image may hold 16-bit floats.
+# Tolerance for the normal's components on the same surface. Mitsuba uses float32, and the image may have 16-bit floats.
 SAME_NORMAL = 2e-3
-# Relative difference of direct light above which a pixel counts as another one: on another side of an edge or a shadow.
+# Relative difference of direct light above which a pixel counts as different: on the other side of an edge or a shadow.
 EDGE = 1e-3
-# Share of such pixels; measured on the scenes of this repository at 200 x 200: 0.2 % on the knot, less elsewhere.
+# Allowed share of such pixels. Measured on the scenes of this repository at 200 x 200: 0.2 % on the knot, less elsewhere.
 MOST_EDGES = 5e-3
-# Of the mean over an image; 4 standard errors are left by 1 in 16 000 right programs.
+# Limit for the mean over an image. One in 16 000 correct programs exceeds 4 standard errors.
 MOST_STANDARD_ERRORS = 4.0
-# relRMSE that camlux asks of direct light of areas, and of the bounce.
+# camlux's default target error (relRMSE) of direct light of area lights, and of the bounce.
 MOST_OF_WHOLE = 0.02
 
 
 def compare(tracer: Tracer, size_px: tuple[int, int], path: Path):
     """Prints the differences to standard error.
 
-    Direct light: against the image's layer `direct`. Indirect light: against the plugin `path`, and against the image's
-    layer `indirect` if it has `stderr`, the standard error of that layer. Raises Failure where they differ by more
-    than they may.
+    Compares direct light with the image's layer `direct`. Compares indirect light with the plugin `path`, and also with the
+    image's layer `indirect` if it has `stderr`, the standard error of that layer. Raises Failure if they differ too much.
     """
     image = read(path, size_px)
     failures = []
@@ -72,8 +71,10 @@ def compare(tracer: Tracer, size_px: tuple[int, int], path: Path):
 
 
 def compare_whole(tracer: Tracer, size_px: tuple[int, int], path: Path):
-    """Prints how far an image's layer `radiance` is from the plugin `path` with Mitsuba's own emitter `area`, which is seen and in the way where
-    camlux's is not: pixels that see one do not count. Raises Failure where they differ by more than camlux asks for by default.
+    """Prints the difference between an image's layer `radiance` and the plugin `path` with Mitsuba's own emitter `area`.
+
+    Mitsuba's area lights are visible and block light, camlux's are not. So pixels that see one do not count. Raises Failure if the
+    difference is above camlux's default target error.
     """
     image = read(path, size_px)
     normal = host(tracer.direct_and_features()[2])
@@ -96,7 +97,7 @@ def compare_indirect(name: str, a, a_error, b, b_error, pixels) -> list[str]:
     error = np.hypot(a_error, b_error)
     counted = error > 0
     z = (a - b)[counted] / error[counted]
-    # Bands share their samples, so each is a test of its own.
+    # Bands share their samples, so each band is tested separately.
     standard_errors = (a - b).sum(axis=0) / np.sqrt((error**2).sum(axis=0))
     say(
         f"indirect against {name}: relative RMS difference {rms(a - b) / rms(b):.4f}, "
@@ -111,7 +112,7 @@ def compare_indirect(name: str, a, a_error, b, b_error, pixels) -> list[str]:
 
 
 def estimate(render) -> tuple[np.ndarray, np.ndarray]:
-    """Mean over batches with seeds of their own, and its standard error."""
+    """Mean over batches with different seeds, and its standard error."""
     batches = np.stack([host(render(seed)) for seed in range(BATCHES)])
     return batches.mean(axis=0), batches.std(axis=0, ddof=1) / np.sqrt(BATCHES)
 

@@ -1,9 +1,9 @@
-"""What ends a run, in one line for its reader."""
+"""Exceptions that end a run. Their text is one line for the user."""
 
 
 class Failure(Exception):
-    """Something is missing or wrong. The text says what, where, and how to mend it."""
+    """Something is missing or wrong. The text states what, where, and how to mend it."""
 
 
 class Unsupported(Exception):
-    """A scene that the peers have no part in. The text says why."""
+    """The peers cannot render the scene. The text states why."""

@@ -1,6 +1,6 @@
 """Frames of a scene by Mitsuba, with and without Open Image Denoise, written to OpenEXR files.
 
-Import after the variant is set."""
+Import this after the variant is set."""
 
 import time
 from pathlib import Path
@@ -17,7 +17,7 @@ SEED = 1
 
 
 class Clock:
-    """Seconds of a frame's parts."""
+    """Measures the seconds of a frame's parts."""
 
     def __init__(self):
         self.seconds_of: dict[str, float] = {}
@@ -30,13 +30,13 @@ class Clock:
 
 
 class PathTraced:
-    """Direct light and `samples` samples of the single bounce a pixel, with Z of each modulation frequency."""
+    """Direct light and `samples` samples of the single bounce per pixel, with Z of each modulation frequency."""
 
     def __init__(self, tracer: Tracer, size_px: tuple[int, int], samples: int):
         self.tracer, self.size_px, self.samples = tracer, size_px, samples
 
     def render(self, path: Path, iterations: int | None = None) -> dict[str, float]:
-        """Writes a frame; `iterations` below the number of samples runs the same kernels in less time."""
+        """Writes a frame. With `iterations` below the number of samples, the same kernels run in less time."""
         clock = Clock()
         pattern = Pattern(self.samples, self.tracer.pixel_count, SEED)
         direct, direct_phasors = self.tracer.direct()
@@ -51,7 +51,7 @@ class PathTraced:
 
 
 class TransientPath(PathTraced):
-    """The same by mitransient's plugin `transient_path` as it is shipped. The exact direct light is taken off."""
+    """The same by mitransient's unmodified plugin `transient_path`. The exact direct light is subtracted."""
 
     def render(self, path: Path, iterations: int | None = None) -> dict[str, float]:
         clock = Clock()
@@ -67,8 +67,9 @@ class TransientPath(PathTraced):
 
 
 class PathPlugin:
-    """The same by the plugin `path` as it is shipped. The exact direct light is taken off its radiance; with several
-    lights the noise of choosing one of them stays in the indirect light."""
+    """The same, without Z, by the unmodified plugin `path`. The exact direct light is subtracted from its radiance.
+
+    With several lights, the noise from the choice of one light stays in the indirect light."""
 
     def __init__(self, tracer: Tracer, size_px: tuple[int, int], samples: int):
         self.tracer, self.size_px, self.samples = tracer, size_px, samples
@@ -84,8 +85,7 @@ class PathPlugin:
 
 
 class Denoised:
-    """The frame of `PathTraced` with the indirect light denoised, guided by albedo and normals at the pixels'
-    centres."""
+    """The frame of `PathTraced`, without Z, with denoised indirect light. Guides are albedo and normals at the pixel centres."""
 
     def __init__(self, tracer: Tracer, size_px: tuple[int, int], samples: int, denoiser: "Denoiser"):
         self.tracer, self.size_px, self.samples, self.denoiser = tracer, size_px, samples, denoiser
@@ -104,11 +104,11 @@ class Denoised:
 
 
 class Denoiser:
-    """Open Image Denoise for one size of image: filter `RT`, high dynamic range, in its best quality or its fastest.
+    """Open Image Denoise for one image size: filter `RT`, high dynamic range, in its best or its fastest quality.
 
-    Albedo and normals hold no noise. Saying so (`cleanAux`) lowers the error in the best quality and raises it in the
-    fastest: at 800 x 800 in the Cornell box with 4 samples from 4.9 to 4.1 %, and from 5.0 to 5.4 %. So it is said in
-    the best only.
+    Albedo and normals have no noise. The setting `cleanAux` states this. It lowers the error in the best quality and raises it
+    in the fastest: at 800 x 800 in the Cornell box with 4 samples from 4.9 to 4.1 %, and from 5.0 to 5.4 %. So only the best
+    quality uses it.
     """
 
     def __init__(self, size_px: tuple[int, int], threads: int, fast: bool):
@@ -144,21 +144,21 @@ class Denoiser:
 
 
 def to_host(images: list, size_px: tuple[int, int]) -> list[np.ndarray]:
-    """Evaluates the images together; height x width x 3 each, of phasors 2."""
+    """Evaluates the images together. Each has the shape height x width x 3, phasors height x width x 2."""
     width, height = size_px
     dr.eval(*images)
     return [np.ascontiguousarray(planes(image).T).reshape(height, width, -1) for image in images]
 
 
 def planes(image) -> np.ndarray:
-    """Channels by pixels. Dr.Jit makes numpy's complex numbers of its own."""
+    """Channels by pixels. Splits complex numbers, which Dr.Jit would convert to numpy's complex type."""
     if dr.is_complex_v(image):
         return np.stack([np.array(dr.real(image)), np.array(dr.imag(image))])
     return np.array(image)
 
 
 def phasor_layers(totals: list[np.ndarray], indirect: list[np.ndarray]) -> dict[str, np.ndarray]:
-    """Channels of camlux's layers, by their names."""
+    """The channels of camlux's phasor layers, by name."""
     layers = {}
     for index, pair in enumerate(zip(totals, indirect)):
         for name, phasor in zip(("phasor", "phasor_indirect"), pair):
@@ -168,7 +168,7 @@ def phasor_layers(totals: list[np.ndarray], indirect: list[np.ndarray]) -> dict[
 
 
 def write(path: Path, direct: np.ndarray, indirect: np.ndarray, more: dict[str, np.ndarray] = {}):
-    # As camlux writes: uncompressed is fastest.
+    # Uncompressed like camlux's files, because that is fastest.
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage}
     with OpenEXR.File(header, {"direct": direct, "indirect": indirect, **more}) as file:
         file.write(str(path))

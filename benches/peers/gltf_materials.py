@@ -1,7 +1,10 @@
-"""How far glTF's metallic-roughness materials are from the modified Phong that camlux makes of them: spheres under parallel light, with Mitsuba's
-principled material as the truth. Prints, for each, the relRMSE of the image, and by how much all of its light is off.
+"""Measures the error of camlux's modified Phong for glTF's metallic-roughness materials.
 
-Run by benches/peers/run --gltf-materials, which has Mitsuba. The mapping is MetallicRoughness::as_phong in src/scene/gltf/material.rs.
+Renders spheres under parallel light. The reference is Mitsuba's principled material. Prints the relRMSE of each image, and the relative
+error of its total light.
+
+Run this with benches/peers/run --gltf-materials, which provides Mitsuba. The mapping is MetallicRoughness::as_phong in
+src/scene/gltf/material.rs.
 """
 
 import mitsuba
@@ -23,14 +26,14 @@ def phong(metallic, roughness):
 
 
 def normals():
-    """Of a sphere that fills the image, seen from z."""
+    """Normals of a sphere that fills the image, seen along z."""
     x, y = np.meshgrid(*[(np.arange(SIZE) + 0.5) / SIZE * 2 - 1] * 2)
     inside = x * x + y * y < 1
     return np.stack([x[inside], y[inside], np.sqrt(1 - x[inside] ** 2 - y[inside] ** 2)], axis=1)
 
 
 def local(n, direction):
-    """A direction in a frame whose z is the normal."""
+    """The direction in a frame whose z axis is the normal."""
     helper = np.where(abs(n[:, :1]) < 0.9, [[1.0, 0, 0]], [[0, 1.0, 0]])
     s = np.cross(n, helper)
     s /= np.linalg.norm(s, axis=1, keepdims=True)

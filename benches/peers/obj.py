@@ -1,4 +1,4 @@
-"""OBJ and MTL files as camlux reads them: fans of triangles; Kd, Ks, Ns and map_Kd; all else is left out."""
+"""Reads OBJ and MTL files like camlux: polygons as fans of triangles; Kd, Ks, Ns and map_Kd. Everything else is ignored."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,7 +10,7 @@ from failure import Failure
 
 @dataclass
 class Group:
-    """Triangles of one material and one form. Per corner, three to a triangle."""
+    """Triangles of one material, all with or all without normals and texture coordinates. Lists are per corner, three per triangle."""
 
     material: str | None
     positions_m: list = field(default_factory=list)
@@ -19,7 +19,7 @@ class Group:
 
 
 def statements(path: Path):
-    """Keyword and rest of each line; a backslash at the end of a line continues it, but not a comment."""
+    """Keyword and rest of each line. A backslash at the end continues a line, except a comment."""
     try:
         text = path.read_bytes().decode("utf-8-sig", errors="replace")
     except OSError as error:
@@ -39,7 +39,7 @@ def numbers(rest: str) -> list[float]:
 
 
 def read_obj(path: Path, flat: bool) -> tuple[list[Group], list[Path]]:
-    """The groups of an OBJ file in its units, and the paths of its material libraries."""
+    """The groups of an OBJ file, in the file's units, and the paths of its material libraries."""
     positions, texcoords, normals, libraries = [], [], [], []
     groups: dict[tuple, Group] = {}
     material = None
@@ -65,7 +65,7 @@ def read_obj(path: Path, flat: bool) -> tuple[list[Group], list[Path]]:
                 for parts in ((word + "//").split("/") for word in rest.split("#")[0].split())
             ]
             has_texcoords = corners[0][1] is not None
-            # A zero normal makes its face flat.
+            # A face with a zero normal is flat.
             has_normals = all(normal is not None and any(normal) for _, _, normal in corners)
             group = groups.setdefault((material, has_texcoords, has_normals), Group(material))
             for triangle in fan(corners, path):
@@ -79,14 +79,14 @@ def read_obj(path: Path, flat: bool) -> tuple[list[Group], list[Path]]:
 
 
 def element(elements: list, index: str):
-    """OBJ indices begin at 1; negative ones count back from the last element so far."""
+    """The element with an OBJ index. Indices begin at 1; negative ones count back from the last element so far."""
     if not index:
         return None
     return elements[int(index) - 1 if int(index) > 0 else int(index)]
 
 
 def fan(corners: list, path: Path):
-    """The triangles of a polygon, from the first corner that fills it without folding over: the diagonals of camlux."""
+    """The triangles of a polygon, as a fan from the first corner whose fan does not fold over. camlux uses the same diagonals."""
     if len(corners) == 3:
         return [corners]
     outline = np.array([position for position, _, _ in corners])
@@ -101,7 +101,7 @@ def fan(corners: list, path: Path):
 
 
 def read_mtl(path: Path) -> dict[str, dict]:
-    """Kd, Ks, Ns, map_Kd (a path), and whether there is a map of normals and cut-outs, of each material, where they are given."""
+    """The given properties of each material: Kd, Ks, Ns, map_Kd (a path), and whether it has a normal map or cut-outs."""
     materials: dict[str, dict] = {}
     properties: dict = {}
     for keyword, rest in statements(path):

@@ -17,9 +17,9 @@ VARIANT = "llvm_ad_rgb"
 SAMPLES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024]
 PEERS = ["mitsuba", "mitsuba-path", "mitsuba+oidn", "mitsuba+oidn-fast"]
 QUICK_SAMPLES = [1, 4, 16, 64]
-# More samples than these are not worth denoising: the denoiser's bias stays.
+# Denoising more samples is not useful, because the denoiser's bias remains.
 MOST_SAMPLES_DENOISED = 32
-# Its error falls with the square root of the samples: what lies beyond can be drawn as a line.
+# The error falls with the square root of the samples, so the curve beyond this is a straight line.
 MOST_SAMPLES_OF_PATH = 256
 TRUTH_SAMPLES = 16384
 RUNS = 3
@@ -49,7 +49,7 @@ NOTES_OF_TIME_OF_FLIGHT = [
 
 
 def main() -> int:
-    # Mitsuba and the denoiser may print: standard output is for results only.
+    # Mitsuba and the denoiser may print, but standard output is for results only.
     results = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     options = parse_arguments()
@@ -60,7 +60,7 @@ def main() -> int:
         print(f"peers: {failure}", file=sys.stderr)
         return 1
     except (RuntimeError, OSError, MemoryError) as error:
-        # What Mitsuba, Dr.Jit and OpenEXR raise for files they cannot read or write and for want of memory.
+        # Mitsuba, Dr.Jit and OpenEXR raise these for files they cannot read or write, and if memory runs out.
         reason = " ".join(str(error).split()) or type(error).__name__
         print(
             f"peers: {options.scene}: {reason}; check the files it names, the space for the output, and the size",
@@ -99,7 +99,7 @@ def sample_counts(word: str) -> list[int]:
 
 
 def thread_count() -> int:
-    """The variable that gives lavapipe, and so camlux on a CPU, its threads."""
+    """The number of threads from lavapipe's variable, which also applies to camlux on a CPU."""
     word = os.environ.get("LP_NUM_THREADS", str(os.cpu_count() or 1))
     if not word.isdigit() or int(word) < 1:
         raise SystemExit(f"peers: LP_NUM_THREADS is {word!r}; set it to a number of threads from 1")
@@ -212,7 +212,7 @@ def start_mitsuba(threads: int):
             "libllvm19) and name its library in DRJIT_LIBLLVM_PATH"
         ) from error
     mi.set_log_level(mi.LogLevel.Error)
-    # Registers its plugins.
+    # The import registers its plugins.
     import mitransient  # noqa: F401
 
     return mi, dr
@@ -224,7 +224,7 @@ def oidn_version() -> str:
 
 
 def measure(frame, path: Path, dr) -> dict:
-    """Times runs of a frame after a run that compiles. The parts are those of the median run."""
+    """Times several runs of a frame, after a run that compiles. The times of the parts are those of the median run."""
     frame.render(path, iterations=1)
     runs = []
     while len(runs) < RUNS:

@@ -1,6 +1,6 @@
-"""What camlux's model has and Mitsuba does not: its BRDF and the falloff of its spot light.
+"""Parts of camlux's model that Mitsuba lacks: the BRDF and the falloff of the spot light.
 
-Traced into the same kernels as Mitsuba's own plugins. Import after the variant is set."""
+They are traced into the same kernels as Mitsuba's own plugins. Import this after the variant is set."""
 
 import drjit as dr
 import mitsuba as mi
@@ -9,8 +9,8 @@ import mitsuba as mi
 class ModifiedPhong(mi.BSDF):
     """Two-sided f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
 
-    Sampled by a mixture of the cosine and of (s+1)/(2π)·cos^s about the mirror direction, in the proportion of k_d to
-    k_s.
+    It is sampled by a mixture of the cosine lobe and of (s+1)/(2π)·cos^s about the mirror direction, in the ratio of k_d
+    to k_s.
     """
 
     def __init__(self, props):
@@ -121,7 +121,7 @@ class CosineSpot(mi.Emitter):
         offset = self.position - it.p
         ds.dist = dr.norm(offset)
         ds.d = offset / ds.dist
-        # By the arctangent: the arccosine has lost half the digits of a small angle.
+        # The arctangent, because the arccosine loses half the digits of a small angle.
         theta = dr.atan2(dr.norm(dr.cross(self.axis, -ds.d)), dr.dot(self.axis, -ds.d))
         ramp = (theta - self.inner_rad) / dr.maximum(self.outer_rad - self.inner_rad, 1e-9)
         falloff = dr.select(theta < self.outer_rad, dr.cos(0.5 * dr.pi * dr.clip(ramp, 0, 1)), 0)

@@ -1,10 +1,9 @@
-"""A camlux scene file (docs/scene.md) as numbers, in the space in which Mitsuba computes.
+"""Reads a camlux scene file (docs/scene.md) in the space in which Mitsuba computes.
 
-camlux is what validates scenes; here a broken one may end in a KeyError.
+camlux validates scenes. Here a broken scene may give a KeyError.
 
-Mitsuba computes in float32 and keeps rays off surfaces by distances that suit scenes of about 1. So the scene is
-moved to the origin and scaled by a power of two, which changes no digit of a radiance: an intensity is scaled by the
-square.
+Mitsuba computes in float32 and offsets rays from surfaces by distances that suit scenes of size 1. So the scene is moved to
+the origin and scaled by a power of two, and intensities are scaled by its square. This changes no digit of a radiance.
 """
 
 import math
@@ -22,7 +21,7 @@ SPEED_OF_LIGHT_M_S = 299_792_458.0
 
 @dataclass
 class Material:
-    """Modified Phong; kd multiplies the texture."""
+    """A modified Phong material. kd multiplies the texture."""
 
     kd: list[float]
     ks: list[float]
@@ -32,7 +31,7 @@ class Material:
 
 @dataclass
 class Mesh:
-    """Triangles of one material: corners in threes, shared by no two triangles. Local units."""
+    """Triangles of one material, in local units. Every three corners are a triangle; triangles share no corners."""
 
     material: str
     positions: np.ndarray
@@ -50,10 +49,10 @@ class Light:
     direction: np.ndarray | None = None
     inner_rad: float = 0.0
     outer_rad: float = 0.0
-    # From the middle of an area to those of two edges, or to two points of a disc's rim.
+    # Vectors from the centre of an area to the middles of two edges, or to two points of a disc's rim.
     half_axes: np.ndarray | None = None
     is_disc: bool = False
-    # Of a projector; `emission` is then its power times the square of the local scale.
+    # For a projector. Its `emission` is its power times the square of the local scale.
     image: Path | None = None
     up: np.ndarray | None = None
     fov_y_deg: float = 0.0
@@ -61,7 +60,7 @@ class Light:
 
 @dataclass
 class TimeOfFlight:
-    """Modulation frequencies in turns per local unit of path length, and what the pixels see of each band."""
+    """Modulation frequencies in turns per local unit of path length, and the pixels' weight of each band."""
 
     turns_per_unit: list[float]
     band_weights: list[float]
@@ -83,7 +82,7 @@ class Scene:
 
 
 def load(path: Path, size_px: tuple[int, int]) -> Scene:
-    """The scene at this image size, which keeps what is seen as `camlux render --size` does."""
+    """Loads the scene at this image size. The field of view stays the same, as with `camlux render --size`."""
     try:
         with path.open("rb") as file:
             toml = tomllib.load(file)
@@ -117,7 +116,7 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
 
 
 def time_of_flight(toml: dict) -> TimeOfFlight:
-    """With lengths in metres, as long as the scene is."""
+    """The time-of-flight settings, with lengths in metres until the scene is scaled."""
     if any(not light.get("modulated", True) for light in toml["light"]):
         raise Unsupported("a light of the scene is not modulated: the peers' phasors know no ambient light")
     band = toml["tof"]["band"]
@@ -185,7 +184,7 @@ def area_light(keys: dict, power_w: np.ndarray, position: np.ndarray) -> Light:
 
 
 def falloff_integral(inner_rad: float, outer_rad: float) -> float:
-    """∫ s(θ)·sin θ dθ over a spot light's cone, by Gauss-Legendre quadrature, which is exact to rounding here."""
+    """∫ s(θ)·sin θ dθ over a spot light's cone, by Gauss-Legendre quadrature, exact up to rounding."""
     nodes, weights = np.polynomial.legendre.leggauss(32)
     width_rad = outer_rad - inner_rad
     t = 0.5 * (nodes + 1.0)
@@ -221,7 +220,7 @@ def transformed(group: Group, material: str, scale: float, rotation: np.ndarray,
 
 
 def rotation_matrix(rotate_deg: list[float]) -> np.ndarray:
-    """About x first, then y, then z."""
+    """Rotation about x first, then y, then z."""
     matrix = np.identity(3)
     for axis, angle_deg in enumerate(rotate_deg):
         cosine, sine = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))

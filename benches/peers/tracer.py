@@ -1,4 +1,4 @@
-"""A scene in Mitsuba, and its images through pixel centres. Import after the variant is set."""
+"""A scene in Mitsuba, and its images through pixel centres. Import this after the variant is set."""
 
 import math
 
@@ -11,7 +11,7 @@ from scene import Light, Material, Mesh, Scene
 
 
 class Tracer:
-    """Images are arrays of 3 bands by pixels, row by row from the top, on Dr.Jit's side and not yet evaluated."""
+    """Renders a scene. Images are unevaluated Dr.Jit arrays of 3 bands by pixels, row by row from the top."""
 
     def __init__(self, scene: Scene):
         self.pixel_count = scene.size_px[0] * scene.size_px[1]
@@ -38,11 +38,11 @@ class Tracer:
         return self.primary_hits().emitter(self.scene) != None  # noqa: E711 (Dr.Jit compares)
 
     def direct(self):
-        """Direct light, and Z of each modulation frequency. Every light is a point or a direction, so this is no estimate."""
+        """Direct light, and Z of each modulation frequency. Both are exact if no light has an area."""
         return self._direct_at(self.primary_hits())
 
     def direct_and_features(self):
-        """Direct light, and what the denoiser is guided by: albedo, and normal on the camera's side."""
+        """Direct light, and the guides of the denoiser: albedo, and the normal on the camera's side."""
         si = self.primary_hits()
         albedo = si.bsdf().eval_diffuse_reflectance(si, si.is_valid())
         normal = dr.select(si.is_valid(), si.sh_frame.n * dr.sign(si.wi.z), 0)
@@ -62,21 +62,21 @@ class Tracer:
         return radiance, phasors
 
     def no_phasors(self) -> list:
-        """One for each modulation frequency: none without time of flight."""
+        """A zero phasor for each modulation frequency; an empty list without time of flight."""
         return [mi.Complex2f(0) for _ in self.tof.turns_per_unit] if self.tof else []
 
     def added(self, phasors: list, radiance, length) -> list:
-        """With the radiance of a path of this length."""
+        """The phasors plus the radiance of a path of this length."""
         turns = self.tof.turns_per_unit if self.tof else []
         return [z + self.seen(radiance) * unit_phasor(turns[index], length) for index, z in enumerate(phasors)]
 
     def seen(self, radiance):
-        """What the pixels see of the bands."""
+        """The radiance weighted by the pixels' sensitivity to each band."""
         return dr.dot(radiance, mi.Color3f(self.tof.band_weights))
 
     def by_transient_path(self, samples: int, seed: int):
-        """Direct and indirect light, and Z of each modulation frequency, by mitransient's plugin `transient_path`, all samples
-        at once, and summed up as its `phasor_hdr_film` does."""
+        """Direct and indirect light, and Z of each modulation frequency, by mitransient's plugin `transient_path`. All samples are
+        traced at once and added up as in its `phasor_hdr_film`."""
         path = mi.load_dict({"type": "transient_path", "max_depth": 3, "rr_depth": 1000})
         lane_count = self.pixel_count * samples
         pixel = dr.arange(mi.UInt32, lane_count) // dr.opaque(mi.UInt32, samples)
@@ -103,13 +103,14 @@ class Tracer:
 
     @dr.syntax
     def indirect(self, pattern: "Pattern", iterations: int):
-        """The single bounce, as the mean of the first `iterations` samples of the pattern: what `path` estimates with
-        max_depth 3, less the direct light. And Z of each modulation frequency: each sample with the length of its path.
-        `iterations` is not compiled in."""
+        """The single bounce, and Z of each modulation frequency, as the mean of the first `iterations` samples of the pattern.
+
+        The bounce is what `path` estimates with max_depth 3, minus the direct light. Z uses the path length of each sample.
+        `iterations` is not compiled into the kernel."""
         context = mi.BSDFContext()
         si = self.primary_hits()
         bsdf_at_pixel = si.bsdf()
-        # Named inside the loop, so that Dr.Jit carries its state from one sample to the next.
+        # A local variable, so that Dr.Jit carries its state from one sample to the next.
         jitter = pattern.jitter
         radiance = mi.Color3f(0)
         phasors = self.no_phasors()
@@ -133,7 +134,7 @@ class Tracer:
 
     @dr.syntax
     def by_path_plugin(self, samples: int, seed: int):
-        """Direct and indirect light by the plugin `path` as it is shipped, with independent samples."""
+        """Direct and indirect light by the unmodified plugin `path`, with independent samples."""
         path = mi.load_dict({"type": "path", "max_depth": 3, "rr_depth": 1000})
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(seed, self.pixel_count)
@@ -147,8 +148,9 @@ class Tracer:
 
 
 class Pattern:
-    """Correlated multi-jittered points (Kensler 2013), as Mitsuba's sampler `multijitter` makes them: `samples` a
-    pixel. That plugin cannot run inside a loop of a kernel, for Dr.Jit does not see its sample index."""
+    """Correlated multi-jittered points (Kensler 2013) as in Mitsuba's sampler `multijitter`, `samples` per pixel.
+
+    That plugin cannot run inside a loop of a kernel, because Dr.Jit does not see its sample index."""
 
     def __init__(self, samples: int, pixel_count: int, seed: int):
         rows = next(n for n in range(math.isqrt(samples), 0, -1) if samples % n == 0)
@@ -232,7 +234,7 @@ def emitter(light: Light) -> dict:
 
 
 def projector(light: Light) -> dict:
-    """Mitsuba's own: its intensity is π·image/cos³θ, and camlux's image/cos³θ such that its integral is the power."""
+    """Mitsuba's own projector. Its intensity is π·image/cos³θ. camlux's is image/cos³θ, scaled so that its integral is the power."""
     bitmap = mi.Bitmap(str(light.image)).convert(mi.Bitmap.PixelFormat.Y, mi.Struct.Type.Float32, False)
     grey = np.array(bitmap).reshape(bitmap.height(), bitmap.width())
     pixel = 2 * math.tan(math.radians(light.fov_y_deg) / 2) / bitmap.height()

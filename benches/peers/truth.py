@@ -1,6 +1,6 @@
-"""An image by Mitsuba's plugin `path` with the standard error of each pixel: what tests compare camlux's reference with.
+"""An image by Mitsuba's plugin `path` with the standard error of each pixel. Tests compare camlux's reference with it.
 
-Import after the variant is set."""
+Import this after the variant is set."""
 
 from pathlib import Path
 
@@ -10,12 +10,12 @@ import OpenEXR
 from frames import to_host
 from tracer import Tracer
 
-# The standard error comes from the spread of these, which have seeds of their own.
+# Batches with different seeds. Their spread gives the standard error.
 BATCHES = 64
 
 
 def render(tracer: Tracer, size_px: tuple[int, int], samples: int, path: Path):
-    """Writes the layers `direct`, `indirect` and `stderr` (of `indirect`) as 16-bit floats; `samples` in all."""
+    """Writes the layers `direct`, `indirect` and `stderr` (of `indirect`) as 16-bit floats. Uses `samples` samples in total."""
     [direct] = to_host([tracer.direct()[0]], size_px)
     samples_a_batch = max(1, samples // BATCHES)
     mean = np.zeros(direct.shape)

@@ -1,11 +1,11 @@
-"""Traces rays with Embree, by as many processes as asked for, each with its share of the rays.
+"""Traces rays with Embree in PROCESSES processes. Each traces its share of the rays.
 
     embree FOLDER PROCESSES
 
-The folder holds little-endian float32: `triangles` (nine a triangle), `any` and `closest` (six a ray: origin, direction).
-Each line on standard input, `any` or `closest`, is answered by one of seconds from start to end and seconds of CPU time of
-all processes. What was found is written to `any.found` and `closest.found`, int32: the triangle, −1 for none. Any hit is
-sought up to distance 1.
+The folder has little-endian float32 files: `triangles` (nine per triangle), `any` and `closest` (six per ray: origin, direction).
+Each line on standard input is `any` or `closest`. The answer is a line with the wall-clock seconds and the CPU seconds of all
+processes. The hits are written to `any.found` and `closest.found`, int32: the triangle, or −1 for none. Any hit is up to
+distance 1.
 """
 
 import multiprocessing
@@ -24,7 +24,7 @@ def floats(path: Path) -> np.ndarray:
 
 def work(folder: Path, share: int, shares: int, pipe) -> None:
     scene = EmbreeScene(robust=False)
-    # Held, for the scene does not hold it.
+    # Kept alive here, because the scene does not hold a reference.
     mesh = TriangleMesh(scene, floats(folder / "triangles").reshape(-1, 3, 3))
     assert mesh is not None
     rays = {}

@@ -1,4 +1,4 @@
-//! Embree, in processes of its own, on the same rays.
+//! Runs Embree in separate processes on the same rays.
 
 use std::{
     fs,
@@ -12,20 +12,20 @@ use tempfile::TempDir;
 
 use crate::{Failure, Time, rays::Rays};
 
-/// How far rays start and end before surfaces, as `shaders/trace.wgsl` has it.
+/// Distances from surfaces at which rays start and end, as in `shaders/trace.wgsl`.
 const ORIGIN_SHIFT: f64 = 24.0 / (1 << 24) as f64;
 const END_SHIFT: f64 = 40.0 / (1 << 24) as f64;
 
 pub struct Embree {
     child: Child,
-    /// Closed when dropped, which ends it.
+    /// Dropping this closes Embree's standard input, which ends it.
     questions: Option<ChildStdin>,
     answers: BufReader<ChildStdout>,
     folder: TempDir,
 }
 
 impl Embree {
-    /// Starts it on a scene's rays. An error: it cannot be had here.
+    /// Starts Embree on a scene's rays. Returns an error if Embree is not available.
     pub fn start(scene: &Scene, rays: &Rays, threads: usize) -> Result<Embree, Failure> {
         let folder = tempfile::tempdir()?;
         let space = LocalSpace::of(scene.bounding_box());
@@ -72,7 +72,7 @@ impl Embree {
         })
     }
 
-    /// Traces all rays of a kind, `any` or `closest`; returns the triangle that each hits.
+    /// Traces all rays of a kind, `any` or `closest`. Returns the triangle that each ray hits, and the time.
     pub fn trace(&mut self, kind: &str) -> Result<(Vec<Option<usize>>, Time), Failure> {
         let questions = self.questions.as_mut().ok_or("no standard input")?;
         writeln!(questions, "{kind}")?;
@@ -93,7 +93,7 @@ impl Embree {
 impl Drop for Embree {
     fn drop(&mut self) {
         self.questions = None;
-        // Nothing is left to do about a failure.
+        // A failure does not matter here.
         let _ = self.child.wait();
     }
 }

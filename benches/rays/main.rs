@@ -1,8 +1,8 @@
-//! Rays per second beside Embree on the same rays: `cargo bench --bench rays`.
+//! Rays per second compared with Embree on the same rays: `cargo bench --bench rays`.
 //!
-//! From points that the camera sees: any hit on the way to 256 texels of the light's RSM, and the closest hit along 256
-//! cosine-distributed directions. Both sides take turns, with as many threads each, and have to find the same. Times are
-//! GPU timestamps and CPU time, of which the latter does not count what else the machine does.
+//! From each point that the camera sees: any hit on the way to 256 texels of the light's RSM, and the closest hit along 256
+//! cosine-distributed directions. Both sides alternate, use the same number of threads, and must find the same hits. Times are GPU timestamps
+//! and CPU time. CPU time does not count other work of the machine.
 
 mod embree;
 mod rays;
@@ -16,18 +16,18 @@ use embree::Embree;
 use rays::Rays;
 use two_threads::{DRIVER_THREADS, Failure};
 
-/// Turns of either side, after one to warm up; the fastest counts, for others use the machine too.
+/// Turns of each side, after one for warm-up. The fastest counts, because other programs use the machine, too.
 const TURNS: usize = 9;
-/// Scenes, and the least any-hit rate over Embree's.
+/// Scenes, and the required ratio of the any-hit rate to Embree's.
 const BARS: [(&str, f64); 2] = [("cornell", 1.0), ("knot", 0.7)];
-/// Rays that both sides may tell apart: those within rounding of an edge.
+/// Share of the rays on which the two sides may differ: those within rounding of an edge.
 const MAX_DIFFERENT: f64 = 1e-4;
 
-/// What tracing all rays took.
+/// The time for tracing all rays.
 #[derive(Clone, Copy)]
 pub struct Time {
     wall_ms: f64,
-    /// Of all threads together.
+    /// The sum over all threads.
     cpu_ms: f64,
 }
 
@@ -112,7 +112,7 @@ impl Duel {
             let (embree_found, embrees) = self.embree.trace(kind)?;
             time = time.min(own);
             embree_time = embree_time.min(embrees);
-            // Any hit may be of another triangle.
+            // Any-hit rays may hit different triangles.
             let is_same = |(a, b): &(&Option<usize>, &Option<usize>)| match kind {
                 "any" => a.is_some() == b.is_some(),
                 _ => a == b,
@@ -146,7 +146,7 @@ impl Duel {
         Ok(())
     }
 
-    /// What each ray hits, by our kernel.
+    /// The hit of each ray, by camlux's kernel, and the time.
     fn trace(&self, kind: &str) -> Result<(Vec<Option<usize>>, Time), Failure> {
         let start = driver_cpu_ms()?;
         let (found, wall_ms) = if kind == "any" {
@@ -165,7 +165,7 @@ impl Duel {
     }
 }
 
-/// CPU time of all threads of this process but the first, which are the driver's: the kernel, and copies of its images.
+/// CPU time of all threads of this process except the first. They are the driver's, which runs the kernel and copies images.
 fn driver_cpu_ms() -> Result<f64, Failure> {
     let first = std::process::id().to_string();
     let mut nanoseconds = 0.0;

@@ -1,4 +1,4 @@
-//! The rays of a scene.
+//! The rays that the bench traces in a scene.
 
 use camlux::{
     Device, RenderOptions, Renderer, Scene,
@@ -10,18 +10,18 @@ use glam::DVec3;
 
 use crate::Failure;
 
-/// Every so many pixels is a point, across and down.
+/// Distance of neighbouring points in pixels, in both axes.
 const PIXEL_STEP: usize = 16;
-/// Rays of a point, of either kind; a square of a power of two, for the directions are Morton-ordered.
+/// Rays per point, of each kind. The square of a power of two, because the directions are in Morton order.
 const RAYS: usize = 256;
 const RSM_SIZE: u32 = 64;
 
-/// As many of either kind for each point.
+/// [`RAYS`] rays of each kind for each point.
 pub struct Rays {
     pub points: Vec<RayPoint>,
-    /// Any hit: neighbours in the list are neighbours in the RSM, and the list goes through all of it.
+    /// End points for any hit, spread over the whole RSM. Neighbours in the list are neighbours in the RSM.
     pub ends: Vec<RayPoint>,
-    /// Closest hit: unit, cosine-distributed, neighbours in the list are neighbours on the sphere.
+    /// Unit directions for the closest hit, cosine-distributed. Neighbours in the list are neighbours on the sphere.
     pub directions: Vec<DVec3>,
 }
 
@@ -67,7 +67,7 @@ fn ray_point(point: &SurfacePoint) -> RayPoint {
     }
 }
 
-/// The texels that show a surface, face by face.
+/// The texels that show a surface, face by face, each face in Morton order.
 fn morton_order<T>(texels: &[Option<T>]) -> impl Iterator<Item = &T> {
     let face_texels = (RSM_SIZE * RSM_SIZE) as usize;
     texels.chunks(face_texels).flat_map(move |face| {
@@ -78,18 +78,18 @@ fn morton_order<T>(texels: &[Option<T>]) -> impl Iterator<Item = &T> {
     })
 }
 
-/// The even and the odd bits of a number.
+/// The numbers made of the even and of the odd bits.
 fn from_morton(code: usize) -> [usize; 2] {
     [0, 1].map(|odd| {
         (0..usize::BITS / 2).fold(0, |bits, bit| bits | (code >> (2 * bit + odd) & 1) << bit)
     })
 }
 
-/// The same each time.
+/// Random numbers from a fixed seed.
 struct Random(fastrand::Rng);
 
 impl Random {
-    /// In the given cell of a grid over the square, which is mapped to the disc and lifted to the hemisphere (Shirley &
+    /// A direction in the given cell of a grid over the square. The square is mapped to the disc and then to the hemisphere (Shirley &
     /// Chiu 1997).
     fn direction(&mut self, cell: usize, normal: DVec3) -> DVec3 {
         let edge = RAYS.isqrt() as f64;

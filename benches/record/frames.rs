@@ -1,4 +1,4 @@
-//! The frames, and what they are held against.
+//! The frames, and the yardstick for their times.
 
 use std::{env, fs, path::Path, time::Instant};
 
@@ -10,20 +10,20 @@ use camlux::{
 
 use crate::{Failure, NO_YARDSTICK, native, rays::Rays, two_threads::DRIVER_THREADS};
 
-/// Scenes, and the edge of their images: a frame takes seconds at most.
+/// Scenes, and the edge of their images in pixels. A frame takes a few seconds at most.
 const SCENES: [(&str, u32); 4] = [
     ("cornell", 400),
     ("glossy", 200),
     ("cornell_spot", 400),
     ("knot", 64),
 ];
-/// What is asked for.
+/// Target errors of each scene.
 const TARGET_ERRORS: [f64; 2] = [0.05, 0.02];
-/// Turns of all sides, after one to warm up.
+/// Turns of all sides, after a warm-up frame.
 const TURNS: usize = 3;
-/// Edge of the image whose pixels the rays for the ray kernel alone begin at.
+/// Edge of the image whose pixels are the origins of the rays for the ray kernel alone.
 const RAYS_PX: u32 = 320;
-/// The yardstick: texels along a face's edge, and the edge of the image. A tenth of a second or so.
+/// The yardstick: texels along a face's edge, and the edge of the image. It takes about a tenth of a second.
 const RSM_SIZE: u32 = 32;
 const YARDSTICK_PX: u32 = 400;
 
@@ -89,10 +89,10 @@ pub fn report() -> Result<(), Failure> {
     Ok(())
 }
 
-/// CPU time of all threads of this process, also of those that have ended, in hundredths of a second.
+/// CPU time of all threads of this process, including ended ones, in hundredths of a second.
 fn cpu_ticks() -> Result<u64, Failure> {
     let text = fs::read_to_string("/proc/self/stat")?;
-    // Behind the name of the program, which may hold anything: utime and stime are the 14th and 15th field of all.
+    // The name of the program may contain anything, so count after it: utime and stime are fields 14 and 15.
     let (_, fields) = text.rsplit_once(')').unwrap_or_default();
     let times = fields.split_whitespace().skip(11).take(2);
     let times = times.map(str::parse::<u64>);

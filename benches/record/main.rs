@@ -1,9 +1,14 @@
-//! What `scripts/bench-record` records: a short fixed set of frames, as ratios that can be compared from machine to machine.
+//! The bench that `scripts/bench-record` records: a short fixed set of frames, as ratios that are comparable between machines.
 //!
-//! A line of CSV for each frame: its name; its time over that of a yardstick that does not change with the engine, the hand-written
-//! loop of the bench `speed`; the same in CPU time, which does not count what else the machine does; its rays per second over
-//! those of the ray kernel alone, as the bench `rays` traces them; its rays; its estimated error. Of times by the clock the
-//! least counts, and all sides take turns. The last two do not depend on the machine.
+//! Each frame is a line of CSV:
+//! - its name
+//! - its time over that of a yardstick that does not change with the engine, the hand-written loop of the bench `speed`
+//! - the same in CPU time, which does not count other work of the machine
+//! - its rays per second over those of the ray kernel alone, as in the bench `rays`
+//! - its number of rays
+//! - its estimated error
+//!
+//! All sides alternate, and the shortest wall-clock time counts. The last two columns do not depend on the machine.
 
 #[cfg(target_arch = "x86_64")]
 mod frames;
@@ -23,7 +28,7 @@ use two_threads::Failure;
 #[cfg(target_arch = "x86_64")]
 use frames::report;
 
-/// What is said where the yardstick cannot run.
+/// The message if the yardstick cannot run.
 const NO_YARDSTICK: &str = "the yardstick is written for AVX2 and FMA; use a CPU that has them";
 
 fn main() -> ExitCode {

@@ -1,4 +1,4 @@
-//! Gather kernels against the native loop.
+//! Gather kernels compared with the native loop.
 
 use std::path::Path;
 
@@ -11,12 +11,12 @@ use camlux::{
 use crate::{Failure, Spread, verdict};
 
 const SIZE_PX: [u32; 2] = [400, 400];
-/// Texels along a face's edge, for the kernel of the bar and for the slower ones.
+/// Texels along a face's edge, for the kernel with a bar and for the slower ones.
 const RSM_SIZE: u32 = 64;
 const SLOW_RSM_SIZE: u32 = 32;
-/// Turns of either side, after one to warm up.
+/// Turns of each side, after one for warm-up.
 const TURNS: usize = 7;
-/// Least share of the native loop's speed, for the Lambert gather of instant-radiosity.
+/// Required share of the native loop's speed, for the Lambert gather of instant-radiosity.
 const BAR: f64 = 0.6;
 
 pub fn report(device: &Device, threads: usize) -> Result<(), Failure> {
@@ -74,7 +74,7 @@ struct Side {
     scene: Scene,
     estimator: VplSum,
     kernel: GatherKernel,
-    /// Of the latest frame.
+    /// The number of VPLs of the latest frame.
     vpl_count: u64,
 }
 
@@ -104,7 +104,7 @@ impl Side {
         }
     }
 
-    /// 10⁹ pairs per second of one frame's gather.
+    /// Renders a frame and returns the rate of its gather in 10⁹ pairs per second.
     fn turn(&mut self) -> Result<f64, Failure> {
         let frame = self.renderer.render(&self.scene, &mut self.options())?;
         self.vpl_count = frame.stats.vpl_count;
@@ -113,7 +113,7 @@ impl Side {
     }
 }
 
-/// Turns of camlux and of the native loop, which have to agree on the result.
+/// Alternates camlux and the native loop. Both must compute the same result.
 #[cfg(target_arch = "x86_64")]
 fn duel(side: &mut Side, threads: usize, has_bar: bool) -> Result<(), Failure> {
     let (frame, kept) = side
@@ -128,7 +128,7 @@ fn duel(side: &mut Side, threads: usize, has_bar: bool) -> Result<(), Failure> {
     let sum: f64 = indirect.iter().map(|&value| f64::from(value)).sum();
     let (_, native_sum) = opponent.run();
     let apart = (native_sum / sum - 1.0).abs();
-    // The native loop adds thousands of f32 in one level.
+    // The native loop is less exact: it adds thousands of f32 in one level.
     if work.pairs() != frame.stats.pixel_vpl_pairs as f64 || apart > 1e-3 {
         return Err(format!("the native loop computes something else: {apart:e} apart").into());
     }
@@ -163,7 +163,7 @@ fn duel(side: &mut Side, _: usize, _: bool) -> Result<(), Failure> {
     alone(side, "Lambert")
 }
 
-/// camlux's rate where there is nothing to compare with.
+/// camlux's rate if there is no native loop for comparison.
 fn alone(side: &mut Side, surfaces: &str) -> Result<(), Failure> {
     side.turn()?;
     let rates: Result<Vec<f64>, Failure> = (0..TURNS).map(|_| side.turn()).collect();

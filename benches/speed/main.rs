@@ -1,9 +1,11 @@
-//! Speed as ratios of things measured in one run: `cargo bench --bench speed`.
+//! Speed as ratios of times measured in one run: `cargo bench --bench speed`.
 //!
-//! `gather`: the gather kernels, by GPU timestamps, against a hand-vectorised loop of the same formula on as many threads;
-//! both take turns, so that what else the machine does hits both. `sums`: sums at few pixels against those at every pixel.
-//! `frame`: the whole program, from its start to its end, with an OpenEXR file written. One of these words runs that part alone:
-//! `cargo bench --bench speed -- sums`.
+//! - `gather`: the gather kernels, by GPU timestamps, and a hand-vectorised loop of the same formula on the same number of threads. Both
+//!   alternate, so other work of the machine affects both.
+//! - `sums`: sums at few pixels and at every pixel.
+//! - `frame`: the whole program, from its start to its end, including an OpenEXR file.
+//!
+//! One of these words runs only that part: `cargo bench --bench speed -- sums`.
 
 mod frame;
 mod gather;
@@ -54,7 +56,7 @@ fn cpu_model() -> String {
     model.unwrap_or("unknown").to_owned()
 }
 
-/// Median, least and greatest of some figures.
+/// Median, minimum and maximum of some figures.
 struct Spread {
     median: f64,
     min: f64,
@@ -72,7 +74,7 @@ impl Spread {
     }
 }
 
-/// What stands beside a bar.
+/// The word printed next to a bar.
 fn verdict(is_met: bool) -> &'static str {
     if is_met { "met" } else { "missed" }
 }

@@ -1,6 +1,6 @@
-//! The opponent: the Lambert gather written by hand for AVX2 and FMA, as fast as 256-bit code gets.
+//! The opponent: the Lambert gather, hand-written for AVX2 and FMA, as fast as possible with 256-bit vectors.
 //!
-//! The same formulas as `shaders/gather.wgsl` in f32, over the receivers and VPLs of a rendered frame. It sums in one
+//! It computes the formulas of `shaders/gather.wgsl` in f32, for the receivers and VPLs of a rendered frame. It sums in one
 //! level and keeps `R` vectors of receivers in registers.
 
 use std::{
@@ -12,12 +12,12 @@ use std::{
 use camlux::{internals::Intermediates, scene::VplSum};
 
 const PI: f64 = std::f64::consts::PI;
-/// Receivers that a thread takes at once: a multiple of every kernel's.
+/// Receivers that a thread takes at once: a multiple of the block of every kernel.
 const CHUNK: usize = 2048;
 /// Lanes of a vector.
 const LANES: usize = 8;
 
-/// A matte VPL: Q, n_Q, and what it sends, as in the shaders.
+/// A matte VPL: position Q, normal n_Q, and the light that it sends, as in the shaders.
 struct Vpl {
     position: [f32; 3],
     normal: [f32; 3],
@@ -27,14 +27,14 @@ struct Vpl {
 /// The work of one frame with one light and matte surfaces.
 pub struct Work {
     estimator: VplSum,
-    /// P and n_P, a list per coordinate, filled up with points that receive nothing.
+    /// P and n_P, one list per coordinate, padded with points that receive nothing.
     receivers: [Vec<f32>; 6],
     /// k_d/π of each receiver.
     reflectance: Vec<[f64; 3]>,
     vpls: Vec<Vpl>,
 }
 
-/// A kernel: the sums of `CHUNK` receivers from the given one on, a list per band.
+/// A kernel: the sums of `CHUNK` receivers from the given index, one list per band.
 type Kernel = unsafe fn(&Work, usize, &mut [[f32; CHUNK]; 3]);
 
 impl Work {
@@ -88,7 +88,7 @@ impl Work {
         self.reflectance.len() as f64 * self.vpls.len() as f64
     }
 
-    /// The kernels that fit the estimator, with the vectors of receivers that each keeps in registers.
+    /// The kernels for the estimator, and the number of vectors of receivers that each keeps in registers.
     fn kernels(&self) -> [(usize, Kernel); 3] {
         match self.estimator {
             VplSum::RsmAverage => [
@@ -104,7 +104,7 @@ impl Work {
         }
     }
 
-    /// The fastest kernel here, of three runs each; `None` where the CPU has no AVX2 and FMA.
+    /// The fastest kernel on this machine, from three runs each, or `None` if the CPU lacks AVX2 or FMA.
     pub fn opponent(&self, threads: usize) -> Option<Opponent<'_>> {
         if !(is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")) {
             return None;
@@ -124,13 +124,13 @@ impl Work {
 pub struct Opponent<'w> {
     work: &'w Work,
     threads: usize,
-    /// Vectors of receivers in registers.
+    /// Number of vectors of receivers in registers.
     pub vectors: usize,
     kernel: Kernel,
 }
 
 impl Opponent<'_> {
-    /// How long it takes, and the sum of the indirect radiance over all pixels and bands.
+    /// Runs the kernel. Returns the time, and the sum of the indirect radiance over all pixels and bands.
     pub fn run(&self) -> (Duration, f64) {
         let chunks = Mutex::new(0..self.work.receivers[0].len() / CHUNK);
         let start = Instant::now();
@@ -142,7 +142,7 @@ impl Opponent<'_> {
                     let Some(chunk) = chunks.lock().expect("no thread panics").next() else {
                         return sum;
                     };
-                    // SAFETY: `Work::opponent` has found the features that the kernels need.
+                    // SAFETY: `Work::opponent` has checked that the CPU has the features that the kernels need.
                     unsafe { (self.kernel)(self.work, chunk * CHUNK, &mut radiance) };
                     sum += self.reflected(chunk * CHUNK, &radiance);
                 }
@@ -168,7 +168,7 @@ impl Opponent<'_> {
     }
 }
 
-/// `CHUNK` receivers from `first` on, `R` vectors of them at once. `AVERAGE`: rsm-average, else instant-radiosity.
+/// Sums for `CHUNK` receivers from `first`, `R` vectors at once. `AVERAGE` selects rsm-average, otherwise instant-radiosity.
 #[target_feature(enable = "avx2,fma")]
 fn gather<const R: usize, const AVERAGE: bool>(
     work: &Work,

@@ -1,4 +1,4 @@
-//! Sums at few pixels against the same sums at every pixel.
+//! Sums at few pixels compared with the same sums at every pixel.
 
 use std::{path::Path, time::Instant};
 
@@ -11,11 +11,11 @@ use camlux::{
 use crate::{Failure, Spread, verdict};
 
 const RSM_SIZE: u32 = 64;
-/// Turns of either side, after one to warm up.
+/// Turns of each side, after one for warm-up.
 const TURNS: usize = 7;
-/// Least ratio of gather times for a target of 1 % in the first scene.
+/// Required ratio of gather times for a target of 1 % in the first scene.
 const BAR: f64 = 5.0;
-/// Passes that stand in the place of the gather at every pixel.
+/// Passes that replace the gather at every pixel.
 const PASSES: [&str; 7] = [
     "receivers",
     "gather",
@@ -54,7 +54,7 @@ pub fn report(device: &Device) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Least times of one side, and its latest frame.
+/// Times of all turns of one side, and its latest frame.
 struct Side {
     scene: Scene,
     gather_s: Vec<f64>,

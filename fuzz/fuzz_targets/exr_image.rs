@@ -9,8 +9,8 @@ use libfuzzer_sys::fuzz_target;
 
 static HOOK: Once = Once::new();
 
-/// `LayeredImage::read` makes a refusal of a panic in `exr`, such as sums that overflow where that is checked, as here. Any
-/// other panic ends the run.
+/// `LayeredImage::read` turns a panic in `exr` into a refusal. An example is an overflow, which this build checks for. Any other panic ends the
+/// run.
 fn let_panics_of_exr_pass() {
     let end_the_run = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

@@ -1,5 +1,5 @@
 #![no_main]
-//! A glTF file, of text or binary: how it begins tells them apart.
+//! A text or binary glTF file; its beginning tells which.
 
 use libfuzzer_sys::fuzz_target;
 

@@ -1,5 +1,5 @@
 #![no_main]
-//! An IES file, the pattern of the one light; or, where it begins so, a EULUMDAT file.
+//! The pattern of the only light: a EULUMDAT file after the prefix `LDT`, otherwise an IES file.
 
 use libfuzzer_sys::fuzz_target;
 

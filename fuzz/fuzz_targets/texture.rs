@@ -1,5 +1,5 @@
 #![no_main]
-//! A PNG or JPEG file, the texture of the one material.
+//! A PNG or JPEG file, the texture of the only material.
 
 use std::sync::Once;
 
@@ -8,7 +8,7 @@ use libfuzzer_sys::fuzz_target;
 static TEXTURED: Once = Once::new();
 
 fuzz_target!(|bytes: &[u8]| {
-    // Before the file is there, the scene is refused.
+    // The scene is refused until the texture exists.
     TEXTURED.call_once(|| camlux_fuzz::load_with("mesh.mtl", b"newmtl white\nmap_Kd texture"));
     camlux_fuzz::load_with("texture", bytes);
 });

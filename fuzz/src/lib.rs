@@ -1,4 +1,4 @@
-//! What the fuzz targets share: a folder in memory with a valid scene, and what must hold for whatever loads.
+//! Code that the fuzz targets share: a folder in memory with a valid scene, and checks of the results.
 
 use std::cell::RefCell;
 use std::path::Path;
@@ -41,7 +41,7 @@ pub fn load_with(name: &str, content: &[u8]) {
     }));
 }
 
-/// Loads the valid scene with a glTF file, of text or binary, in the place of its mesh.
+/// Loads the valid scene with a text or binary glTF file instead of its mesh.
 pub fn load_gltf(content: &[u8]) {
     check(with_file("mesh.glb", content, |file| {
         let scene = SCENE.replace("mesh.obj", "mesh.glb");
@@ -49,7 +49,7 @@ pub fn load_gltf(content: &[u8]) {
     }));
 }
 
-/// Does something with a file of this content, which lies beside the files of the valid scene.
+/// Writes a file of this content beside those of the valid scene, and passes its path to `act`.
 pub fn with_file<T>(name: &str, content: &[u8], act: impl FnOnce(&Path) -> T) -> T {
     FOLDER.with_borrow_mut(|folder| {
         let file = folder.get_or_insert_with(scene_folder).path().join(name);
@@ -72,7 +72,7 @@ fn scene_folder() -> tempfile::TempDir {
     folder
 }
 
-/// What loads is valid and can be planned for; what does not has one line that says why.
+/// Asserts that a loaded scene is valid, and that each error is one line.
 pub fn check(loaded: camlux::Result<Scene>) {
     match loaded {
         Ok(scene) => {

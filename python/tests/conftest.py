@@ -1,4 +1,4 @@
-"""What the tests share. scripts/test-python runs them, with the installed wheel and the program that CAMLUX_PROGRAM names."""
+"""Shared fixtures. scripts/test-python runs the tests with the installed wheel and the program in CAMLUX_PROGRAM."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ SCENES = REPOSITORY / "scenes"
 
 @pytest.fixture(scope="session")
 def device():
-    """A device under the validation layer, which has to be silent to the end."""
+    """A device under the validation layer, which must report nothing until the end."""
     device = camlux.Device(validation=True)
     yield device
     assert device.validation_messages == []
@@ -27,7 +27,7 @@ def renderer(device):
 
 @pytest.fixture
 def program():
-    """Runs the command line program."""
+    """A function that runs the command line program and returns its stdout."""
 
     def run(*arguments, cwd=None):
         done = subprocess.run([os.environ["CAMLUX_PROGRAM"], *map(str, arguments)], capture_output=True, text=True, cwd=cwd)
@@ -39,7 +39,7 @@ def program():
 
 @pytest.fixture
 def scene():
-    """A floor and a wall that a point light lights, from arrays."""
+    """A scene from arrays: a floor and a wall lit by a point light."""
     floor = camlux.Mesh("floor", np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], np.float32), [[0, 1, 2], [0, 2, 3]])
     wall = camlux.Mesh("wall", [[-1.0, 0, -1], [1, 0, -1], [1, 2, -1], [-1, 2, -1]], [[0, 1, 2], [0, 2, 3]], material=1)
     return camlux.Scene(

@@ -1,4 +1,4 @@
-"""Projects the layer P of an image by OpenCV, with what the header says of the camera, and prints how far that is off the pixels' centres, at most."""
+"""Projects the layer P of an image with OpenCV and the camera in the header. Prints the largest distance from the pixel centres."""
 
 import json
 import sys
@@ -15,12 +15,12 @@ with OpenEXR.File(sys.argv[1], separate_channels=True) as file:
 pose = numpy.linalg.inv(numpy.array(header["camlux.cameraToWorld"], dtype=float).reshape(4, 4).T)
 rows, columns = numpy.nonzero(seen)
 offsets = points[seen] @ pose[:3, :3].T + pose[:3, 3]
-# OpenCV's fisheye projects no point beside the lens or behind it.
+# OpenCV's fisheye model cannot project points beside or behind the lens.
 ahead = offsets[:, 2] > 0.02 * numpy.linalg.norm(offsets, axis=1)
 rows, columns, offsets = rows[ahead], columns[ahead], offsets[ahead].reshape(-1, 1, 3)
 
 (fx, fy), (cx, cy) = header["camlux.camera.focal_px"], header["camlux.camera.principal_point_px"]
-# The centres of OpenCV's pixels are whole numbers.
+# In OpenCV, pixel centres have integer coordinates.
 matrix = numpy.array([[fx, 0, cx - 0.5], [0, fy, cy - 0.5], [0, 0, 1]])
 coefficients = numpy.array(json.loads(header["camlux.camera.distortion"]))
 is_fisheye = header["camlux.camera.distortion_model"] == "fisheye"

@@ -1,4 +1,4 @@
-"""Comparisons and references."""
+"""Comparisons and reference images."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Data sets of `camlux batch`, read by camlux and, to check it, by OpenEXR's own package."""
+"""Data sets of `camlux batch`, read by camlux and, as a check, by the OpenEXR package."""
 
 import pickle
 import sys
@@ -52,7 +52,7 @@ def test_frames_come_with_layers_poses_and_intrinsics(folder):
                 np.testing.assert_array_equal(frame[name], theirs, err_msg=name)
         np.testing.assert_allclose(header["camlux.cameraToWorld"].T, frame.camera_to_world(), atol=1e-14)
         np.testing.assert_allclose(header["camlux.mesh.0.toWorld"].T, frame.mesh_poses()[0], atol=1e-14)
-        # P, seen through pose and intrinsics, lies at its pixel's centre, but for its rounding to f32, which is most where a surface is at a slant.
+        # P, projected with pose and intrinsics, is at its pixel's centre up to f32 rounding. Rounding matters most on slanted surfaces.
         seen = np.isfinite(frame["depth"])
         world = np.concatenate([frame["P"][seen], np.ones((seen.sum(), 1))], axis=1)
         camera = (np.linalg.inv(frame.camera_to_world()) @ world.T)[:3]
@@ -67,7 +67,7 @@ def test_a_loader_of_torch_finds_what_it_needs(folder):
     dataset = camlux.Dataset(folder, transform=total)
     assert [dataset[number].shape for number in range(len(dataset))] == [(16, 16, 3)] * 4
     assert len(list(dataset)) == 4
-    # To other processes.
+    # torch pickles the data set to send it to other processes.
     again = pickle.loads(pickle.dumps(dataset))
     np.testing.assert_array_equal(again[-1], dataset[3])
     with pytest.raises(IndexError):

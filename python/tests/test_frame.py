@@ -16,7 +16,7 @@ def test_layers_are_arrays_with_units(renderer, scene):
     assert frame.resolution_px == (32, 24)
     np.testing.assert_allclose(frame["radiance"], frame["direct"] + frame["indirect"], rtol=1e-6)
     np.testing.assert_allclose(frame["energy"], frame["radiance"] * 9e-12 * 1e-3, rtol=1e-5)
-    # It is a mapping.
+    # A frame is a mapping.
     assert dict(frame).keys() == set(frame) == set(frame.keys()) and len(frame) == len(frame.keys())
     assert [name for name, _ in frame.items()] == frame.keys()
     assert "stderr" not in frame
@@ -29,7 +29,7 @@ def test_ids_have_names(renderer, scene):
     ids, materials = frame["id.instance"], frame["id.material"]
     assert {frame.mesh_names[i - 1] for i in np.unique(ids[ids > 0])} == {"floor", "wall"}
     assert {frame.material_names[i - 1] for i in np.unique(materials[materials > 0])} == {"white", "red"}
-    # What is seen where nothing is.
+    # Background pixels.
     assert np.isinf(frame["depth"][ids == 0]).all() and (frame["radiance"][ids == 0] == 0).all() and (ids == 0).any()
 
 
@@ -42,7 +42,7 @@ def test_arrays_read_the_memory_of_the_frame_and_keep_it(renderer, scene):
     before = first.copy()
     del frame, second
     gc.collect()
-    # The next frames go elsewhere, or into what nobody holds.
+    # Later frames use other memory, or memory that nothing holds.
     scene.lights[0].power_w = 40
     for _ in range(3):
         brighter = renderer.render(scene)["radiance"]

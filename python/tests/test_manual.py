@@ -1,4 +1,4 @@
-"""The Python blocks of the manual that are marked to run, page by page, in a folder that looks like the repository."""
+"""Runs the Python blocks of the manual that are marked `run`, page by page, in a folder that looks like the repository."""
 
 import os
 import pathlib
@@ -14,7 +14,7 @@ PAGES = {
     str(page.relative_to(ROOT)): "\n".join(BLOCK.findall(page.read_text(encoding="utf-8")))
     for page in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 }
-# What the shell blocks of these pages leave for the Python blocks.
+# Shell blocks run, too, because Python blocks may use their output.
 BEFORE = re.compile(r"^```(sh|python) run\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 

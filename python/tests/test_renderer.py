@@ -62,7 +62,7 @@ def test_a_job_renders_the_scene_as_it_was(renderer, scene):
 
 def test_control_c_ends_a_render(device):
     renderer, scene = camlux.Renderer(device), cornell(400, 0.003)
-    # Python leaves it ignored where a shell has started the tests in the background.
+    # Python ignores SIGINT if a shell started the tests in the background.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
@@ -85,7 +85,7 @@ def test_the_gil_is_free_during_a_render(device):
         count += 1
         time.sleep(0.001)
     thread.join()
-    # Held, it would let this thread run between submissions alone.
+    # If a render held the GIL, this thread would run only between submissions.
     assert count > 20
 
 

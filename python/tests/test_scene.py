@@ -1,4 +1,4 @@
-"""Scenes: from files and from arrays, changed between renders, and refused."""
+"""Scenes from files and from arrays, changes between renders, and refused scenes."""
 
 import math
 
@@ -14,13 +14,13 @@ from conftest import SCENES
 def test_a_loaded_scene_renders_as_by_the_program(renderer, program, path, tmp_path):
     scene = camlux.Scene.load(path)
     if k := scene.camera.intrinsics_px:
-        # As the program does with --size.
+        # The program does this with --size.
         factor = 24 / scene.camera.resolution_px[0]
         scene.camera.intrinsics_px = camlux.Intrinsics(factor * k.fx, factor * k.fy, factor * k.cx, factor * k.cy)
     scene.camera.resolution_px = (24, 24)
     options = []
     if isinstance(scene.indirect, camlux.FinalGather):
-        # As fast as may be: both have the same error.
+        # A large target error is fast; both sides use it.
         scene.indirect.target_error = 0.2
         options = ["--target-error", 0.2]
     program("render", path, "--size", 24, 24, *options, "-o", tmp_path / "frame.exr")
@@ -58,7 +58,7 @@ def test_what_is_changed_between_renders_is_seen(renderer, scene):
     floor = before["id.material"] == 1
     np.testing.assert_allclose(darker["direct"][floor], before["direct"][floor] / 2, rtol=1e-6)
     np.testing.assert_array_equal(darker["direct"][~floor], before["direct"][~floor])
-    # A quarter turn about y takes the wall at z = -1 to x = -1, and then 2 m back.
+    # A quarter turn about y moves the wall from z = -1 to x = -1. The translation then moves it 2 m along -z.
     half = math.radians(45)
     scene.meshes[1] = scene.meshes[1].posed((0, 0, -2), (0, math.sin(half), 0, math.cos(half)))
     np.testing.assert_allclose(scene.meshes[1].positions_m[:, 0], -1, atol=1e-12)
@@ -97,7 +97,7 @@ def test_every_light_from_arrays(renderer, scene):
     scene.lights = [camlux.PatternLight((0, 1, 0), (0, -1, 0), (0, 0, -1), image, 5)]
     projected = renderer.render(scene)
     on_floor = (projected["id.instance"] == 1) & (projected["direct"][..., 0] > 0)
-    # On a screen of 1 m x 1 m across its axis, all of the power, evenly.
+    # The light projects its whole power evenly onto an area of 1 m x 1 m.
     np.testing.assert_allclose(projected["direct"][on_floor], 5 * 0.8 / np.pi, rtol=1e-4)
     np.testing.assert_array_less(abs(projected["P"][on_floor][:, [0, 2]]), 0.5 + 1e-5)
     scene.lights = [camlux.DirectionalLight((0, -1, 0), 10)]
@@ -176,7 +176,7 @@ def test_what_cannot_be_is_refused_where_it_is(renderer, scene):
         camlux.Pattern([0, 180], [0, 360], [1, 2])
     with pytest.raises(camlux.SceneError, match="lamp.none"):
         camlux.Pattern.load("lamp.none")
-    # The renderer is as before.
+    # The renderer still works.
     assert renderer.render(scene)["radiance"].max() > 0
 
 

@@ -1,4 +1,4 @@
-//! glTF files that are damaged, or need what camlux does not know: one clear error each, which names the file.
+//! glTF files that are damaged or need unsupported features: each gives one clear error that names the file.
 
 use crate::common::gltf_file::GltfBuilder;
 use crate::common::scene_folder::{CAMERA, LIGHT, SceneFolder, assert_says};
@@ -17,7 +17,7 @@ fn refuses_file(file: &[u8], parts: &[&str]) {
     assert_says(&folder.error(load(&folder, "room.glb")), parts);
 }
 
-/// A triangle, with these members.
+/// Asserts that a file with a triangle and these JSON members is refused.
 #[track_caller]
 fn refuses(members: &str, parts: &[&str]) {
     let mut builder = GltfBuilder::default();
@@ -26,7 +26,7 @@ fn refuses(members: &str, parts: &[&str]) {
     refuses_file(&builder.glb(members), &[&["room.glb"], parts].concat());
 }
 
-/// A valid mesh whose primitive has these members, too.
+/// A valid mesh whose primitive also has these members.
 fn mesh(more: &str) -> String {
     format!(r#""meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}{more}}}]}}]"#)
 }
@@ -64,7 +64,7 @@ fn files_that_are_none() {
         b"{\"asset\":{\"version\":\"2.0\"}}",
         &["has no scene", "export one"],
     );
-    // Cut in the middle of its buffer.
+    // A file cut off in the middle of its buffer.
     let mut builder = GltfBuilder::default();
     builder.vec3(&TRIANGLE);
     let file = builder.glb(&format!("{},{NODE}", mesh("")));

@@ -1,4 +1,4 @@
-//! Image files that are damaged, hostile or of another kind: one clear error each, no panic, no memory for what is not there.
+//! Image files that are damaged, hostile or of another format: each gives one clear error, without a panic or large allocations.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use camlux::output::LayeredImage;
 use exr::prelude::*;
 
-/// A valid file of 8 × 6 pixels with the channels `direct.R` (16-bit), `id.instance` and `direct.B`.
+/// Writes a valid file of 8 × 6 pixels with the channels `direct.R` (16-bit), `id.instance` and `direct.B`.
 fn write_image(path: &Path, encoding: Encoding) {
     let pixels = |offset: usize| move |i: usize| (i + offset) as f32;
     let list = [
@@ -36,7 +36,7 @@ const UNCOMPRESSED: Encoding = Encoding {
     line_order: LineOrder::Increasing,
 };
 
-/// Reads a file of this content; the message must name the file and say all of this in one line.
+/// Reads a file with this content. The error must be one line that has the path and these parts.
 #[track_caller]
 fn assert_refused(content: &[u8], says: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
@@ -65,16 +65,16 @@ fn valid_bytes(encoding: Encoding) -> Vec<u8> {
     fs::read(path).unwrap()
 }
 
-/// Where the values of an attribute begin.
+/// The offset of an attribute's values.
 fn attribute_at(bytes: &[u8], name_and_kind: &[u8]) -> usize {
     let at = bytes
         .windows(name_and_kind.len())
         .position(|window| window == name_and_kind);
-    // After the name and the kind come four bytes of size.
+    // The name and the type are followed by four bytes of size.
     at.unwrap() + name_and_kind.len() + 4
 }
 
-/// The file with another size in its header, which is consistent in itself.
+/// The file with another image size in its header, which stays consistent.
 fn with_size(mut bytes: Vec<u8>, compression: Compression, width: i32, height: i32) -> Vec<u8> {
     let block_rows = compression.scan_lines_per_block() as i32;
     let at = attribute_at(&bytes, b"chunkCount\0int\0");
@@ -130,7 +130,7 @@ fn a_file_that_ends_early_is_refused_wherever_it_ends() {
     }
 }
 
-/// A header that claims 4.6e18, 4e9 or 1e9 pixels over 48 real ones. Reserving for the second alone would take 40 GB.
+/// The header claims 1.2e18, 4e9 or 1e9 pixels, but the file has 48. Memory for 4e9 pixels would take 40 GB.
 #[test]
 fn a_header_cannot_claim_more_pixels_than_its_file_can_hold() {
     let most = i32::MAX / 2 - 1;
@@ -160,13 +160,13 @@ fn a_header_cannot_claim_more_pixels_than_its_file_can_hold() {
 
 #[test]
 fn what_would_be_misread_is_refused() {
-    // A crop: the data window begins at 1.
+    // A cropped image: the data window begins at 1.
     let mut bytes = valid_bytes(UNCOMPRESSED);
     let at = attribute_at(&bytes, b"dataWindow\0box2i\0");
     bytes[at] = 1;
     assert_refused(&bytes, &["data window", "save it"]);
 
-    // Every second pixel of the first channel only. After the name and its 0: 4 bytes type, 4 bytes flags, x step, y step.
+    // Only every second pixel of the first channel. The name and its 0 are followed by 4 bytes of type, 4 bytes of flags, x step, y step.
     let mut bytes = valid_bytes(UNCOMPRESSED);
     let at = attribute_at(&bytes, b"channels\0chlist\0") + b"direct.B\0".len() + 8;
     bytes[at] = 2;
@@ -174,11 +174,11 @@ fn what_would_be_misread_is_refused() {
 
     let mut bytes = valid_bytes(UNCOMPRESSED);
     let at = attribute_at(&bytes, b"channels\0chlist\0");
-    // direct.B becomes another direct.R.
+    // Rename direct.B to a second direct.R.
     bytes[at + 7] = b'R';
     assert_refused(&bytes, &["direct.R", "twice"]);
 
-    // The flags after the version: deep data.
+    // Set the deep-data flag after the version.
     let mut bytes = valid_bytes(UNCOMPRESSED);
     bytes[5] |= 0b1000;
     let kind = attribute_at(&bytes, b"type\0string\0");
@@ -210,13 +210,13 @@ fn several_parts_are_refused() {
     assert_path_refused(&path, &["2 parts", "one flat part"]);
 }
 
-/// Bytes at random places changed at random: an image or an error, never a panic. The seed is fixed.
+/// Random changes at random bytes give an image or an error, never a panic. The seed is fixed.
 #[test]
 fn random_damage_gives_an_image_or_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let mut random = fastrand::Rng::with_seed(1);
-    // 30 000 rounds were silent, too.
+    // 30 000 rounds gave no panic, either.
     let rounds = 150;
     let mut refused = 0;
     for compression in [
@@ -245,6 +245,6 @@ fn random_damage_gives_an_image_or_an_error() {
             }
         }
     }
-    // Some damage hits a sample of an uncompressed image or a text, which stays an image.
+    // If the damage hits an uncompressed sample or a text, the file is still an image.
     assert!(refused > rounds && refused < 14 * rounds, "{refused}");
 }

@@ -1,4 +1,4 @@
-//! Files and values that are wrong: each is refused with a message that says what, where, and how to mend it.
+//! Bad files and values: each is refused with a message that states what is wrong, where, and how to mend it.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,5 +1,4 @@
-//! Every bad mesh, material library or texture is refused with a message that says what, in which line, and how to
-//! mend it.
+//! Bad meshes, material libraries and textures: each is refused with a message that states what is wrong, in which line, and how to mend it.
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE, assert_says};
 
@@ -56,7 +55,7 @@ fn unreadable_texture() {
             "PNG or JPEG",
         ],
     );
-    // The beginning of a PNG, and nothing behind it.
+    // Only the beginning of a PNG.
     folder.write("wood.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
     assert_says(
         &folder.error(folder.load_obj(TRIANGLE)),
@@ -135,7 +134,7 @@ fn bad_obj_files() {
     refuses_obj("\u{89}PNG\n", &["mesh.obj:1", "is not a statement"]);
 }
 
-/// A star shape: no corner sees all others, so no fan of triangles fills it.
+/// A star: no corner sees all others, so no fan of triangles fills it.
 #[test]
 fn polygon_that_no_fan_fills() {
     let mut obj = String::from("mtllib mesh.mtl\nusemtl white\n");

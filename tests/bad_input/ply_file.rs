@@ -1,4 +1,4 @@
-//! PLY files that are damaged, or no meshes: one clear error each, which names the file.
+//! PLY files that are damaged or contain no mesh: each gives one clear error that names the file.
 
 use crate::common::scene_folder::{CAMERA, LIGHT, SceneFolder, assert_says};
 

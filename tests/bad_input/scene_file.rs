@@ -1,4 +1,4 @@
-//! Every bad scene file is refused with a message that says what, in which line, and how to mend it.
+//! Bad scene files: each is refused with a message that states what is wrong, in which line, and how to mend it.
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, assert_says};
 use camlux::scene::Scene;
@@ -85,7 +85,7 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
                 "did you mean \"mesh\"?",
             ],
         ),
-        // Not "position", which is there; and no other is like it.
+        // The message suggests no key: "position" is already present, and no other key is similar.
         (
             camera_with("look_at", "positions"),
             [
@@ -453,7 +453,7 @@ fn wrong_types() {
     }
 }
 
-/// What [`Scene::validate`] refuses is reported with the line where there is a file.
+/// For a scene file, errors of [`Scene::validate`] have a line number.
 #[test]
 fn values_out_of_range_are_reported_with_their_line() {
     let spot = "[[light]]\nkind = \"spot\"\nposition = [0, 2, 0]\ndirection = [0, -1, 0]\ninner_half_angle_deg = 40\nouter_half_angle_deg = 30\npower_w = 1\n";

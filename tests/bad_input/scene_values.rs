@@ -1,4 +1,4 @@
-//! Every bad value of a scene from slices is refused with a message that names the part and the value.
+//! Bad values in a scene from slices: each is refused with a message that names the part and the value.
 
 use camlux::scene::{
     AreaShape, Camera, ChargeUnit, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light,
@@ -73,7 +73,7 @@ fn tof() -> TimeOfFlight {
     }
 }
 
-/// Makes the scene's camera one of time of flight.
+/// Makes the scene's camera a time-of-flight camera.
 fn detects(scene: &mut Scene) -> &mut TimeOfFlight {
     photodetector(scene);
     scene.tof.insert(tof())
@@ -584,7 +584,7 @@ fn scenes_from_slices_are_validated() {
         let mut scene = scene();
         edit(&mut scene);
         let error = scene.validate().expect_err(expected).to_string();
-        // What is wrong, and behind the semicolon how to mend it.
+        // What is wrong, then, after the semicolon, how to mend it.
         assert!(
             error.contains(expected) && error.contains("; "),
             "{expected:?} is missing in: {error}"

@@ -1,6 +1,6 @@
 /*
- * Libraries stay loaded until the process ends: where a driver has been unloaded, a leak checker can no longer tell that what
- * leaked was the driver's. Linked into the program that is checked, with -rdynamic.
+ * Keeps libraries loaded until the process ends. After a driver is unloaded, a leak checker cannot attribute a leak to it.
+ * Linked into the program that is checked, with -rdynamic.
  */
 int dlclose(void *library);
 

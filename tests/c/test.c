@@ -1,5 +1,5 @@
 /*
- * A small host of camlux in the C that every compiler speaks: compiled as C99, C++17 and C++20, and against the header of version 1.
+ * A small host of camlux in portable C: compiled as C99, C++17 and C++20, and against the header of version 1.
  *
  *     test            checks what it renders, every kind of error, and that nothing is left
  *     test cycles N   creates, renders and releases N times, and checks that memory does not grow
@@ -219,7 +219,7 @@ static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
     camlux_frame *frame = NULL;
     camlux_render_options options = CAMLUX_RENDER_OPTIONS_INIT;
     camlux_cancel_token *token = NULL;
-    /* More than the library of today knows, whatever the header. */
+    /* Larger than the struct of the current library, with either header. */
     struct { camlux_camera camera; uint64_t added[64]; } newer = {CAMLUX_CAMERA_INIT, {0}};
     int on_stack = 0;
 
@@ -289,7 +289,7 @@ static void check_everything(void)
     OK(camlux_scene_get_bounds(scene, &bounds));
     EXPECT(bounds.is_empty == 0 && bounds.min_m[0] == -1 && bounds.max_m[1] == 1);
     OK(camlux_renderer_create(device, &renderer));
-    /* Its children keep it open. */
+    /* The renderer keeps the device open. */
     OK(camlux_device_release(device));
     EXPECT(camlux_device_release(device) == CAMLUX_ERROR_INVALID_HANDLE);
 
@@ -329,13 +329,13 @@ static void check_everything(void)
     EXPECT(left == 0);
 }
 
-/* Resident memory, kB; 0 where the system does not tell. */
+/* Resident memory, kB; 0 if unknown. */
 static long resident_kb(void)
 {
     FILE *file;
     long pages = 0, resident = 0;
 #ifdef __GLIBC__
-    malloc_trim(0); /* What is free and not yet given back is no leak. */
+    malloc_trim(0); /* Freed memory that malloc still holds is no leak. */
 #endif
     file = fopen("/proc/self/statm", "r");
     if (file == NULL)
@@ -354,7 +354,7 @@ static void check_cycles(int count)
     camlux_device *device = NULL;
     OK(camlux_device_create(NULL, &device));
     for (i = 1; i <= count; i++) {
-        /* Each renderer compiles its pipelines: most with the few of direct light. */
+        /* Each renderer compiles its pipelines. Nine in ten compile only the few of direct light. */
         camlux_scene *scene = make_box(i % 10 == 0);
         camlux_renderer *renderer = NULL;
         camlux_frame *frame = NULL;

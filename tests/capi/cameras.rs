@@ -1,4 +1,4 @@
-//! Several cameras in one call: the frames of each alone, and what they share is made once.
+//! Several cameras in one call: each frame equals that of its camera alone, and shared passes run once.
 
 use std::{
     ffi::{c_char, c_void},
@@ -27,7 +27,7 @@ fn render_cameras(
 ) -> (camlux_status, Vec<*mut camlux_frame>) {
     let mut frames = vec![null_mut(); cameras.len()];
     let (first, stride_bytes) = (cameras.as_ptr(), size_of::<camlux_camera>());
-    // SAFETY: as many cameras, and as much room for frames.
+    // SAFETY: `cameras` and `frames` have that length.
     let status = unsafe {
         camlux_renderer_render_cameras(
             renderer,
@@ -43,7 +43,7 @@ fn render_cameras(
 }
 
 unsafe extern "C" fn note(fraction: f64, _: *const c_char, user: *mut c_void) -> i32 {
-    // SAFETY: the test's own, and nobody else's during the render.
+    // SAFETY: the test's own value, which only this callback uses during the render.
     unsafe { &mut *user.cast::<Vec<f64>>() }.push(fraction);
     0
 }
@@ -65,7 +65,7 @@ fn each_sees_what_it_would_see_alone() {
     ok(status);
     assert!(fractions.is_sorted() && fractions.last() <= Some(&1.0));
     assert!(fractions.iter().any(|&fraction| fraction > 2.0 / 3.0));
-    // What the light sees is of the first alone.
+    // Only the first frame renders the RSM.
     let sees_light = |frame| passes(frame).iter().any(|pass| pass == "rsm");
     assert_eq!(
         frames
@@ -101,7 +101,7 @@ fn where_one_fails_there_is_none() {
     let (status, frames) = render_cameras(renderer, scene, &cameras, null());
     fails(status, CAMLUX_ERROR_SCENE, "camera 1");
     assert!(frames.iter().all(|frame| frame.is_null()));
-    // Fine by itself, and too large for any device.
+    // A valid camera, but too large for any device.
     (cameras[1].width_px, cameras[1].height_px) = (1 << 20, 1 << 20);
     let (status, frames) = render_cameras(renderer, scene, &cameras, null());
     fails(status, CAMLUX_ERROR_DEVICE_LIMIT, "camera 1");

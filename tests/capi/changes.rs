@@ -1,5 +1,5 @@
-//! What a host changes in a scene that is there: poses of many, parts that are hidden, removed or replaced. Each frame is that of a scene
-//! which was built that way.
+//! Changes to an existing scene: many poses at once, and parts hidden, removed or replaced. Each frame equals that of a scene which was
+//! built in the changed state.
 
 use std::ptr::{null, null_mut};
 
@@ -62,7 +62,7 @@ fn pose_of(scene: *mut camlux_scene, part: i32, index: u32) -> camlux_pose {
 
 #[test]
 fn many_poses_are_each_pose() {
-    /// A host's own struct, of which a pose is the first member.
+    /// A host's struct whose first member is a pose.
     #[repr(C)]
     struct Body {
         pose: camlux_pose,
@@ -75,7 +75,7 @@ fn many_poses_are_each_pose() {
     let bodies = bodies.map(|pose| Body { pose, mass_kg: 1.0 });
     assert_eq!(bodies[0].mass_kg, 1.0);
     let move_bodies = |part, indices: &[u32], count, stride_bytes| {
-        // SAFETY: `bodies` are two of that stride.
+        // SAFETY: `bodies` has two elements of that stride.
         unsafe {
             let poses = &raw const bodies[0].pose;
             camlux_scene_set_poses(scene, part, indices.as_ptr(), count, poses, stride_bytes)
@@ -89,7 +89,7 @@ fn many_poses_are_each_pose() {
         assert_eq!(found.scale, body.pose.scale);
         let turn = DQuat::from_array(body.pose.orientation_xyzw);
         assert!(DQuat::from_array(found.orientation_xyzw).angle_between(turn) < 1e-7);
-        // A power of two, so that nothing is rounded.
+        // The scale is a power of two, so nothing is rounded.
         let mesh = &mut *expected.meshes[index as usize];
         for position_m in &mut mesh.positions_m {
             let scaled_m = body.pose.scale * *position_m;
@@ -98,10 +98,10 @@ fn many_poses_are_each_pose() {
     }
     assert_same_frames(&device, scene, &expected);
 
-    // Where one is refused, none is moved.
+    // If one pose is refused, nothing moves.
     let far = [pose([0.5, 0.0, 0.0], 1.0), pose([1e30, 0.0, 0.0], 1.0)];
     let set = |part, poses: &[camlux_pose], stride_bytes| {
-        // SAFETY: as many as there are, and a stride of theirs or one that is refused.
+        // SAFETY: the count is that of `poses`, and the stride is theirs or is refused.
         unsafe {
             camlux_scene_set_poses(
                 scene,
@@ -154,7 +154,7 @@ fn many_poses_are_each_pose() {
     ok(camlux_scene_release(scene));
 }
 
-/// What a getter says, its setter takes, and nothing moves.
+/// Setting the pose that the getter returns moves nothing.
 #[test]
 fn a_pose_that_is_read_can_be_set() {
     let device = Device::open();
@@ -225,7 +225,7 @@ fn what_is_hidden_or_removed_is_not_there() {
     visible(CAMLUX_PART_LIGHT, light, 1);
     assert_same_frames(&device, scene, &expected);
 
-    // The first light is gone, and the ids of instances stay what they are.
+    // The first light is removed, and instances keep their ids.
     ok(camlux_scene_remove(scene, CAMLUX_PART_LIGHT, 0));
     let mut dark = expected.clone();
     dark.lights.remove(0);
@@ -234,7 +234,7 @@ fn what_is_hidden_or_removed_is_not_there() {
     dark.meshes[1] = Mesh::default().into();
     assert_same_frames(&device, scene, &dark);
 
-    // What is gone cannot be used, and its index is the next one's.
+    // A removed part cannot be used, and the next part takes its index.
     let removed = camlux_scene_remove(scene, CAMLUX_PART_LIGHT, 0);
     fails(removed, ARGUMENT, "light 0 was removed");
     let shown = camlux_scene_set_visible(scene, CAMLUX_PART_INSTANCE, 1, 1);
@@ -260,7 +260,7 @@ fn what_is_hidden_or_removed_is_not_there() {
     assert_eq!([light, instance], [0, 1]);
     assert_same_frames(&device, scene, &expected);
 
-    // Without a light there is nothing to be seen.
+    // A scene without a visible light is refused.
     for light in 0..2 {
         visible(CAMLUX_PART_LIGHT, light, 0);
     }
@@ -282,7 +282,7 @@ fn a_mesh_and_a_texture_are_replaced() {
         positions_m: array(&positions_m, CAMLUX_FORMAT_F32),
         indices: array(&triangles, CAMLUX_FORMAT_U32),
     });
-    // SAFETY: the mesh is as its counts say.
+    // SAFETY: the mesh's arrays have the lengths that its counts say.
     let set = |index, mesh: &camlux_mesh| unsafe { camlux_scene_set_mesh(scene, index, mesh) };
     ok(set(1, &mesh));
     let corners_m = positions_m.map(|corner| corner.map(f64::from));
@@ -292,7 +292,7 @@ fn a_mesh_and_a_texture_are_replaced() {
     mesh.material = 99;
     fails(set(1, &mesh), SCENE, "material");
     mesh.material = 2;
-    // A mesh that is near, far out by its instance's scale.
+    // The mesh's positions are in range, but not after its instance's scale of 1e6.
     // SAFETY: it points to a struct of that size.
     ok(unsafe {
         let large = pose([0.0; 3], 1e6);
@@ -315,7 +315,7 @@ fn a_mesh_and_a_texture_are_replaced() {
         pixels: texels.as_ptr().cast(),
         encoding: CAMLUX_ENCODING_LINEAR
     });
-    // SAFETY: as many pixels as it says; a struct of that size.
+    // SAFETY: a struct of that size, with pixels of its size.
     unsafe {
         ok(camlux_scene_set_texture(scene, 0, &texture));
         let missing = camlux_scene_set_texture(scene, 99, &texture);
@@ -343,7 +343,7 @@ fn a_material_is_read_as_it_is_set() {
         assert_eq!(found.shininess, material.shininess);
         assert_eq!((found.kd_texture, found.name), (CAMLUX_NONE, null()));
     }
-    // SAFETY: NULL is found out.
+    // SAFETY: NULL is refused.
     fails(
         unsafe { camlux_scene_get_material(scene, 0, null_mut()) },
         ARGUMENT,

@@ -1,4 +1,4 @@
-//! Frames through the C interface: those of the engine bit for bit, with what has moved, and with what was cancelled.
+//! Frames through the C interface: they equal the engine's bit for bit, also after parts move; progress reports and cancelling.
 
 use std::{
     f64::consts::FRAC_PI_2,
@@ -19,7 +19,7 @@ use camlux::{
 
 const SIZE_PX: [u32; 2] = [24, 20];
 
-/// The frame of a scene without the interface.
+/// The layers of a frame that is rendered without the C interface.
 fn engine_frame(scene: &Scene) -> Vec<(i32, Vec<u32>)> {
     let device = camlux::Device::open(&Default::default()).expect("a device");
     let mut renderer = Renderer::new(&device).expect("a renderer");
@@ -57,7 +57,7 @@ fn a_scene_from_arrays_is_that_of_the_file() {
     }
 }
 
-/// Which C reads, and moves, but does not make.
+/// C can read and move such a light, but not create one.
 #[test]
 fn a_measured_lamp_comes_with_its_scene() {
     let device = Device::open();
@@ -71,7 +71,7 @@ fn a_measured_lamp_comes_with_its_scene() {
     assert_eq!(light.kind, CAMLUX_LIGHT_PATTERN);
     let before = render(renderer, scene);
     assert!(layers(before) == engine_frame(&expected));
-    // It shines up.
+    // The lamp now shines upwards.
     let (position_m, turn) = (
         DVec3::new(0.1, 0.5, 0.0),
         DQuat::from_rotation_x(-FRAC_PI_2),
@@ -171,7 +171,7 @@ fn a_frame_foretells_those_that_are_like_it() {
     ok(camlux_renderer_release(renderer));
 }
 
-/// What a frame does not estimate is no number: no sum can be read as if it were 0 % off the true bounce.
+/// An error that a frame does not estimate is NaN, so that the result of a VPL sum is never read as exact.
 #[test]
 fn each_estimator_estimates_its_own_error() {
     let device = Device::open();
@@ -210,7 +210,7 @@ fn each_estimator_estimates_its_own_error() {
     ok(camlux_renderer_release(renderer));
 }
 
-/// On the host, and where the frame stays on the device; and gone with the next frame that does not ask for it.
+/// Holds on the host, and for a frame that stays on the device. The next frame that does not request the layer has none.
 #[test]
 fn a_frame_has_standard_errors_where_they_are_asked_for() {
     let device = Device::open();
@@ -234,7 +234,7 @@ fn a_frame_has_standard_errors_where_they_are_asked_for() {
         let mut view = init!(camlux_view {});
         let mut staying = null_mut();
         let mut image = init!(camlux_vulkan_image {});
-        // SAFETY: all of it points to what it should.
+        // SAFETY: all pointers are valid.
         let viewed = unsafe {
             ok(camlux_renderer_render(
                 renderer,
@@ -280,7 +280,7 @@ fn a_moved_camera_is_a_scene_built_that_way_and_draws_no_maps() {
     let renderer = device.renderer();
     let first = render(renderer, scene);
     assert!(passes(first).iter().any(|pass| pass == "rsm"));
-    // Half a turn about x: the optical frame's +z looks along -z, its y goes up to down.
+    // Half a turn about x: the optical frame's +z points along -z, and its +y (down) along -y.
     let position_m = DVec3::new(0.1, 1.1, 3.0);
     set_pose(
         scene,
@@ -329,7 +329,7 @@ fn a_moved_light_is_a_scene_built_that_way() {
         panic!("the scene has a spot light");
     };
     *position_m = moved_m;
-    // Rounding of the quaternion shows: the axis is what the interface says it is.
+    // The quaternion is rounded, so the expected axis is the one that the interface returns.
     let mut light = init!(camlux_light {});
     // SAFETY: it points to a struct of that size.
     ok(unsafe { camlux_scene_get_light(scene, 0, &mut light) });
@@ -374,7 +374,7 @@ fn a_moved_instance_is_a_scene_built_that_way() {
     .into();
     assert!(layers(second) == engine_frame(&expected));
     assert!(layers(second) != layers(first));
-    // Back home, the frame is the first again.
+    // With the instance moved back, the frame equals the first.
     set_pose(
         scene,
         CAMLUX_PART_INSTANCE,
@@ -384,7 +384,7 @@ fn a_moved_instance_is_a_scene_built_that_way() {
     );
     let third = render(renderer, scene);
     assert!(layers(third) == layers(first));
-    // And what has not moved is used again.
+    // Nothing has moved since, so the RSM is used again.
     let fourth = render(renderer, scene);
     assert!(passes(fourth).iter().all(|pass| pass != "rsm"));
     ok(camlux_renderer_release(renderer));
@@ -401,7 +401,7 @@ fn a_view_is_what_a_copy_and_the_files_have() {
     resize(scene, SIZE_PX[0], SIZE_PX[1]);
     let renderer = device.renderer();
     let frame = render(renderer, scene);
-    // The frame outlives what it was made with.
+    // The frame outlives its renderer and its scene.
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
     let of_view = &layers(frame)[0].1;
@@ -409,7 +409,7 @@ fn a_view_is_what_a_copy_and_the_files_have() {
     let stride = row + 5;
     let mut copied = vec![7.0_f32; stride * SIZE_PX[1] as usize];
     let bytes = size_of_val(copied.as_slice());
-    // SAFETY: as large as it says.
+    // SAFETY: the memory has `bytes` bytes.
     ok(unsafe {
         camlux_frame_copy(
             frame,
@@ -470,23 +470,23 @@ fn a_view_is_what_a_copy_and_the_files_have() {
     ok(camlux_frame_release(frame));
 }
 
-/// What a progress callback has seen, and when it has had enough.
+/// What a progress callback has seen, and after how many reports it cancels.
 #[derive(Default)]
 struct Watch {
     reports: u32,
     last_fraction: f64,
     stop_after: Option<u32>,
-    /// Cancels or renders with it, from inside.
+    /// If not 0, the callback tries to render with it.
     renderer: usize,
     scene: usize,
     busy: i32,
 }
 
 unsafe extern "C" fn watch(fraction: f64, pass: *const c_char, user: *mut c_void) -> i32 {
-    // SAFETY: the test's own, and nobody else's during the render.
+    // SAFETY: the test's own value, which only this callback uses during the render.
     let watch = unsafe { &mut *user.cast::<Watch>() };
     assert!((0.0..=1.0).contains(&fraction) && fraction >= watch.last_fraction);
-    // SAFETY: a string for as long as the call.
+    // SAFETY: the string is valid during the call.
     assert!(!unsafe { CStr::from_ptr(pass) }.is_empty());
     watch.reports += 1;
     watch.last_fraction = fraction;
@@ -548,7 +548,7 @@ fn new_token() -> *mut camlux_cancel_token {
     token
 }
 
-/// A render that begins after its token was cancelled is not what the caller waits for.
+/// A render that begins after its token was cancelled is cancelled, too.
 #[test]
 fn a_cancel_before_the_render_is_not_lost() {
     let device = Device::open();
@@ -568,7 +568,7 @@ fn a_cancel_before_the_render_is_not_lost() {
     let mut render = || unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) };
     ok(render());
     ok(camlux_cancel_token_cancel(token));
-    // It stays cancelled.
+    // The token stays cancelled.
     fails(render(), CAMLUX_CANCELLED, "cancelled");
     fails(render(), CAMLUX_CANCELLED, "cancelled");
     ok(camlux_cancel_token_release(token));
@@ -578,14 +578,14 @@ fn a_cancel_before_the_render_is_not_lost() {
     ok(camlux_scene_release(scene));
 }
 
-/// Says that a render is under way, and lets it go on once it is cancelled.
+/// Reports that a render has begun, and holds it until the test has cancelled it.
 struct Pause {
     begun: Sender<()>,
     cancelled: Receiver<()>,
 }
 
 unsafe extern "C" fn pause(_: f64, _: *const c_char, user: *mut c_void) -> i32 {
-    // SAFETY: the test's own, and nobody else's during the render.
+    // SAFETY: the test's own value, which only this callback uses during the render.
     let pause = unsafe { &*user.cast::<Pause>() };
     pause.begun.send(()).expect("the other thread listens");
     pause.cancelled.recv().expect("the other thread cancels");

@@ -1,4 +1,4 @@
-//! Calls of the C interface in random order, with handles and arguments that are right, wrong, and gone.
+//! Calls the C interface in random order, with valid, invalid and released handles, and with valid and invalid arguments.
 
 use std::{
     collections::BTreeMap,
@@ -8,7 +8,7 @@ use std::{
 use crate::host::*;
 use camlux::capi::*;
 
-/// Deterministic (SplitMix64): a failure can be had again.
+/// Deterministic random numbers (SplitMix64), so that a failure can be reproduced.
 struct Random(u64);
 
 impl Random {
@@ -32,7 +32,7 @@ impl Random {
         values[self.below(values.len())]
     }
 
-    /// Mostly fine, now and then not.
+    /// Mostly a usual number; 1 in 40 is extreme or not finite.
     fn real(&mut self) -> f64 {
         match self.below(40) {
             0 => self.pick(&[f64::NAN, f64::INFINITY, -1e300, 1e300, 1e13, -0.0, 5e-324]),
@@ -58,7 +58,7 @@ impl Random {
         }
     }
 
-    /// A struct's pointer, or none, or one that is no place for it.
+    /// A pointer to a struct; 1 in 40 is NULL, and 1 in 40 is misaligned.
     fn pointer<T>(&mut self, value: &mut T) -> *mut T {
         match self.below(40) {
             0 => null_mut(),
@@ -68,11 +68,11 @@ impl Random {
     }
 }
 
-/// The handles that a sequence has, by the references it owes, and some that are none any more.
+/// The state of a sequence: its live handles with the number of references that it must release, and handles that are gone.
 struct Sequence {
     random: Random,
     live: BTreeMap<(usize, usize), u32>,
-    /// Of the live ones: the test itself holds a reference of each, which no sequence gives back.
+    /// Live handles of which the test itself holds a reference, which no sequence releases.
     lent: Vec<(usize, usize)>,
     gone: Vec<usize>,
     renders: usize,
@@ -85,7 +85,7 @@ const RENDERER: usize = 2;
 const FRAME: usize = 3;
 const TOKEN: usize = 4;
 
-/// Not more at a time, and not more of them: most calls are to be cheap.
+/// The maximum number of live objects of a kind, so that most calls are cheap.
 const MOST_LIVE: usize = 6;
 
 impl Sequence {
@@ -196,7 +196,7 @@ impl Sequence {
 
     /// Any call, with any arguments of the right types.
     fn step(&mut self, device: *mut camlux_device) {
-        // Frames are few and dear: in the sequences that have some, they come soon.
+        // Frames are few and expensive: a sequence that may render does so early.
         let call = if self.renders > 0 && self.random.one_in(6) {
             35
         } else {
@@ -442,7 +442,7 @@ impl Sequence {
         let mut view = init!(camlux_view {});
         let mut room = vec![0_u8; 16 * 16 * 12];
         let layer = r.choice();
-        // SAFETY: see `step`; a view that there is can be read, and as much room as it says.
+        // SAFETY: see `step`. A returned view can be read, and `room` has at least `bytes` bytes.
         unsafe {
             let status = camlux_frame_view(frame, layer, r.pointer(&mut view));
             if status == CAMLUX_OK && !view.data.is_null() {
@@ -456,7 +456,7 @@ impl Sequence {
         }
     }
 
-    /// Few of them, for a frame takes as long as ten thousand other calls.
+    /// Renders at most `renders` frames: a frame takes as long as ten thousand other calls.
     ///
     /// # Safety
     /// As for `step`.
@@ -510,7 +510,7 @@ fn pose(r: &mut Random) -> camlux_pose {
     })
 }
 
-/// With a scene that can be rendered and a renderer, so that some are.
+/// Begins a sequence. One that may render starts with a valid scene and a renderer.
 fn begin(
     random: Random,
     device: &Device,
@@ -539,7 +539,7 @@ fn begin(
 
 fn run(sequences: u64, calls: usize, rendering_one_in: u64) {
     let device = Device::open();
-    // One of which pipelines are made once; sequences create others.
+    // All sequences that render share it, so that its pipelines are compiled once. Sequences also create others.
     let renderer = device.renderer();
     let mut statuses = BTreeMap::<i32, usize>::new();
     let mut rendered = 0;
@@ -556,7 +556,7 @@ fn run(sequences: u64, calls: usize, rendering_one_in: u64) {
         assert_eq!(handle_count(), 2, "sequence {seed}");
     }
     println!("{sequences} sequences, {rendered} frames, statuses {statuses:?}");
-    // Otherwise the sequences would show nothing.
+    // Without these statuses the sequences would test little.
     for status in [
         CAMLUX_OK,
         CAMLUX_ERROR_INVALID_HANDLE,

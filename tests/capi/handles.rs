@@ -1,4 +1,4 @@
-//! What the C interface does with handles that are wrong, pointers that are NULL or misaligned, and structs of other versions.
+//! How the C interface treats invalid handles, NULL and misaligned pointers, and structs of other versions.
 
 use std::ptr::{null, null_mut, without_provenance_mut};
 
@@ -9,13 +9,13 @@ const HANDLE: i32 = CAMLUX_ERROR_INVALID_HANDLE;
 const ARGUMENT: i32 = CAMLUX_ERROR_INVALID_ARGUMENT;
 const SCENE: i32 = CAMLUX_ERROR_SCENE;
 
-/// A call with a handle, all other arguments as a program might have them.
+/// The name of a call, and the call with a given handle and NULL for all other pointers.
 type Call = (&'static str, fn(usize) -> camlux_status);
 
 macro_rules! call {
     ($name:ident($($argument:expr),*)) => {
         (stringify!($name), |handle| {
-            // SAFETY: nulls, and places of the test's own.
+            // SAFETY: every call checks for NULL.
             #[allow(unused_unsafe, reason = "not all are unsafe")]
             unsafe { $name(without_provenance_mut(handle) $(, $argument)*) }
         })
@@ -154,7 +154,7 @@ fn wrong_handles_are_found_out() {
         job.addr(),
         shared.addr(),
     ];
-    // Released ones, in slots that have another object since.
+    // These are released below, and other objects then take their slots.
     let stale = [scene.addr(), renderer.addr(), frame.addr(), token.addr()];
     let calls = [
         device_calls(),
@@ -180,7 +180,7 @@ fn wrong_handles_are_found_out() {
             for made_up in [1, 7, 0xdead_beef, 0x7ffe_0000_1234, live[kind] ^ 1 << 32] {
                 fails(call(made_up), HANDLE, "no handle");
             }
-            // A place in the table, or a generation, that never was.
+            // A slot of the table, or a generation, that never existed.
             for made_up in [usize::MAX, live[kind] ^ 0x00ff_0000, live[kind] ^ 1 << 40] {
                 fails(call(made_up), HANDLE, "released, or never was one");
             }
@@ -231,13 +231,13 @@ fn null_arguments_are_named() {
                 ok(call(scene.addr()));
                 ok(camlux_scene_release(scene));
             }
-            // A scene without a light, a mesh that is not there.
+            // The scene has neither a light nor a mesh.
             "camlux_scene_validate" => fails(call(scene.addr()), SCENE, "light"),
             "camlux_scene_set_visible" | "camlux_scene_remove" => {
                 fails(call(scene.addr()), ARGUMENT, "part is 0");
             }
             "camlux_scene_add_instance" => fails(call(scene.addr()), ARGUMENT, "no mesh 0 among 0"),
-            // What can be left out.
+            // These arguments are optional.
             "camlux_scene_set_sensor"
             | "camlux_scene_set_tof"
             | "camlux_scene_set_indirect"
@@ -279,7 +279,7 @@ fn messages_are_a_threads_own() {
     std::thread::spawn(|| assert_eq!(last_error(), ""))
         .join()
         .expect("no panic");
-    // A success leaves the message.
+    // A successful call keeps the message.
     ok(camlux_scene_release(null_mut()));
     assert!(last_error().contains("NULL"));
 }
@@ -294,7 +294,7 @@ fn struct_sizes_are_checked() {
             struct_size: bytes,
             width_px: 77
         });
-        // SAFETY: there is room for both, and for what the size says.
+        // SAFETY: `room` is large enough for both, and for every size that is not refused.
         unsafe {
             at.cast::<camlux_camera>().write(camera);
             at.cast::<u8>()
@@ -305,7 +305,7 @@ fn struct_sizes_are_checked() {
         }
     };
     let known = size_of::<camlux_camera>() as u32;
-    // 128 bytes in version 1.
+    // The struct has 128 bytes in version 1.
     for bytes in [0, 1, 127, 4097, u32::MAX] {
         fails(set(bytes, 0), ARGUMENT, "CAMLUX_CAMERA_INIT");
     }
@@ -320,10 +320,10 @@ fn struct_sizes_are_checked() {
     // SAFETY: as above.
     ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
     assert_eq!((camera.width_px, camera.struct_size), (77, known));
-    // A longer struct of results is filled as far as it is known.
+    // A result struct of a newer version is filled up to the known size.
     room[..known as usize / 8 + 1].fill(u64::MAX);
     room[0] = u64::from(known + 8);
-    // SAFETY: there is room for what the size says.
+    // SAFETY: `room` has at least that size.
     ok(unsafe { camlux_scene_get_camera(scene, room.as_mut_ptr().cast()) });
     assert_eq!(room[0] as u32, known + 8);
     assert_eq!(room[known as usize / 8], u64::MAX);
@@ -335,7 +335,7 @@ fn misaligned_structs_and_results_are_found_out() {
     let scene = new_scene();
     let mut room = [0_u64; 200];
     let off = room.as_mut_ptr().cast::<u8>().wrapping_add(1);
-    // SAFETY: nothing is read at a misaligned place.
+    // SAFETY: misaligned pointers are refused before they are used.
     unsafe {
         fails(
             camlux_scene_set_camera(scene, off.cast()),

@@ -26,7 +26,7 @@ pub fn ok(status: camlux_status) {
     assert_eq!(status, CAMLUX_OK, "{}", last_error());
 }
 
-/// A call that fails with this status and a message with these words.
+/// Asserts that a call failed with this status and a message with these words.
 #[track_caller]
 pub fn fails(status: camlux_status, expected: camlux_status, words: &str) {
     let message = last_error();
@@ -45,17 +45,17 @@ macro_rules! init {
 }
 pub(crate) use init;
 
-/// A device under the validation layer, which must have stayed silent when it is dropped.
+/// A device with the validation layer. Dropping it asserts that the layer reported nothing.
 pub struct Device(pub *mut camlux_device);
 
-// SAFETY: a handle is a number, and a device is for any thread.
+// SAFETY: a handle is a number, and any thread may use a device.
 unsafe impl Sync for Device {}
 
 impl Device {
     pub fn open() -> Device {
         let options = init!(camlux_device_options { validation: 1 });
         let mut device = null_mut();
-        // SAFETY: both point to what they should.
+        // SAFETY: both pointers are valid.
         ok(unsafe { camlux_device_create(&options, &mut device) });
         Device(device)
     }
@@ -117,7 +117,7 @@ pub fn plain_sum(scene: *mut camlux_scene, rsm_size: u32) {
 
 pub fn render(renderer: *mut camlux_renderer, scene: *mut camlux_scene) -> *mut camlux_frame {
     let mut frame = null_mut();
-    // SAFETY: it points to a pointer; no options are fine.
+    // SAFETY: it points to a pointer; the options may be NULL.
     ok(unsafe { camlux_renderer_render(renderer, scene, null(), &mut frame) });
     frame
 }
@@ -129,7 +129,7 @@ pub fn view(frame: *mut camlux_frame, layer: i32) -> camlux_view {
     view
 }
 
-/// Every layer of a frame, with its bits.
+/// All layers of a frame, as the bits of their values.
 pub fn layers(frame: *mut camlux_frame) -> Vec<(i32, Vec<u32>)> {
     let mut count = 0;
     // SAFETY: it points to a number.
@@ -169,7 +169,7 @@ pub fn passes(frame: *mut camlux_frame) -> Vec<String> {
     (0..stats(frame).pass_count).map(pass).collect()
 }
 
-/// The layers of a frame that was rendered without the interface, in the same form.
+/// The same for a frame that was rendered without the C interface.
 pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
     let number = |layer: Layer| match layer {
         Layer::Radiance => CAMLUX_LAYER_RADIANCE,
@@ -257,7 +257,7 @@ pub fn set_tof(scene: *mut camlux_scene, tof: &TimeOfFlight) {
         })
     });
     c_tof.noise = noise.as_ref().map_or(null(), std::ptr::from_ref);
-    // SAFETY: a struct of that size, and what it points to.
+    // SAFETY: a struct of that size, with valid pointers.
     ok(unsafe { camlux_scene_set_tof(scene, &c_tof) });
 }
 
@@ -301,7 +301,7 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             c_camera.distortion[..4].copy_from_slice(&coefficients);
         }
     }
-    // SAFETY: here and below, structs of their size, arrays of their length, and no index wanted.
+    // SAFETY: here and below, structs of their size, arrays of their length, and no index requested.
     unsafe {
         ok(camlux_scene_set_camera(built, &c_camera));
         if let Some(sensor) = scene.sensor {

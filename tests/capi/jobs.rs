@@ -1,4 +1,4 @@
-//! Renders on a thread of their own: the same frames, whatever becomes of the job.
+//! Jobs: their frames equal those of a render, and they can fail, be cancelled or be abandoned.
 
 use std::{
     ffi::{c_char, c_void},
@@ -35,7 +35,7 @@ fn is_done(job: *mut camlux_job) -> bool {
     done == 1
 }
 
-/// A job whose render stands still at its first report, until it is told to go on.
+/// A job whose render waits at each progress report until the test lets it go on.
 struct Paused {
     job: *mut camlux_job,
     begun: Receiver<()>,
@@ -49,10 +49,10 @@ struct Gates {
 }
 
 unsafe extern "C" fn stop_at_gate(_: f64, _: *const c_char, user: *mut c_void) -> i32 {
-    // SAFETY: the test's own, and nobody else's during the render.
+    // SAFETY: the test's own value, which only this callback uses during the render.
     let gates = unsafe { &*user.cast::<Gates>() };
     if gates.begun.send(()).is_ok() {
-        // Nobody there: nothing to wait for.
+        // An error means that the test has dropped its end, so there is nothing to wait for.
         let _ = gates.go_on.recv();
     }
     0
@@ -85,7 +85,7 @@ fn submit_paused(
 }
 
 impl Paused {
-    /// Lets the render go on, to its end.
+    /// Lets the render finish.
     fn release(self) -> *mut camlux_job {
         drop(self.begun);
         drop(self.go_on);
@@ -112,7 +112,7 @@ fn a_job_renders_the_scene_as_it_was() {
     let expected = render(renderer, scene);
     let paused = submit_paused(renderer, scene, null_mut());
     assert!(!is_done(paused.job));
-    // What changes now is for the next frame.
+    // This change affects only the next frame.
     resize(scene, 8, 8);
     let mut other = null_mut();
     // SAFETY: a pointer to a pointer.
@@ -170,7 +170,7 @@ fn a_render_that_fails_says_so_each_time() {
     ok(camlux_scene_release(empty));
 }
 
-/// With its last handle a job ends, and what it used is free.
+/// Releasing its last handle cancels a job and frees its renderer.
 #[test]
 fn an_abandoned_job_is_cancelled() {
     let device = Device::open();
@@ -190,7 +190,7 @@ fn an_abandoned_job_is_cancelled() {
         let releasing = scope.spawn(move || {
             ok(camlux_job_release(std::ptr::without_provenance_mut(handle)));
         });
-        // It waits for the render.
+        // The release waits for the render to end.
         while !releasing.is_finished() {
             go_on.send(()).expect("the callback listens");
             let _ = begun.recv_timeout(Duration::from_millis(5));

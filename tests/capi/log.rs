@@ -1,4 +1,4 @@
-//! The log of the C interface, which a process has one of.
+//! The process-wide log of the C interface.
 
 use std::{
     ffi::{CStr, c_char, c_void},
@@ -17,7 +17,7 @@ static INNER_STATUS: AtomicI32 = AtomicI32::new(0);
 
 unsafe extern "C" fn collect(level: i32, message: *const c_char, user: *mut c_void) {
     assert_eq!(user.addr(), 1234);
-    // SAFETY: a string for as long as the call.
+    // SAFETY: the string is valid during the call.
     let text = unsafe { CStr::from_ptr(message) };
     let text = text.to_str().expect("UTF-8").to_owned();
     MESSAGES.lock().expect("no panic").push((level, text));
@@ -30,7 +30,7 @@ unsafe extern "C" fn collect(level: i32, message: *const c_char, user: *mut c_vo
 type Inner = (*mut camlux_renderer, *mut camlux_scene);
 
 unsafe extern "C" fn render_again(_: f64, _: *const c_char, user: *mut c_void) -> i32 {
-    // SAFETY: the test's own.
+    // SAFETY: the test's own value.
     let (renderer, scene) = unsafe { *user.cast::<Inner>() };
     let mut frame = null_mut();
     // SAFETY: it points to a pointer.
@@ -61,7 +61,7 @@ fn the_log_has_what_its_level_asks_for() {
     resize(scene, 8, 8);
     plain_sum(scene, 8);
     let dark = init!(camlux_light {});
-    // SAFETY: a struct of that size; no index wanted.
+    // SAFETY: a struct of that size; no index requested.
     ok(unsafe { camlux_scene_add_light(scene, &dark, null_mut()) });
     let renderer = device.renderer();
     ok(camlux_frame_release(render(renderer, scene)));

@@ -1,4 +1,4 @@
-//! Meshes and textures as they lie in a host's memory, and what is refused of them.
+//! Meshes and textures in a host's own memory layout, and the ones that are refused.
 
 use std::{
     ffi::c_void,
@@ -11,7 +11,7 @@ use camlux::capi::*;
 const ARGUMENT: i32 = CAMLUX_ERROR_INVALID_ARGUMENT;
 const SCENE: i32 = CAMLUX_ERROR_SCENE;
 
-/// A scene with a material, and a mesh that is fine.
+/// A scene with a material, and the arrays of a valid mesh.
 struct Room {
     scene: *mut camlux_scene,
     positions_m: [[f32; 3]; 4],
@@ -21,7 +21,7 @@ struct Room {
 impl Room {
     fn new() -> Room {
         let scene = new_scene();
-        // SAFETY: a struct of that size; no index wanted.
+        // SAFETY: a struct of that size; no index requested.
         ok(unsafe { camlux_scene_add_material(scene, &init!(camlux_material {}), null_mut()) });
         Room {
             scene,
@@ -46,7 +46,7 @@ impl Room {
 
     fn add(&self, mesh: camlux_mesh) -> camlux_status {
         let mut index = 99;
-        // SAFETY: what is wrong with its arrays is found out before they are read.
+        // SAFETY: invalid arrays are refused before they are read.
         let status = unsafe { camlux_scene_add_mesh(self.scene, &mesh, &mut index) };
         assert!(status == CAMLUX_OK || index == 99);
         status
@@ -134,7 +134,7 @@ fn meshes_are_checked() {
     room.refuses(|_| (), SCENE, "vertex 2");
     room.positions_m[2][1] = 1.0;
     ok(room.add(room.mesh()));
-    // Nothing at all is a mesh as well.
+    // An empty mesh is valid.
     ok(room.add(init!(camlux_mesh {})));
     ok(camlux_scene_release(room.scene));
 }
@@ -170,7 +170,7 @@ fn meshes_are_read_as_they_lie_in_memory() {
     mesh.triangle_materials = array(&[0_u16, 0], CAMLUX_FORMAT_U16);
     ok(room.add(mesh));
     let mut bounds = init!(camlux_bounds {});
-    // SAFETY: structs of their size; no index wanted.
+    // SAFETY: structs of their size; no index requested.
     unsafe {
         ok(camlux_scene_get_bounds(room.scene, &mut bounds));
         assert_eq!(bounds.is_empty, 1);
@@ -193,7 +193,7 @@ fn textures_are_checked_and_decoded() {
     let bytes = [0_u8, 128, 255, 255, 128, 0, 9, 9];
     let wide = [0_u16, 0, 0];
     let add = |texture: camlux_texture| {
-        // SAFETY: a struct of that size, pixels as many as it says; no index wanted.
+        // SAFETY: a struct of that size, with pixels of its size; no index requested.
         unsafe { camlux_scene_add_texture(scene, &texture, null_mut()) }
     };
     let texture = || {
@@ -234,7 +234,7 @@ fn textures_are_checked_and_decoded() {
     let mut real = of_16_bits;
     (real.component, real.pixels) = (CAMLUX_COMPONENT_F32, nan.as_ptr().cast());
     fails(add(real), SCENE, "texel 0");
-    // Decoded as sRGB, 2.0 would be 4.95.
+    // Linear, the texel stays 2.0. Decoded from sRGB it is 4.95.
     let double = [2.0_f32; 3];
     real.pixels = double.as_ptr().cast();
     fails(add(real), SCENE, "texel 0 is [2.0, 2.0, 2.0]");

@@ -15,11 +15,11 @@ use camlux::capi::*;
 
 type Call = (&'static str, fn() -> camlux_status);
 
-/// Each call's name, and the call with nothing but nulls.
+/// The name of each call, and the call with NULL for all pointers.
 macro_rules! calls {
     ($($name:ident($($argument:expr),*)),* $(,)?) => {
         [$((stringify!($name), || {
-            // SAFETY: nulls are fine everywhere.
+            // SAFETY: every call checks for NULL.
             #[allow(unused_unsafe, reason = "not all are unsafe")]
             unsafe { $name($($argument),*) }
         })),*]
@@ -107,7 +107,7 @@ fn a_panic_in_any_call_becomes_a_status() {
         let message = last_error();
         assert!(message.starts_with(&format!("{name}: internal error: asked for by a test")));
     }
-    // None is forgotten.
+    // The list has every function of the header.
     let header = include_str!("../../include/camlux.h");
     let declared = header
         .lines()
@@ -115,7 +115,7 @@ fn a_panic_in_any_call_becomes_a_status() {
     assert_eq!(declared.count(), calls.len());
 }
 
-/// A call in which something goes wrong before its own work.
+/// Makes a call that runs `hook` first, which panics.
 fn with_panic(hook: fn(), call: fn() -> camlux_status) -> camlux_status {
     before_each_call(hook);
     let status = call();
@@ -135,7 +135,7 @@ fn a_panic_with_any_payload_is_caught() {
     fails(odd, CAMLUX_ERROR_INTERNAL, "a panic");
 }
 
-/// The hook is the process's: it hears of a panic inside of a call as of any other.
+/// The process's panic hook also runs for a panic inside a call.
 #[test]
 fn the_panic_hook_stays() {
     static HEARD: AtomicU32 = AtomicU32::new(0);

@@ -1,4 +1,4 @@
-//! Layers that go to the host's own memory.
+//! Layers that are written to the host's memory.
 
 use std::ptr::{null, null_mut};
 
@@ -37,14 +37,14 @@ fn render(
     options: &camlux_render_options,
 ) -> (camlux_status, *mut camlux_frame) {
     let mut frame = null_mut();
-    // SAFETY: all of it points to what it should.
+    // SAFETY: all pointers are valid.
     let status = unsafe { camlux_renderer_render(renderer, scene, options, &mut frame) };
     (status, frame)
 }
 
 fn words(frame: *mut camlux_frame, layer: i32) -> Vec<u32> {
     let view = view(frame, layer);
-    // SAFETY: the frame holds as many.
+    // SAFETY: the view has `size_bytes` bytes.
     unsafe { std::slice::from_raw_parts(view.data.cast(), view.size_bytes / 4) }.to_vec()
 }
 
@@ -59,7 +59,7 @@ fn layers_go_to_the_hosts_memory_and_others_stay_away() {
         CAMLUX_LAYER_DEPTH,
     ]
     .map(|layer| words(whole, layer));
-    // Five values more a row than there are.
+    // Each row has five values of padding.
     let row = 3 * SIZE_PX[0] as usize;
     let stride = row + 5;
     for _ in 0..3 {
@@ -102,7 +102,7 @@ fn a_job_fills_targets_until_it_is_done() {
     let mut direct = vec![0; 3 * PIXELS];
     let targets = [target(CAMLUX_LAYER_DIRECT, &mut direct, 0)];
     let (mut job, mut frame) = (null_mut(), null_mut());
-    // SAFETY: all of it points to what it should, and the memory is there until the job is done.
+    // SAFETY: all pointers are valid, and the memory lives until the job is done.
     unsafe {
         ok(camlux_renderer_submit(
             renderer,
@@ -189,7 +189,7 @@ fn targets_that_cannot_be_filled_are_refused() {
     );
     let mut camera = init!(camlux_camera {});
     let mut frame = null_mut();
-    // SAFETY: all of it points to what it should.
+    // SAFETY: all pointers are valid.
     let status = unsafe {
         ok(camlux_scene_get_camera(scene, &mut camera));
         let stride = size_of::<camlux_camera>();

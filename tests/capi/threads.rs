@@ -1,4 +1,4 @@
-//! One device, eight threads, a renderer each.
+//! Eight threads share a device; each has its own renderer.
 
 use crate::host::*;
 use camlux::capi::*;
@@ -6,7 +6,7 @@ use camlux::capi::*;
 const THREADS: usize = 8;
 const FRAMES: usize = 100;
 
-/// A scene that moves with the frame, so that frames leave different things to the next.
+/// Renders a scene that moves from frame to frame, so that frames keep different data for the next one.
 fn frames(device: &Device, seed: usize) -> Vec<Vec<(i32, Vec<u32>)>> {
     let scene = load("cornell");
     resize(scene, 16, 16);
@@ -52,7 +52,7 @@ fn threads_with_a_renderer_each_get_the_images_of_one() {
     });
 }
 
-/// Threads change a scene while others render it: every frame is one of the scenes that there were.
+/// A thread changes a scene while another renders it. Every frame shows one of the two states.
 #[test]
 fn a_scene_can_be_changed_while_it_is_rendered() {
     let device = Device::open();

@@ -47,7 +47,7 @@ fn render_frame(
     options: camlux_render_options,
 ) -> *mut camlux_frame {
     let mut frame = null_mut();
-    // SAFETY: a struct of that size, and a place for a pointer.
+    // SAFETY: a struct of that size, and a pointer to a pointer.
     ok(unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) });
     frame
 }
@@ -129,7 +129,7 @@ fn views_and_files_name_what_they_hold() {
 fn what_does_not_go_together_is_refused() {
     let scene = from_arrays(&noisy_corner());
     let set = |tof: camlux_tof| {
-        // SAFETY: a struct of that size, and nulls or what it says.
+        // SAFETY: a struct of that size, with pointers that are NULL or valid.
         unsafe { camlux_scene_set_tof(scene, &tof) }
     };
     let one = init!(camlux_tof {
@@ -188,7 +188,7 @@ fn what_does_not_go_together_is_refused() {
     // SAFETY: a struct of that size.
     ok(unsafe { camlux_scene_set_sensor(scene, &sensor) });
     fails(validate(), problem, "wavelength_nm");
-    // SAFETY: none.
+    // SAFETY: NULL is allowed.
     ok(unsafe { camlux_scene_set_tof(scene, null()) });
     ok(validate());
     ok(camlux_scene_release(scene));

@@ -1,4 +1,4 @@
-//! Values that the C interface refuses, with which status and words, and that nothing is changed by it.
+//! Values that the C interface refuses: the status, the message, and that nothing changes.
 
 use std::ptr::{null, null_mut};
 
@@ -11,10 +11,10 @@ const SCENE: i32 = CAMLUX_ERROR_SCENE;
 #[test]
 fn values_are_checked() {
     let scene = new_scene();
-    // SAFETY: a struct of that size; no index wanted.
+    // SAFETY: a struct of that size; no index requested.
     ok(unsafe { camlux_scene_add_material(scene, &init!(camlux_material {}), null_mut()) });
     let nan = f64::NAN;
-    // SAFETY: structs of their size; no index wanted.
+    // SAFETY: structs of their size; no index requested.
     unsafe {
         let camera = |camera: camlux_camera| camlux_scene_set_camera(scene, &camera);
         fails(
@@ -323,12 +323,12 @@ fn values_are_checked() {
     ok(camlux_scene_release(scene));
 }
 
-/// What a pose does to an instance is told by the call that sets it, with the instance's number.
+/// A call that would move an instance out of range fails and names the instance.
 #[test]
 fn an_instance_too_far_out_is_named() {
     let scene = load("cornell");
     let mut counts = init!(camlux_scene_counts {});
-    // SAFETY: structs of their size; no index wanted.
+    // SAFETY: structs of their size; no index requested.
     unsafe {
         ok(camlux_scene_get_counts(scene, &mut counts));
         let last = counts.instances - 1;
@@ -344,7 +344,7 @@ fn an_instance_too_far_out_is_named() {
             SCENE,
             &words.replace("1e30", "1000000000000000000000000000000"),
         );
-        // The position alone would do, but not for what lies beside it.
+        // The position is in range, but a corner of the instance's box is not.
         let edge = at(1e12);
         let moved = camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, last, &edge);
         fails(
@@ -372,7 +372,7 @@ fn an_instance_too_far_out_is_named() {
     ok(camlux_scene_release(scene));
 }
 
-/// A host of C has no TOML.
+/// Messages use the words of the C interface, not the keys of a scene file.
 #[test]
 fn messages_have_the_words_of_c() {
     let scene = new_scene();
@@ -381,7 +381,7 @@ fn messages_have_the_words_of_c() {
     let intrinsics = init!(camlux_camera {
         lens: CAMLUX_LENS_INTRINSICS
     });
-    // SAFETY: structs of their size; no index wanted.
+    // SAFETY: structs of their size; no index requested.
     unsafe {
         fails(
             camlux_scene_add_material(scene, &textured, null_mut()),
@@ -489,7 +489,7 @@ fn frames_are_checked() {
     plain_sum(scene, 8);
     let renderer = device.renderer();
     let mut frame = null_mut();
-    // SAFETY: structs of their size, memory as large as it says.
+    // SAFETY: structs of their size, and memory of at least the size that each call says.
     unsafe {
         let render = |options: camlux_render_options, frame| {
             camlux_renderer_render(renderer, scene, &options, frame)

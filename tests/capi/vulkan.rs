@@ -1,5 +1,5 @@
-//! Frames that stay on the device, and devices of a host's, through the C interface; `tests/hard/host_device.rs` is such a host, and so is
-//! `examples/cpp_host`.
+//! Frames that stay on the device, and a host's own device, through the C interface. `tests/hard/host_device.rs` and `examples/cpp_host` are
+//! such hosts.
 
 #[cfg(unix)]
 use std::os::fd::FromRawFd;
@@ -26,7 +26,7 @@ fn a_frame_on_the_device_is_the_same_frame() {
     let plain = render(renderer, scene);
     let options = init!(camlux_render_options { on_device: 1 });
     let mut staying = null_mut();
-    // SAFETY: all of it points to what it should.
+    // SAFETY: all pointers are valid.
     ok(unsafe { camlux_renderer_render(renderer, scene, &options, &mut staying) });
 
     let mut images = Vec::new();
@@ -68,7 +68,7 @@ fn a_frame_on_the_device_is_the_same_frame() {
     assert!(layers(staying) == layers(plain));
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
-    // It outlives its renderer.
+    // The frame outlives its renderer.
     ok(image_of(staying, CAMLUX_LAYER_DIRECT, &mut image));
     for frame in [plain, staying] {
         ok(camlux_frame_release(frame));
@@ -89,7 +89,7 @@ fn a_frame_goes_to_shared_memory() {
         // SAFETY: handles and numbers.
         unsafe { camlux_frame_copy_to_shared(frame, layer, memory, offset_bytes) }
     };
-    // SAFETY: all of it points to what it should.
+    // SAFETY: all pointers are valid.
     unsafe {
         ok(camlux_renderer_render(
             renderer, scene, &options, &mut frame,
@@ -104,12 +104,12 @@ fn a_frame_goes_to_shared_memory() {
     }
     assert!(fd >= 0 && info.allocation_bytes >= image_bytes);
     #[cfg(unix)]
-    // SAFETY: nobody else has it.
+    // SAFETY: nothing else owns the descriptor.
     drop(unsafe { std::os::fd::OwnedFd::from_raw_fd(fd) });
     ok(copy(frame, CAMLUX_LAYER_DIRECT, memory, 0));
     if !info.host_data.is_null() {
         let direct = view(frame, CAMLUX_LAYER_DIRECT);
-        // SAFETY: both have as many pixels.
+        // SAFETY: both have that number of values.
         let [texels, values] = unsafe {
             [(info.host_data, 4), (direct.data, 3)].map(|(data, channels)| {
                 std::slice::from_raw_parts(data.cast::<f32>(), 24 * 20 * channels)
@@ -136,7 +136,7 @@ fn a_frame_goes_to_shared_memory() {
         let status = camlux_shared_memory_create(device.0, 0, &mut none);
         fails(status, invalid, "size_bytes is 0");
     }
-    // It outlives what it came from, but for the device.
+    // The frame and the memory outlive the renderer and the scene.
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
     ok(copy(frame, CAMLUX_LAYER_DIRECT, memory, 0));
@@ -152,7 +152,7 @@ fn what_is_no_device_of_a_host_is_refused() {
     unsafe extern "C" fn lock(_: *mut std::ffi::c_void) {}
     let create = |vulkan: *const camlux_vulkan_device, words: &str| {
         let mut device = null_mut();
-        // SAFETY: both are null or point to what they should.
+        // SAFETY: both are NULL or valid.
         let status = unsafe { camlux_device_create_from_vulkan(vulkan, &mut device) };
         fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, words);
         assert!(device.is_null());

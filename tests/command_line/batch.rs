@@ -1,4 +1,4 @@
-//! `camlux batch`: what becomes of a job, and what is said of one that cannot be.
+//! `camlux batch`: the data sets that it writes, and its messages about bad jobs.
 #![cfg(feature = "cli")]
 
 use std::fs;
@@ -53,7 +53,7 @@ fn a_job_becomes_a_data_set() {
     assert_eq!(dataset["engine_hash"].as_str().unwrap().len(), 64);
 }
 
-/// Each frame as the scene file that says the same.
+/// Compares each frame with `camlux render` of a scene file with the same values.
 #[test]
 fn frames_are_the_images_of_camlux_render() {
     let job = r#"
@@ -113,7 +113,7 @@ fn frames_are_the_images_of_camlux_render() {
             let number = 2 * step + frame;
             let [one, of_batch] = ["one.exr".into(), format!("set/frames/{number:06}.exr")]
                 .map(|name| read_all_flat_layers_from_file(jobs.path(&name)).unwrap());
-            // sin(180°) is 1e-16 and no 0, which the turned mesh of the scene file shows: below what an f32 keeps.
+            // In the rotation of the scene file, sin(180°) is 1e-16 instead of 0. An f32 does not keep this difference.
             assert!(
                 pixels(&one) == pixels(&of_batch),
                 "frame {number}:\n{scene}"
@@ -153,7 +153,7 @@ fn several_scenes_have_folders_of_their_own() {
     );
 }
 
-/// Input, manifest and header, a thousand times.
+/// Compares the poses in the manifest and in the header with those of a trajectory of a thousand rows.
 #[test]
 fn poses_of_a_trajectory_survive_to_the_last_digits() {
     const ROWS: usize = 1000;
@@ -277,7 +277,7 @@ fn shards_share_the_frames() {
     assert!(stderr.contains("2..13: the job has 12 frames"), "{stderr}");
 }
 
-/// The noise of a sensor depends on the frame's number, not on what else is rendered.
+/// The noise of the sensor depends on the index of the frame, not on which other frames are rendered.
 #[test]
 fn time_of_flight_has_noise_of_its_own_in_each_frame() {
     let jobs = Jobs::new("[job]\nscene = \"scene.toml\"\nframes = 3\n");
@@ -314,7 +314,7 @@ fn nonsense_for_frames_and_shards_is_wrong_usage() {
     }
 }
 
-/// The camera's poses in 10 000 frames, all drawn, as a dry run lists them.
+/// The random camera poses of 10 000 frames, as a dry run lists them.
 fn drawn_poses(jobs: &Jobs, seed: u32, more: &str) -> Vec<(DVec3, DQuat)> {
     jobs.write(
         "job.toml",
@@ -349,19 +349,19 @@ fn draws_are_even_and_depend_on_seed_frame_and_purpose() {
         let values = poses.iter().map(|(position_m, _)| position_m[axis]);
         assert!(values.clone().all(|value| (2.0..4.0).contains(&value)));
         let mean = values.sum::<f64>() / 1e4;
-        // Six standard errors of the mean of a width of 2.
+        // Six standard errors of the mean of a uniform distribution of width 2.
         assert!(
             (mean - 3.0).abs() < 6.0 * 2.0 / 12_f64.sqrt() / 100.0,
             "{mean}"
         );
     }
-    // The mean of a rotated axis vanishes.
+    // The mean of a randomly rotated axis is zero.
     assert!(poses.iter().all(|(_, q)| (q.length() - 1.0).abs() < 1e-15));
     for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
         let mean = poses.iter().map(|(_, q)| *q * axis).sum::<DVec3>() / 1e4;
         assert!(mean.length() < 6.0 / 100.0, "{axis}: {mean}");
     }
-    // What else is drawn is drawn for itself.
+    // Random values of a light do not change those of the camera.
     let light = format!("[[light]]\nindex = 0\n{DRAWN}");
     assert_eq!(poses, drawn_poses(&jobs, 7, &light));
     jobs.succeed("set", &["--frames", "0..1"]);
@@ -496,7 +496,7 @@ fn a_dry_run_lists_and_estimates_and_writes_nothing() {
     );
 }
 
-/// A frame that cannot be is written down, and the others are there; a rerun tries it again.
+/// A failed frame is recorded in the manifest, and the other frames are rendered. The next run tries it again.
 #[test]
 fn frames_that_fail_are_recorded() {
     let job =
@@ -543,7 +543,7 @@ fn a_contact_sheet_shows_the_frames() {
     let stderr = jobs.succeed("set", &["--contact-sheet", "sheet.png"]);
     assert!(stderr.contains("sheet.png (12 frames)"), "{stderr}");
     let sheet = image::open(jobs.path("sheet.png")).unwrap().to_rgb8();
-    // Four columns and three rows of 16 pixels, with 2 between.
+    // Four columns and three rows of 16 pixels, with gaps of 2 pixels.
     assert_eq!(sheet.dimensions(), (4 * 18 - 2, 3 * 18 - 2));
     for (column, row) in (0..4).flat_map(|column| (0..3).map(move |row| (column, row))) {
         let middle = sheet.get_pixel(18 * column + 8, 18 * row + 8);

@@ -1,4 +1,4 @@
-//! `camlux batch` that is interrupted, damaged or shared: in the end the same data set, byte for byte.
+//! Runs of `camlux batch` that are killed, damaged or split into shards still give the same data set, byte for byte.
 #![cfg(feature = "cli")]
 
 use std::fs;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::jobs::{JOB, JOB_FRAMES, Jobs, files_below};
 
-/// Frames that the last run has rendered, by what it says.
+/// The number of rendered frames that a run reports.
 fn rendered(stderr: &str) -> usize {
     let (_, count) = stderr.split_once("rendered ").unwrap_or(("", "0 "));
     count.split_once(' ').unwrap().0.parse().unwrap()
@@ -28,14 +28,14 @@ fn what_is_missing_or_damaged_is_rendered_again() {
     fs::remove_file(jobs.path("set/frames/000003.exr")).unwrap();
     again(1);
 
-    // A bit of a pixel.
+    // Flip one bit of a pixel, and empty another file.
     let mut bytes = jobs.read("set/frames/000005.exr");
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(jobs.path("set/frames/000005.exr"), &bytes).unwrap();
     fs::write(jobs.path("set/frames/000006.exr"), "").unwrap();
     again(2);
 
-    // The manifest without its end, in the middle of a line.
+    // Cut off the last line of the manifest, then its second half.
     let manifest = jobs.read("set/manifest.jsonl");
     let line_end = manifest.iter().rposition(|&b| b == b'{').unwrap();
     fs::write(jobs.path("set/manifest.jsonl"), &manifest[..line_end]).unwrap();
@@ -51,7 +51,7 @@ fn what_is_missing_or_damaged_is_rendered_again() {
     fs::remove_file(jobs.path("set/manifest.jsonl")).unwrap();
     again(JOB_FRAMES);
 
-    // Another light: another frame each; and what a run before has left under construction goes.
+    // A new seed moves the light, so every frame changes. The unfinished file of an earlier run is removed.
     fs::write(jobs.path("set/frames/.000002.exr.1-7.part"), "half").unwrap();
     jobs.write("job.toml", &JOB.replace("seed = 3", "seed = 4"));
     assert_eq!(rendered(&jobs.succeed("set", &[])), JOB_FRAMES);
@@ -71,7 +71,7 @@ fn shards_merge_into_what_one_run_makes() {
         stderr.contains("3 frames are missing or damaged: 2, 6, 10"),
         "{stderr}"
     );
-    // On another machine.
+    // As if rendered on another machine.
     jobs.succeed("far", &["--shard", "3/4"]);
     fs::copy(
         jobs.path("far/manifest-3-of-4.jsonl"),
@@ -119,7 +119,7 @@ fn a_range_leaves_the_others_alone() {
     assert_eq!(rendered(&jobs.succeed("other", &both)), 3);
 }
 
-/// Kills runs at these moments after their start, then lets one end.
+/// Kills a run at each of these times after its start, then lets one run finish.
 fn kill_and_finish(moments: &[Duration]) {
     let jobs = Jobs::new(JOB);
     jobs.succeed("whole", &[]);
@@ -144,19 +144,19 @@ fn kill_and_finish(moments: &[Duration]) {
     }
     jobs.succeed("set", &[]);
     assert_eq!(jobs.hashes("set"), jobs.hashes("whole"));
-    // Of dataset.json, which shards share, nobody removes what another may be at.
+    // Shards share dataset.json, so no run removes its unfinished files: another shard may be writing one.
     let mut files = files_below(&jobs.path("set"));
     files.retain(|name| !name.starts_with(".dataset.json."));
     assert_eq!(files, files_below(&jobs.path("whole")));
 }
 
-/// Moments within the time of an undisturbed run, no two alike.
+/// Different times within the duration of an undisturbed run.
 fn moments(count: u32) -> Vec<Duration> {
     let jobs = Jobs::new(JOB);
     let start = Instant::now();
     jobs.succeed("set", &[]);
     let whole = start.elapsed();
-    // The golden ratio spreads them; the clock shifts them from run to run.
+    // The golden ratio spreads them. The clock shifts them for each run of the test.
     let shift = f64::from(start.elapsed().subsec_nanos()) * 1e-9;
     let share = |i: u32| (shift + f64::from(i) * 0.618_033_988_749_895).fract();
     (0..count).map(|i| whole.mul_f64(share(i))).collect()
@@ -175,11 +175,11 @@ fn runs_killed_at_twenty_moments_end_in_the_same_data_set() {
     }
 }
 
-/// SIGTERM, as Ctrl-C, ends a run after the frame in flight, with everything in order.
+/// SIGTERM, like Ctrl-C, ends a run after the current frame and leaves a consistent data set.
 #[cfg(unix)]
 #[test]
 fn a_signal_ends_a_run_in_order() {
-    // More frames than can be done before the signal.
+    // More frames than a run can render before the signal.
     let job = JOB.replace("seed = 3", "seed = 3\nframes = 100000");
     let jobs = Jobs::new(&job);
     let mut child = jobs.start("set", &[]);
@@ -210,12 +210,12 @@ fn a_signal_ends_a_run_in_order() {
     assert_eq!(rendered(&stderr), 2, "{stderr}");
 }
 
-/// A file system without space, as a limit on the size of files says it.
+/// A limit on the size of files stands in for a full file system.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_one_clear_error() {
     let jobs = Jobs::new(&JOB.replace("seed = 3", "seed = 3\ncompression = \"none\""));
-    // dataset.json and the manifest fit, frames of 20 KB do not. Without a handler the signal would end the program.
+    // dataset.json and the manifest fit, frames of 20 KB do not. If SIGXFSZ were not ignored, it would end the program.
     let program = env!("CARGO_BIN_EXE_camlux");
     let script = format!("trap '' XFSZ; ulimit -f 8; exec {program} batch job.toml -o set");
     let output = Command::new("bash")
@@ -239,7 +239,7 @@ fn a_full_disk_is_one_clear_error() {
     assert_eq!(jobs.hashes("set"), jobs.hashes("whole"));
 }
 
-/// Resident memory of its own, in KiB, and open files of a process.
+/// A process's anonymous resident memory in KiB, and its number of open files.
 #[cfg(target_os = "linux")]
 fn held(pid: u32) -> (f64, usize) {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
@@ -265,12 +265,12 @@ fn memory_and_open_files_stay_over_two_thousand_frames() {
     "#;
     let jobs = Jobs::new(job);
     let mut command = jobs.command("set", &[]);
-    // The layer keeps books of its own.
+    // The validation layer allocates memory of its own.
     command.env_remove("VK_INSTANCE_LAYERS");
-    // A heap for each thread would fill up slowly.
+    // With a heap for each thread, memory would grow slowly.
     command.env("MALLOC_ARENA_MAX", "1");
     let mut child = command.stderr(std::process::Stdio::null()).spawn().unwrap();
-    // The most of some moments around a frame, for both go up and down within one.
+    // The maximum over 40 frames: both figures go up and down within a frame.
     let mut most_after = |frame: usize| {
         let mut most = (0.0_f64, 0);
         for next in frame..frame + 40 {
@@ -287,7 +287,7 @@ fn memory_and_open_files_stay_over_two_thousand_frames() {
     let (early, late) = (most_after(1000), most_after(2000));
     println!("KiB and open files after 1000 frames: {early:?}, after 2000: {late:?}");
     assert!((late.0 / early.0 - 1.0).abs() < 0.02);
-    // A look may miss those that are open for a moment: the frame's file, and its folder.
+    // A reading may miss files that are open only briefly: the frame's file and its folder.
     assert!(early.1.abs_diff(late.1) <= 2);
     assert!(child.wait().unwrap().success());
 }

@@ -1,4 +1,4 @@
-//! `camlux compare`: two image files in, figures and a map out. It needs no device.
+//! `camlux compare`: reads two image files, and writes figures and an error map. It needs no device.
 #![cfg(feature = "cli")]
 
 use std::fs;
@@ -20,7 +20,7 @@ fn compare(folder: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// What the program says on stdout, after checking that it did its work and kept stderr to these words.
+/// The program's stdout. Checks that the program succeeded and that stderr contains these words, or is empty if there are none.
 #[track_caller]
 fn assert_succeeds(output: &Output, stderr: &str) -> String {
     let said = String::from_utf8(output.stderr.clone()).unwrap();
@@ -32,7 +32,7 @@ fn assert_succeeds(output: &Output, stderr: &str) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
-/// One line on stderr that says all of this, exit code 1, nothing on stdout.
+/// Checks that stderr has one line with these parts, that the exit code is 1 and that stdout is empty.
 #[track_caller]
 fn assert_fails(output: &Output, says: &[&str]) {
     let stderr = String::from_utf8(output.stderr.clone()).unwrap();
@@ -44,7 +44,7 @@ fn assert_fails(output: &Output, says: &[&str]) {
     assert!(output.stdout.is_empty());
 }
 
-/// An image of layers whose three channels have the same pixels, and whose other channels are named in full.
+/// Writes an image. A layer gets these pixels in R, G and B; a name with a dot, or `edge`, is one channel.
 fn write(
     path: &Path,
     size: (usize, usize),
@@ -77,8 +77,8 @@ fn write(
     Image::from_layer(layer).write().to_file(path).unwrap();
 }
 
-/// `a.exr` against `t.exr`: five pixels of which the last is background, worked out by hand.
-/// indirect: d = 0.5, 0, −1, 1 over t = 1, 2, 2, 4; direct: equal; the truth has no radiance.
+/// Writes `a.exr` and the reference `t.exr`: five pixels, the last of them background. The tests' figures are worked out by hand.
+/// indirect: d = 0.5, 0, −1, 1 for t = 1, 2, 2, 4. direct: equal. The reference has no radiance.
 fn write_pair(folder: &Path) {
     let direct: &[f32] = &[4.0, 3.0, 3.0, 1.0, 0.0];
     write(
@@ -151,7 +151,7 @@ fn the_usual_layers_are_compared_as_json() {
     assert_eq!(direct["errors"]["relative_rmse"], 0.0);
     assert!(direct["noise"].is_null(), "direct light has no noise");
 
-    // The truth's radiance is direct + indirect = 5, 5, 5, 5.
+    // The reference's radiance is direct + indirect = 5, 5, 5, 5.
     let radiance = &layers[2];
     assert_near(&radiance["reference_mean"], 5.0);
     assert_near(&radiance["errors"]["relative_rmse"], 0.15);
@@ -176,15 +176,15 @@ fn the_table_says_what_was_taken_out() {
         .lines()
         .filter(|line| line.starts_with("bias"))
         .collect();
-    // 0.5/9, and for three bands of the same noise 9.5/9·0.05·3/27 of standard error; direct light has none.
+    // The bias is 0.5/9. Its standard error, for three bands with the same noise, is 9.5/9·0.05·3/27. Direct light has no noise.
     assert!(of_bias[0].contains("5.56 ± 0.59 %"), "{table}");
 
-    // An image that is the reference: no error can be shown, and none is claimed.
+    // The reference against itself: the table states that it can show no error.
     let table = assert_succeeds(&compare(folder.path(), &["t.exr", "t.exr"]), "");
     assert!(table.contains("below") && table.contains("no error that this reference can show"));
 }
 
-/// Two references of the same scene: the variance of their difference is the sum of theirs.
+/// For two references of the same scene, the variance of the difference is the sum of both variances.
 #[test]
 fn the_noise_of_both_images_counts() {
     let folder = tempfile::tempdir().unwrap();
@@ -198,8 +198,7 @@ fn the_noise_of_both_images_counts() {
     assert_eq!(indirect["z_scores"]["variance"], 0.0);
 }
 
-/// The pair, whose reference says that its third pixel and the background lie on edges.
-/// What a render says of its own error is no noise to be taken out: its errors are judged by it.
+/// The stderr layer of a render is not subtracted as noise. It is compared with the actual errors.
 #[test]
 fn a_render_is_judged_by_what_it_says_of_its_error() {
     let folder = tempfile::tempdir().unwrap();
@@ -218,7 +217,7 @@ fn a_render_is_judged_by_what_it_says_of_its_error() {
     };
     let (report, table) = render(1.0);
     let layer = &report["layers"][0];
-    // As without the layer.
+    // The same as without the stderr layer.
     assert_near(&layer["noise"]["relative_rmse_of_noise"], 0.01);
     // z = 0.5/sqrt(0.25 + 1e-4), 0, −1/sqrt(1 + 4e-4), 1/sqrt(1 + 16e-4).
     let squares = 0.25 / 0.2501 + 1.0 / 1.0004 + 1.0 / 1.0016;
@@ -235,11 +234,12 @@ fn a_render_is_judged_by_what_it_says_of_its_error() {
         let verdict = format!("the image's layer stderr is {verdict}");
         assert!(table.contains(&verdict), "{table}");
     }
-    // The truth's own is noise.
+    // The stderr of a reference is noise.
     let report = json(folder.path(), &["t.exr", "t.exr", "--layer", "indirect"]);
     assert_eq!(report["layers"][0]["stated_error"], Value::Null);
 }
 
+/// Writes the pair with a reference `e.exr` whose third pixel and background are on edges.
 fn write_pair_with_edges(folder: &Path) {
     write_pair(folder);
     write(
@@ -256,7 +256,7 @@ fn write_pair_with_edges(folder: &Path) {
     );
 }
 
-/// No image is judged by pixels on edges, but nothing is hidden.
+/// Pixels on edges do not count in the errors, but the report states them.
 #[test]
 fn pixels_on_edges_are_left_out_and_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -295,7 +295,7 @@ fn pixels_on_edges_are_left_out_and_said() {
     assert_eq!(map.get_pixel(16 + 2 * 96 + 48, 16 + 48).0, [128; 3]);
     assert_ne!(map.get_pixel(16 + 48, 16 + 48).0, [128; 3]);
 
-    // A reference that does not say which they are.
+    // A reference without the layer `edge`.
     let report = json(folder.path(), &["a.exr", "t.exr"]);
     assert!(report["edge_pixels"].is_null() && report["edge_share"].is_null());
     assert!(report["layers"][0]["with_edges"].is_null());
@@ -303,7 +303,7 @@ fn pixels_on_edges_are_left_out_and_said() {
     assert!(!table.contains("edge"), "{table}");
 }
 
-/// An image that is no number where it is not judged is still said to be so.
+/// A value that is not finite gives a warning even in a pixel that does not count.
 #[test]
 fn no_number_on_an_edge_is_warned_of() {
     let folder = tempfile::tempdir().unwrap();
@@ -402,7 +402,7 @@ fn warnings_go_to_stderr() {
         let attributes = [
             ("camlux.camera.position_m", position),
             ("camlux.light.0", "point"),
-            // Different estimators have different hashes: no reason to warn.
+            // Different estimators have different hashes, which is no reason for a warning.
             ("camlux.scene_hash", name),
         ];
         let pixels = [value, 1.0, 1.0, 1.0, 1.0];
@@ -460,7 +460,7 @@ fn the_error_map_shows_the_sign() {
     assert_eq!(at(4), [128; 3], "background is grey");
 }
 
-/// Z of three pixels, of which two are turned by 0.1 and 0.3 rad: at 100 MHz c/(4πf) is 0.23857 m a radian.
+/// Z of three pixels, two of them turned by 0.1 and 0.3 rad. At 100 MHz, c/(4πf) is 0.23857 m per radian.
 #[test]
 fn phasors_are_compared_with_the_range_that_they_tell() {
     let folder = tempfile::tempdir().unwrap();
@@ -505,7 +505,7 @@ fn phasors_are_compared_with_the_range_that_they_tell() {
     assert!(layers[0]["range_error"].is_null());
 }
 
-/// 0.01 rad of noise at every pixel: of a normal distribution half is within 0.674 deviations, 99 % within 2.576.
+/// Every pixel has noise of 0.01 rad. Half of a normal distribution is within 0.674 standard deviations, 99 % within 2.576.
 #[test]
 fn the_noise_of_a_reference_is_told_as_range() {
     let folder = tempfile::tempdir().unwrap();

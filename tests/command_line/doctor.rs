@@ -1,4 +1,4 @@
-//! `camlux doctor`, on cases that take no time; the others are those of `tests/hard`.
+//! `camlux doctor` on fast cases. `tests/hard` runs all cases.
 
 use std::process::{Command, Output};
 
@@ -68,7 +68,7 @@ fn what_cannot_be_run_is_said() {
     }
 }
 
-/// The page has a row for each case; `scripts/hard-cases` writes them.
+/// The page has a row for each case. `scripts/hard-cases` writes the rows.
 #[test]
 fn every_case_is_on_the_page() {
     let page = include_str!("../../docs/hard-cases.md");

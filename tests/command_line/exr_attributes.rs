@@ -1,4 +1,4 @@
-//! What the header of an OpenEXR file says, by the exr library.
+//! Reads attributes from the header of an OpenEXR file with the exr library.
 
 use exr::prelude::{AttributeValue, FlatImage, Text};
 

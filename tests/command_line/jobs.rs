@@ -1,4 +1,4 @@
-//! A scene of one quad, jobs on it, and what `camlux batch` makes of them.
+//! A scene of one quad, jobs for it, and helpers that run `camlux batch`.
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ kd = 0.7
 
 const QUAD: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3\nf 1 3 4\n";
 
-/// Twelve frames that look different: the camera on a path, the light drawn.
+/// Twelve different frames: the camera moves on a path, and the light has random positions.
 pub const JOB: &str = r#"
 [job]
 scene = "scene.toml"
@@ -89,7 +89,7 @@ impl Jobs {
         self.command(out, more).output().unwrap()
     }
 
-    /// What it says on stderr, after a run that has to end well. The validation layer speaks on stdout.
+    /// Runs a job that must succeed, and returns stderr. stdout must be empty: the validation layer writes there.
     #[track_caller]
     pub fn succeed(&self, out: &str, more: &[&str]) -> String {
         let output = self.run(out, more);
@@ -100,7 +100,7 @@ impl Jobs {
         stderr
     }
 
-    /// The same after one that fails.
+    /// Runs a job that must fail, and returns stderr.
     #[track_caller]
     pub fn fail(&self, out: &str, more: &[&str]) -> String {
         let output = self.run(out, more);
@@ -109,7 +109,7 @@ impl Jobs {
         stderr
     }
 
-    /// A run that does not end by itself.
+    /// Starts a run and returns at once.
     pub fn start(&self, out: &str, more: &[&str]) -> std::process::Child {
         let mut command = self.command(out, more);
         command.stderr(Stdio::null()).stdout(Stdio::null());
@@ -122,7 +122,7 @@ impl Jobs {
         lines.map(|l| serde_json::from_str(l).unwrap()).collect()
     }
 
-    /// The hash of each frame's file by the frame's index, after checking that the manifest says the same.
+    /// The hash of each frame's file by frame index. Checks that the manifest has the same hash.
     #[track_caller]
     pub fn hashes(&self, out: &str) -> BTreeMap<u64, String> {
         let lines = self.manifest(&format!("{out}/manifest.jsonl"));
@@ -136,7 +136,7 @@ impl Jobs {
     }
 }
 
-/// Every file below a folder, hidden ones too, but the locks: they stay.
+/// All files below a folder, including hidden ones. Lock files are left out, because runs never remove them.
 pub fn files_below(folder: &Path) -> Vec<String> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {

@@ -1,4 +1,4 @@
-//! A lens with distortion: what the program says of it, and that OpenCV finds the same.
+//! A lens with distortion: the program's output and messages, and a comparison with OpenCV.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use camlux::scene::{Distortion, Lens};
 
 use crate::calibrations::{self, Calibration};
 
-/// A room of 2 m about the camera, as seen through a lens.
+/// Writes a scene file: a room of 2 m around the camera, seen through the calibrated lens.
 fn scene_file(folder: &Path, calibration: &Calibration) {
     let corners = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 });
     let mut room = String::from("newmtl white\nKd 0.8 0.8 0.8\n");

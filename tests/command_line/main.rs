@@ -1,4 +1,4 @@
-//! The program `camlux`.
+//! Tests of the program `camlux`.
 
 #![cfg(feature = "cli")]
 

@@ -1,11 +1,11 @@
-//! What a batch makes of motion: optical flow, scene flow and motion blur, against closed forms; and lights that are carried along.
+//! Motion in a batch: optical flow, scene flow and motion blur against closed forms, and lights that move with the camera or a mesh.
 
 use camlux::glam::{DMat3, DVec2, DVec3};
 use camlux::output::{Layer, LayeredImage};
 
 use crate::jobs::{Jobs, SCENE};
 
-/// The quad at z = 0 from z = 3, in 16 × 16 pixels.
+/// Focal length of [`SCENE`]'s camera: 16 pixels over 50°. The camera is at z = 3, the quad at z = 0.
 const FOCAL_PX: f64 = 17.156_055_364_076_47;
 
 struct Flow {
@@ -75,9 +75,9 @@ fn points_move_as_camera_and_mesh_do() {
             seen += 1;
             let p = positions[i];
             let (due_px, due_m) = match frame {
-                // The camera steps to the right: all moves to the left, by f·0.25/3.
+                // The camera moves to the right, so the image moves to the left by f·0.25/3.
                 0 => (DVec2::new(-FOCAL_PX * 0.25 / 3.0, 0.0), DVec3::ZERO),
-                // The quad turns by 60° and comes nearer.
+                // The quad turns by 60° and moves towards the camera.
                 1 => {
                     let next = turn * p + DVec3::new(0.0, 0.0, 0.5);
                     let shown = |p: DVec3| DVec2::new(p.x - 0.25, -p.y) * FOCAL_PX / (3.0 - p.z);
@@ -95,14 +95,14 @@ fn points_move_as_camera_and_mesh_do() {
                 "{frame}: {} {due_m}",
                 scene_flow_m[i]
             );
-            // What stays, stays to the last digit.
+            // Where nothing moves, the flow is exactly zero.
             assert!(frame != 2 || flow_px[i] == DVec2::ZERO && scene_flow_m[i] == DVec3::ZERO);
         }
         assert!(frame == 3 || seen > 60, "{seen}");
     }
 }
 
-/// A wall that moves away at 10 m/s from a camera with its light beside it, exposed for the first half of a frame of 0.1 s.
+/// Renders a wall that moves away at 10 m/s from a camera and a light at the same point. The exposure is the first half of a frame of 0.1 s.
 fn blurred(change: impl Fn(&str) -> String) -> Jobs {
     let job = r#"
         [job]
@@ -149,14 +149,14 @@ fn a_frame_is_the_mean_over_its_exposure() {
             let value = f64::from(image.values(layer).unwrap()[0]);
             assert!((value / due - 1.0).abs() < 1e-5, "{layer:?} {value} {due}");
         }
-        // A flat wall does not light itself.
+        // A flat wall cannot light itself, so there is no indirect light.
         assert_eq!(image.values(Layer::Indirect).unwrap()[0], 0.0);
         assert_eq!(image.attribute("camlux.estimator"), Some("final-gather"));
-        // What is seen is that at the frame's beginning.
+        // The other layers show the beginning of the frame.
         let depth_m = f64::from(image.values(Layer::Depth).unwrap()[0]);
         assert!((depth_m / begin_m - 1.0).abs() < 1e-6, "{depth_m}");
     }
-    // Behind the last keyframe nothing moves.
+    // Nothing moves after the last keyframe.
     let plain = blurred(|job| {
         let (before, time) = job.split_once("[time]").unwrap();
         format!("{before}[[mesh]]{}", time.split_once("[[mesh]]").unwrap().1)
@@ -169,7 +169,7 @@ fn a_frame_is_the_mean_over_its_exposure() {
     assert_eq!(timed, plain);
 }
 
-/// The camera's light is where it is in the camera's axes, the mesh's where it is in the mesh's, in every frame.
+/// In every frame, one light keeps its position relative to the camera, and another its position relative to the mesh.
 #[test]
 fn lights_go_with_what_carries_them() {
     let job = r#"

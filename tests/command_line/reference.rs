@@ -74,7 +74,7 @@ fn samples_are_added_up_to_the_goal() {
     let second = read(folder.path());
     assert!((1000..1032).contains(&samples(&second)));
 
-    // The goal is reached: nothing is added.
+    // The requested number of samples is reached, so nothing is added.
     assert_succeeds(&run(folder.path(), &["--spp", "1000"]));
     assert_eq!(samples(&read(folder.path())), samples(&second));
 
@@ -148,11 +148,11 @@ fn wrong_goals_and_names_are_refused() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
-/// Ctrl-C keeps whole rounds, and the same command goes on with them.
+/// Ctrl-C keeps the finished rounds, and the same command continues from them.
 #[test]
 fn an_interrupted_reference_goes_on() {
     let folder = tempfile::tempdir().unwrap();
-    // Hundreds of rounds; a tenth of them is told.
+    // Hundreds of rounds; a tenth of them is reported.
     let mut child = command(folder.path(), &["--spp", "2000000", "--size", "8", "6"])
         .stderr(Stdio::piped())
         .spawn()

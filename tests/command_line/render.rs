@@ -1,4 +1,4 @@
-//! The program from the scene file to the image files, on a real device.
+//! `camlux render` from the scene file to the image files, on a real device.
 #![cfg(feature = "cli")]
 
 use std::{
@@ -15,7 +15,7 @@ use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_l
 fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
     command.args(arguments).current_dir(folder);
-    // What the layer has to say would go to stdout, which the tests want clean.
+    // Messages of the validation layer go to stdout, which the tests require to be empty.
     command.env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation");
     command
 }
@@ -33,7 +33,7 @@ fn scene_file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"))
 }
 
-/// The program's stderr, after checking that it did its work and kept stdout clean.
+/// The program's stderr. Checks that the program succeeded and that stdout is empty.
 #[track_caller]
 fn assert_succeeds(output: &Output) -> String {
     let stderr = String::from_utf8(output.stderr.clone()).unwrap();
@@ -42,7 +42,7 @@ fn assert_succeeds(output: &Output) -> String {
     stderr
 }
 
-/// One line on stderr that says all of this, exit code 1, and no file.
+/// Checks that stderr has one line with these parts, that the exit code is 1 and that no file is left.
 #[track_caller]
 fn assert_fails(folder: &Path, output: &Output, says: &[&str]) {
     let stderr = String::from_utf8(output.stderr.clone()).unwrap();
@@ -85,7 +85,7 @@ fn a_scene_becomes_image_preview_and_statistics() {
     for part in ["a.exr", "a.png", "a.json", "time ", " ms"] {
         assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
     }
-    // The rest is for those who want to know.
+    // -v prints these lines, too.
     let more = [&more[..], &["-v"]].concat();
     let verbose = assert_succeeds(&render(folder.path(), "cornell", &more));
     for part in [
@@ -247,7 +247,7 @@ fn estimator_turns_indirect_light_on() {
     }
 }
 
-/// What is requested shows in the plan, in the header and in the statistics.
+/// The target error is in the plan, in the header and in the statistics.
 #[test]
 fn a_target_error_is_said_everywhere() {
     let folder = tempfile::tempdir().unwrap();
@@ -290,7 +290,7 @@ fn a_target_error_is_said_everywhere() {
     assert_eq!(text_attribute(&image, "camlux.stop"), "target-met");
 }
 
-/// It says nothing of how far the sum is off the true bounce.
+/// The interpolation error is relative to the sum at every pixel. It does not include the distance of the sum from the true bounce.
 #[test]
 fn an_interpolation_error_counts_against_the_sum() {
     let folder = tempfile::tempdir().unwrap();
@@ -389,7 +389,7 @@ fn a_tracer_is_forced() {
         "single",
     ];
     let plan = assert_succeeds(&render(folder.path(), "cornell", &more));
-    // Direct and indirect light.
+    // One kernel for direct light, one for indirect light.
     assert_eq!(plan.matches("kernel single").count(), 2, "{plan}");
 }
 
@@ -449,7 +449,7 @@ fn a_device_is_picked_by_index_or_part_of_its_name() {
 fn without_a_driver_it_says_what_to_install() {
     let folder = tempfile::tempdir().unwrap();
     let without_driver = |command: &mut Command| {
-        // The newer and the older name of the same variable.
+        // The newer and the older name of the loader's variable.
         for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
             command.env(variable, folder.path().join("none.json"));
         }
@@ -485,7 +485,7 @@ fn an_image_over_the_devices_limits_leaves_no_file() {
         ["300000", "4"],
         &["300000", "over the limit", "smaller image"],
     );
-    // Images of 4 GiB: over the limit of one allocation, or more than there is memory.
+    // Images of 4 GiB are over the limit of one allocation, or do not fit in memory.
     let device = Device::open(&DeviceOptions::default()).unwrap();
     let limits = &device.info().limits;
     if limits.memory_bytes < 28 << 30 || limits.max_allocation_bytes < 4 << 30 {
@@ -494,10 +494,10 @@ fn an_image_over_the_devices_limits_leaves_no_file() {
     }
 }
 
-/// A render that has reached the gather, and what it goes on to say.
+/// Starts a render and waits until it has reached the gather. Returns it and its further stderr lines.
 fn render_at_work(folder: &Path, name: &str) -> (Child, Lines<BufReader<ChildStderr>>) {
     let scene = scene_file("cornell");
-    // Some 30 G pairs: far more than can be done before a signal.
+    // About 30 G pairs, far more than can be computed before a signal.
     let arguments = [
         "render",
         scene.to_str().unwrap(),
@@ -515,7 +515,7 @@ fn render_at_work(folder: &Path, name: &str) -> (Child, Lines<BufReader<ChildStd
     (child, lines)
 }
 
-/// Nothing but the hidden file under construction is left, and what was there before is untouched.
+/// Only the hidden unfinished file is left, and an existing file is unchanged.
 #[test]
 fn a_killed_render_leaves_no_half_image() {
     let folder = tempfile::tempdir().unwrap();
@@ -537,7 +537,7 @@ fn a_killed_render_leaves_no_half_image() {
     );
 }
 
-/// Ctrl-C and SIGTERM end the program between two submissions, and it cleans up.
+/// Ctrl-C and SIGTERM end the program between two submissions, after it has removed its files.
 #[test]
 fn a_terminated_render_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
@@ -554,7 +554,7 @@ fn a_terminated_render_leaves_nothing() {
     assert_eq!(files(folder.path()), Vec::<String>::new());
 }
 
-/// The driver reads its number of threads when it is loaded.
+/// The image does not depend on the number of threads. The driver reads that number when it is loaded.
 #[test]
 fn threads_do_not_show() {
     let ways: [(&str, &[&str]); 5] = [
@@ -566,7 +566,7 @@ fn threads_do_not_show() {
     ];
     for (name, estimator) in ways {
         let folder = tempfile::tempdir().unwrap();
-        // Of a CPU with fewer, too: more threads than cores are taken apart by the scheduler at other places each time.
+        // A CPU may have fewer cores than threads. The scheduler then interrupts the threads at different points in each run.
         let images = ["1", "2", "4"].map(|threads| {
             let scene = scene_file(name);
             let arguments = ["render", scene.to_str().unwrap(), "-o", "a.exr"];

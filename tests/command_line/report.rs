@@ -1,4 +1,4 @@
-//! The report on speed against error, on a real device, with a stand-in for the peers' program.
+//! The report on speed and error, on a real device, with a stand-in for the peers program.
 #![cfg(all(feature = "cli", unix))]
 
 use std::{
@@ -22,7 +22,7 @@ fn scene_file() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml")
 }
 
-/// `camlux report --quick` of the Cornell box into `out` of a folder.
+/// Runs `camlux report --quick` of the Cornell box, with output to `out` in a folder.
 fn report(folder: &Path, more: &[&str]) -> Output {
     let scene = scene_file();
     let mut arguments = vec!["report", scene.to_str().unwrap(), "--quick", "-o", "out"];
@@ -31,7 +31,7 @@ fn report(folder: &Path, more: &[&str]) -> Output {
     program(folder, &arguments)
 }
 
-/// The one scene of a report that succeeded, and the page.
+/// The only scene of a successful report, and the HTML page.
 #[track_caller]
 fn read(folder: &Path, output: &Output) -> (Value, String) {
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -45,7 +45,7 @@ fn read(folder: &Path, output: &Output) -> (Value, String) {
     (json["scenes"][0].clone(), page)
 }
 
-/// Entries of a series.
+/// The entries of a series.
 fn series<'a>(scene: &'a Value, name: &str) -> Vec<&'a Value> {
     let entries = scene["entries"].as_array().unwrap().iter();
     entries.filter(|entry| entry["series"] == name).collect()
@@ -55,7 +55,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().filter(|v| v.is_finite()).unwrap()
 }
 
-/// An entry of the engine has times and errors.
+/// Checks that an entry of the engine has times and errors.
 #[track_caller]
 fn assert_is_measured(entry: &Value) {
     assert!(number(&entry["seconds"]["median"]) > 0.0);
@@ -67,7 +67,7 @@ fn assert_is_measured(entry: &Value) {
     assert_eq!(entry["indirect"]["non_finite"], 0);
 }
 
-/// A program that copies `a.exr` of its folder and says what `lines` has, with OUT replaced by the folder that it was given.
+/// Writes a program that copies `a.exr` to its output folder and prints `lines`, with OUT replaced by the output folder.
 fn write_peers(folder: &Path, lines: &str) -> String {
     let path = folder.join("peers");
     let script = format!(
@@ -85,7 +85,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
 
-    // A peers program that is not there does no harm but is said.
+    // A missing peers program gives a warning, not an error.
     let output = report(folder, &["--peers", "./not_there"]);
     let (scene, page) = read(folder, &output);
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -101,7 +101,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert_eq!(scene["truth"]["was_there"], false);
     let noise = scene["truth"]["noise_floor"].as_f64().unwrap();
     assert!(noise > 0.0 && noise <= 0.03, "{noise}");
-    // At 24 x 20 as at any size: the box's edges run through pixel centres.
+    // The box's edges run through pixel centres at every image size.
     let edge_pixels = scene["truth"]["edge_pixels"].as_u64().unwrap();
     let share = scene["truth"]["edge_share"].as_f64().unwrap();
     assert!(edge_pixels > 0 && edge_pixels < 30, "{edge_pixels}");
@@ -113,7 +113,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
         for (entry, size) in entries.into_iter().zip([8, 16, 32, 64]) {
             assert_is_measured(entry);
             let engine = &entry["engine"];
-            // f32 against f64 on the same VPLs: the bound of `compare::kernels`.
+            // f32 compared with f64 on the same VPLs, with the bound of `compare::kernels`.
             assert!(number(&engine["kernel_error"]) <= 9e-7);
             let passes = engine["gpu_passes"].as_array().unwrap();
             assert!(passes.iter().any(|pass| pass["name"] == "gather"));
@@ -135,7 +135,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
         assert!(engine["ray_count"].as_u64().unwrap() > 0);
         let estimated = engine["estimated_error"].as_f64().unwrap();
         assert!(estimated > 0.0 && estimated <= requested, "{estimated}");
-        // The engine's choice is no setting, and there is no sum to compute in f64.
+        // The engine chose the RSM size, so it is not a setting. There is no sum to compute in f64.
         assert_eq!(engine["rsm_size"], Value::Null);
         assert_eq!(engine["kernel_error"], Value::Null);
     }
@@ -146,7 +146,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     ] {
         assert!(page.contains(part), "{part:?} is missing in the page");
     }
-    // The documented distances of the two sums, which hold at 200 x 200 (`compare::truth`), are not far off here.
+    // The documented errors of the two sums are for 200 x 200 (`compare::truth`); here they are similar.
     let error_at_64 = |estimator| {
         let entry = series(&scene, estimator)[3];
         entry["indirect"]["relative_rmse"].as_f64().unwrap()
@@ -157,7 +157,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     let entries = scene["entries"].as_array().unwrap();
     assert!(entries.iter().any(|entry| entry["is_on_front"] == true));
 
-    // Self-contained: nothing is fetched.
+    // The page is self-contained: it fetches nothing.
     for reference in [
         "src=\"http",
         "href=",
@@ -175,7 +175,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     }
     assert!(!folder.join("out/timing.exr").exists());
 
-    // The engine's own image, handed in as a peer's, has the engine's error. The truth is the one that is there.
+    // The engine's own image, given as a peer's, has the engine's error. The report reuses the existing reference.
     let render = program(
         folder,
         &[
@@ -260,12 +260,12 @@ fn a_report_that_was_cut_goes_on() {
     };
     let (first, page) = read(folder, &report());
     let (all, earlier) = counts();
-    // Direct light, the series of the engine, of the reference and the peers.
+    // Direct light, and the series of the engine, the reference and the peers.
     assert!(all > 1 + 10 + 2 && earlier == 0, "{earlier} of {all}");
     assert!(!page.contains("earlier run"));
     assert_eq!(first["entries"].as_array().unwrap().len() as u64, all - 1);
 
-    // As a killed process leaves it: one measurement is missing, one is half a file.
+    // The state after a killed process: one measurement is missing, another is half a file.
     let measured = folder.join("out/measured/cornell-12x10");
     fs::remove_file(folder.join("out/report.json")).unwrap();
     fs::remove_file(folder.join("out/index.html")).unwrap();
@@ -289,7 +289,7 @@ fn a_report_that_was_cut_goes_on() {
     assert!(stderr.contains(&note) && page.contains(&note), "{stderr}");
     assert_eq!(fs::read_to_string(&calls).unwrap().lines().count(), 1);
 
-    // All that was kept is the same to the last digit; of what was measured anew, the error is.
+    // Kept measurements are identical. Repeated ones have new times but the same error.
     let entries = |scene: &Value| scene["entries"].as_array().unwrap().clone();
     for (before, after) in entries(&first).iter().zip(&entries(&again)) {
         assert_eq!(before["label"], after["label"]);
@@ -303,12 +303,12 @@ fn a_report_that_was_cut_goes_on() {
     assert_eq!(entries(&first).len(), entries(&again).len());
     assert_eq!(again["peers"], first["peers"]);
     assert_eq!(again["direct_only"], first["direct_only"]);
-    // With their pictures: those that the page shows first with the reference's and the scale, and two of all but the reference's.
+    // At the top: the reference, the best image, its error and the colour scale. Below: two pictures per entry, none for the reference.
     let pictures = page.matches("src=\"data:image/png").count();
     let references = series(&again, "camlux reference").len();
     assert_eq!(pictures, 4 + 2 * (entries(&again).len() - references));
 
-    // Another scene under the same name.
+    // A changed scene with the same name is measured again.
     edit(
         &folder.join("cornell.toml"),
         "power_w = 50.",
@@ -354,7 +354,7 @@ fn growth_is_the_time_of_each_scene_in_each_size() {
     assert!(!page.contains("How to read this"), "there are no errors");
 }
 
-/// One line on stderr, exit code 1.
+/// Checks that stderr has one line with these parts, and that the exit code is 1.
 #[track_caller]
 fn assert_fails(output: &Output, says: &[&str]) {
     let stderr = String::from_utf8_lossy(&output.stderr);

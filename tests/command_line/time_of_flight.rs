@@ -1,4 +1,4 @@
-//! The program with the demo scene of time of flight.
+//! The program with time-of-flight scenes.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,7 +7,7 @@ use camlux::output::LayeredImage;
 
 use crate::jobs::{Jobs, SCENE};
 
-/// Renders the demo scene, changed, and returns what the program says.
+/// Renders the demo scene after a change, and returns stderr.
 fn render(folder: &Path, change: impl Fn(String) -> String, arguments: &str) -> String {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let text = std::fs::read_to_string(scenes.join("tof_corner.toml")).unwrap();
@@ -24,7 +24,7 @@ fn render(folder: &Path, change: impl Fn(String) -> String, arguments: &str) -> 
     stderr
 }
 
-/// Without a bounce there is no multipath error; and whatever the image's form, the picture has a size to look at.
+/// Without a bounce there is no multipath error. The preview has a useful size for every image size.
 #[test]
 fn a_preview_of_direct_light_has_range_and_amplitude() {
     let folder = tempfile::tempdir().unwrap();
@@ -52,13 +52,13 @@ fn the_preview_has_range_amplitude_and_multipath_error_of_each_frequency() {
     );
 
     let image = LayeredImage::read(folder.path().join("a.exr")).unwrap();
-    // Walls that light each other seem too far.
+    // Walls that light each other appear too far away.
     let mpi = &image.layer("tof0.mpi").unwrap().values;
     let mean = mpi.iter().sum::<f32>() / mpi.len() as f32;
     assert!((0.03..0.3).contains(&mean), "{mean}");
 
     let preview = image::open(folder.path().join("a.png")).unwrap().to_rgb8();
-    // Small frames are drawn larger: 48 pixels as 240, with margins of 12; 36 as 180, with heading and legend.
+    // Small frames are enlarged: 48 pixels to 240, with margins of 12; 36 to 180, with heading and legend.
     assert_eq!(
         preview.dimensions(),
         (3 * (240 + 12) + 12, 2 * (20 + 180 + 40) + 12)
@@ -134,8 +134,8 @@ fn a_report_says_how_far_off_the_range_is() {
     assert!(page.contains("Median error of the range at 100 MHz"));
 }
 
-/// A wall that moves away at 10 m/s from a camera with its light, in the middle of the view: with K, τ and T of 10 ms, N = 4, phase image i begins 15 ms behind
-/// the one before.
+/// A wall that moves away at 10 m/s from a camera and a light at the same point. With an exposure of 10 ms and a readout of 5 ms, each
+/// of the four phase images begins 15 ms after the one before.
 const MOVING_WALL: &str = r#"
 [job]
 scene = "scene.toml"
@@ -158,13 +158,13 @@ fn moving_wall(change: impl Fn(&str) -> String) -> Jobs {
     jobs
 }
 
-/// Both taps of phase image `phase`, by the closed form, of the wall at these times, s.
+/// Both taps of phase image `phase` in closed form: the mean over the wall's positions at these times, s.
 fn taps_due(times_s: &[f64], phase: usize) -> [f64; 2] {
     let per_time = times_s.iter().map(|time_s| {
         let distance_m = 3.0 + 10.0 * time_s;
         let irradiance = 50.0 / (4.0 * std::f64::consts::PI * distance_m.powi(2));
         let radiance = 0.7 / std::f64::consts::PI * irradiance;
-        // A pixel of 10 µm for 10 ms, and η·λ/(h·c) electrons a joule.
+        // A pixel of 10 µm exposed for 10 ms, and η·λ/(h·c) electrons per joule.
         let charge = radiance * 1e-10 * 0.01 * 0.8 * 850e-9 / (6.62607015e-34 * 299_792_458.0);
         let turns = 20e6 * 2.0 * distance_m / 299_792_458.0 + phase as f64 / 4.0;
         let difference = 0.75 * charge * (std::f64::consts::TAU * turns).cos();
@@ -210,11 +210,11 @@ fn each_phase_image_of_a_batch_has_its_own_time() {
                 (f64::from(*range_m) - due_m).abs() < 1e-4,
                 "{range_m} {due_m}"
             );
-            // The paths are those at the frame's beginning.
+            // `half_path` is that at the beginning of the frame.
             let half_path_m = image.layer("half_path").unwrap().values[0];
             assert!((f64::from(half_path_m) - (3.0 + 10.0 * begin_s)).abs() < 1e-5);
         }
-        // The wall is at 3.275 m on average, but its phases do not fit together.
+        // The wall's mean distance is 3.275 m, but the phase images show it at different distances, so the range is wrong.
         assert!((range_m[0] - 3.275).abs() > 0.05, "{range_m:?}");
     }
 }
@@ -250,7 +250,7 @@ fn a_batch_spends_nothing_on_phase_images_where_nothing_moves() {
     });
     timed.succeed("set", &[]);
     plain.succeed("set", &[]);
-    // The last frame, behind the last keyframe.
+    // The last frame is at the last keyframe, so nothing moves in it.
     let [timed, plain] = [&timed, &plain].map(|jobs| {
         let image = LayeredImage::read(jobs.path("set/frames/000002.exr")).unwrap();
         let bits = image.layers().iter().map(|layer| {

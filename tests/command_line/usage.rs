@@ -1,4 +1,4 @@
-//! The program's own behaviour, as far as it needs no device.
+//! Behaviour of the program that needs no device.
 #![cfg(feature = "cli")]
 
 use std::fs;
@@ -13,7 +13,7 @@ fn camlux(folder: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Checks that the program fails with this exit code and says this, writes nothing to stdout and leaves no file.
+/// Checks that the program fails with this exit code and message, writes nothing to stdout and leaves no file.
 fn assert_fails(arguments: &[&str], exit_code: i32, says: &str) {
     let folder = tempfile::tempdir().unwrap();
     let output = camlux(folder.path(), arguments);
@@ -78,7 +78,7 @@ fn wrong_usage_is_said_with_exit_code_2() {
             ],
             "id.material",
         ),
-        // Only a reference image has it.
+        // Only a reference image has the layer `edge`.
         (
             &["render", "scene.toml", "-o", "a.exr", "--layers", "edge"],
             "the layers are radiance, direct, indirect, stderr, energy, P",
@@ -138,7 +138,7 @@ fn unwritable_output_is_said_before_the_scene_is_read() {
 #[test]
 fn outputs_need_names_of_their_own() {
     assert_fails(&["render", "no-scene.toml", "-o", "a.png"], 1, ".exr");
-    // - is stdout for what is text; images go to files.
+    // "-" is stdout for text; images go to files.
     for (output, png) in [("-", "a.png"), ("a.exr", "-"), ("a.exr", "a.jpg")] {
         let arguments = ["render", "no-scene.toml", "-o", output, "--png", png];
         assert_fails(

@@ -1,4 +1,4 @@
-//! Calibrations of real lenses, as they were published.
+//! Published calibrations of real lenses.
 
 use camlux::scene::{Distortion, Intrinsics, Lens};
 
@@ -8,7 +8,7 @@ pub struct Calibration {
     pub lens: Lens,
 }
 
-/// Of OpenCV, to whose principal points half a pixel is added: its pixels' centres are whole numbers.
+/// In OpenCV's convention, pixel centres are whole numbers. So half a pixel is added to the published principal points.
 pub fn published() -> [Calibration; 6] {
     let calibration = |name, resolution_px, [fx, fy, cx, cy]: [f64; 4], distortion| Calibration {
         name,

@@ -1,4 +1,4 @@
-//! glTF files, put together by hand.
+//! Builds glTF files.
 
 /// A file under construction: its buffer, and JSON of buffer views and accessors.
 #[derive(Default)]
@@ -13,7 +13,7 @@ const UNSIGNED_INT: u32 = 5125;
 const UNSIGNED_SHORT: u32 = 5123;
 
 impl GltfBuilder {
-    /// The index of a buffer view.
+    /// Adds a buffer view and returns its index.
     pub fn view(&mut self, bytes: &[u8]) -> usize {
         let (offset, length) = (self.buffer.len(), bytes.len());
         self.buffer.extend(bytes);
@@ -39,7 +39,7 @@ impl GltfBuilder {
             .flat_map(|v| v.to_le_bytes())
             .collect();
         let accessor = self.accessor(&bytes, FLOAT, values.len(), "VEC3");
-        // POSITION has to tell its bounds.
+        // glTF requires the bounds of POSITION.
         let bound = |pick: fn(f32, f32) -> f32, start: f32| {
             let of_axis = |axis: usize| values.iter().fold(start, |b, v| pick(b, v[axis]));
             format!("[{},{},{}]", of_axis(0), of_axis(1), of_axis(2))
@@ -89,7 +89,7 @@ impl GltfBuilder {
         self.accessor(&bytes, UNSIGNED_SHORT, indices.len(), "SCALAR")
     }
 
-    /// The JSON, with the members that the caller adds (nodes, meshes, materials and so on); `uri` of the buffer, unless it is in the file.
+    /// The JSON with the caller's members (nodes, meshes, materials and so on). `uri` is that of the buffer, unless it is in the file.
     fn json(&self, members: &str, uri: Option<&str>) -> String {
         let uri = uri.map_or(String::new(), |uri| format!(r#","uri":"{uri}""#));
         let (views, accessors) = (self.views.join(","), self.accessors.join(","));

@@ -8,15 +8,15 @@ use camlux::{
     scene::{IndirectLight, VplSum},
 };
 
-/// A renderer whose validation layer must have stayed silent by the time it is dropped. Its memory holds NaN where nothing was
-/// written: what reads it shows, as it does on drivers that do not hand out zeros.
+/// A renderer. Dropping it asserts that the validation layer reported nothing. New memory holds NaN, so that reads of unwritten memory show,
+/// as on drivers that do not return zeros.
 pub struct Gpu {
     pub device: Device,
     pub renderer: Renderer,
 }
 
 impl Gpu {
-    /// Opens the best device with the validation layer; a machine without either fails the test.
+    /// Opens the best device with the validation layer. The test fails if the machine lacks either.
     pub fn open() -> Gpu {
         let options = DeviceOptions {
             validation: true,
@@ -28,7 +28,7 @@ impl Gpu {
         Gpu { device, renderer }
     }
 
-    /// The scene by each ray kernel that the device runs.
+    /// Renders the scene with each ray kernel that the device runs.
     pub fn render_by_each_ray_kernel(&mut self, scene: &Scene) -> Vec<Frame> {
         let kernels = ray_kernels(&self.device).into_iter();
         kernels
@@ -43,7 +43,7 @@ impl Gpu {
             .collect()
     }
 
-    /// With other random numbers.
+    /// Renders with another seed.
     pub fn render_seeded(&mut self, scene: &Scene, seed: u32) -> Frame {
         let mut options = RenderOptions {
             seed,
@@ -53,7 +53,7 @@ impl Gpu {
         frame.expect("the scene renders")
     }
 
-    /// By the ray kernel that `scripts/test-rust --tracer` names, or else by the device's best.
+    /// Renders with the ray kernel that `scripts/test-rust --tracer` names, or else with the device's best.
     pub fn render(&mut self, scene: &Scene) -> Frame {
         let name = std::env::var("CAMLUX_TEST_TRACER").ok();
         let named = |name: String| {
@@ -76,7 +76,7 @@ impl Drop for Gpu {
     fn drop(&mut self) {
         let messages = self.device.validation_messages();
         if std::thread::panicking() {
-            // Perhaps the cause of the panic, which a second one would hide.
+            // The messages may show the cause of the panic, which a second panic would hide.
             eprintln!("validation: {messages:#?}");
         } else {
             assert!(messages.is_empty(), "validation: {messages:#?}");
@@ -84,7 +84,7 @@ impl Drop for Gpu {
     }
 }
 
-/// To how many bits of a pixel the device rounds corners where it rasterises.
+/// The number of sub-pixel bits to which the device rounds vertices when it rasterises.
 pub fn sub_pixel_bits() -> u32 {
     static BITS: OnceLock<u32> = OnceLock::new();
     *BITS.get_or_init(|| {
@@ -94,7 +94,7 @@ pub fn sub_pixel_bits() -> u32 {
     })
 }
 
-/// Where two images are held against each other, one of them must not be black: an engine that draws nothing draws the same twice.
+/// Asserts that a layer is not black. Two images of an engine that draws nothing would be equal.
 #[track_caller]
 pub fn assert_is_lit(frame: &Frame, layer: Layer) {
     let values = frame.values(layer).expect("the layer is there");
@@ -105,7 +105,7 @@ pub fn assert_is_lit(frame: &Frame, layer: Layer) {
     );
 }
 
-/// The gather kernels that the device runs. On a CPU driver there must be several to be held against each other; a GPU has one.
+/// The gather kernels that the device runs. Asserts that a CPU driver runs several, to compare with each other, and a GPU one.
 #[track_caller]
 pub fn gather_kernels(device: &Device) -> Vec<GatherKernel> {
     let kernels = GatherKernel::ALL.into_iter();
@@ -122,7 +122,7 @@ pub fn gather_kernels(device: &Device) -> Vec<GatherKernel> {
     kernels
 }
 
-/// The ray kernels that the device runs: packets with eight lanes, queries where it has them.
+/// The ray kernels that the device runs. Asserts that it runs packets if it has eight lanes, and queries if it supports them.
 pub fn ray_kernels(device: &Device) -> Vec<RayKernel> {
     let kernels = RayKernel::ALL.into_iter();
     let kernels: Vec<_> = kernels
@@ -158,7 +158,7 @@ pub fn demo_scene(name: &str, resolution_px: [u32; 2]) -> Scene {
     scene
 }
 
-/// The scene with a plain sum: its own, or that of instant radiosity where its light is gathered.
+/// The scene with a VPL sum: its own kind, or instant radiosity if the scene uses final gathering.
 pub fn plain_sum(mut scene: Scene, rsm_size: u32) -> Scene {
     let indirect = scene.indirect.expect("the scene has indirect light");
     let sum = indirect.sum().unwrap_or(VplSum::InstantRadiosity);
@@ -166,5 +166,5 @@ pub fn plain_sum(mut scene: Scene, rsm_size: u32) -> Scene {
     scene
 }
 
-/// The scenes of the repository.
+/// Scenes of the repository, for tests that render several.
 pub const DEMO_SCENES: [&str; 5] = ["cornell", "cornell_spot", "glossy", "textured", "knot"];

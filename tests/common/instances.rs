@@ -9,7 +9,7 @@ use super::gpu::demo_scene;
 /// Squares along an edge of a face of [`block`].
 const SQUARES: u32 = 8;
 
-/// A cube of edge 1 about 0 whose faces are many flat triangles. Its texture coordinates show a texture once a face.
+/// A cube of edge 1 about 0 whose faces are many flat triangles. Each face shows a texture once.
 pub fn block() -> Mesh {
     let mut mesh = Mesh {
         name: "block".into(),
@@ -43,7 +43,7 @@ pub fn block() -> Mesh {
     mesh
 }
 
-/// Two slabs as large as the scene, askew, with a block between them: rays that start on one graze it, over many triangles in one plane.
+/// Two tilted slabs as large as the scene, with a block between them. Rays that start on a slab graze its many triangles in one plane.
 pub fn slabs(resolution_px: [u32; 2]) -> Scene {
     let mut scene = demo_scene("cornell", resolution_px);
     scene.meshes.clear();
@@ -65,7 +65,7 @@ pub fn slabs(resolution_px: [u32; 2]) -> Scene {
     scene
 }
 
-/// Turned, stretched, mirrored and small ones of two meshes, blocks and the knot, in the knot's room. Blocks stand on the floor and on each other.
+/// Rotated, stretched, mirrored and small instances of the block and the knot in the knot's room. Blocks stand on the floor and on each other.
 pub fn crowd(resolution_px: [u32; 2]) -> Scene {
     let mut scene = demo_scene("knot", resolution_px);
     let mut knot = scene.meshes.pop().expect("the knot");

@@ -1,4 +1,4 @@
-//! A lamp with a measured pattern, and a projector, that are like themselves in no other direction.
+//! A lamp with a measured pattern, and a projector. Neither has a symmetry.
 
 use camlux::scene::{Bands, Intrinsics, Light, Pattern, ProjectedImage};
 use glam::DVec3;
@@ -32,7 +32,7 @@ pub fn measured(position_m: DVec3, direction: DVec3, power_w: Bands) -> Light {
     }
 }
 
-/// Five by three pixels; the axis goes through the second of the last row.
+/// Five by three pixels. The optical axis passes through the second pixel of the last row.
 pub fn image() -> ProjectedImage {
     ProjectedImage {
         size_px: [5, 3],

@@ -1,4 +1,4 @@
-//! What several kinds of tests share.
+//! Code that several test programs share.
 
 #![allow(dead_code, unused_imports, reason = "each program uses its own part")]
 

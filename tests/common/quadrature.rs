@@ -7,7 +7,7 @@ pub fn unit_square(tolerance: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
 
 /// ∫ f(t) from 0 to 1, to a relative error of about `tolerance`, for an integrand of one sign.
 pub fn unit_interval(tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
-    // The scale of the error is that of the integral; a first look must not miss all of it.
+    // The tolerance is relative to this rough integral, which must not miss all of f.
     const PARTS: usize = 16;
     let part = 1.0 / PARTS as f64;
     let rough: f64 = (0..PARTS)
@@ -18,7 +18,7 @@ pub fn unit_interval(tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
         .sum()
 }
 
-/// The tolerance is not shared out among the halves: below the rounding of f, nothing would ever meet it.
+/// Each half keeps the full tolerance. Half of it at each level would soon be below the rounding of f.
 fn refine(f: &impl Fn(f64) -> f64, start: f64, width: f64, tolerance: f64, depth: u32) -> f64 {
     let half = 0.5 * width;
     let whole = gauss(f, start, width);

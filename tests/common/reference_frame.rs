@@ -1,4 +1,4 @@
-//! The reference of a scene, and how far a frame is from it.
+//! The reference image of a scene, and the error of a frame against it.
 
 use std::ops::ControlFlow;
 
@@ -10,7 +10,7 @@ use camlux::{
 
 use super::rmse::relative_rmse_where;
 
-/// Its direct light, and with some rounds of so many samples its bounce, too.
+/// The direct light of a scene, and its bounce if `rounds` is above 0.
 pub fn reference_frame(scene: &Scene, samples_per_round: u32, rounds: u32) -> Frame {
     let mut reference = Reference::new(scene, samples_per_round).expect("a valid scene");
     for _ in 0..rounds {
@@ -24,7 +24,7 @@ pub fn values(frame: &Frame, layer: Layer) -> &[f32] {
     frame.values(layer).expect("the frame has it")
 }
 
-/// relRMSE of a layer of three channels, but for pixels on edges.
+/// relRMSE of a layer of three channels, without the pixels at edges.
 pub fn error_off_edges(frame: &Frame, reference: &Frame, layer: Layer) -> f64 {
     let edges = reference.ids(Layer::Edge).expect("a reference has it");
     let [found, due] = [frame, reference].map(|frame| values(frame, layer));

@@ -1,9 +1,9 @@
-//! The error of an image with three bands against values without noise.
+//! The error of an image with three bands against a reference without noise.
 
 use camlux::metrics::{Comparison, Pixels};
 use camlux::scene::Bands;
 
-/// sqrt(Σ(x−t)²/Σt²) over all pixels and bands. Fails for a black truth and for values that are no finite numbers.
+/// sqrt(Σ(x−t)²/Σt²) over all pixels and bands. Fails for a black reference and for values that are not finite.
 pub fn relative_rmse(image: &[f32], truth: &[Bands]) -> f64 {
     let comparison = Comparison::new(&Pixels {
         image,
@@ -19,7 +19,7 @@ pub fn relative_rmse(image: &[f32], truth: &[Bands]) -> f64 {
     comparison.errors.expect("the truth is not black").rmse
 }
 
-/// The same over pixels of three values that count.
+/// The same over the pixels that `counts` selects.
 pub fn relative_rmse_where(image: &[f32], truth: &[f32], counts: impl Fn(usize) -> bool) -> f64 {
     let pixels = image.chunks(3).zip(truth.chunks(3)).enumerate();
     let (image, truth): (Vec<&[f32]>, Vec<Bands>) = pixels

@@ -1,4 +1,4 @@
-//! Scenes made in code, and what their surfaces are like at a point, in f64.
+//! Scenes made in code, and the normal and material at a point of them, in f64.
 
 pub use camlux::doctor::scenes::{moved, quad};
 use camlux::{
@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::ray_caster::Hit;
 
-/// What a ray finds out about a surface.
+/// A surface at the point that a ray hits.
 pub struct Surface {
     pub normal: DVec3,
     pub kd: Bands,
@@ -50,7 +50,7 @@ pub fn surface_at(scene: &Scene, hit: &Hit) -> Surface {
     }
 }
 
-/// Bilinear lookup, repeating, v up.
+/// Bilinear lookup that repeats the texture; v points up.
 fn sample(texture: &Texture, u: f64, v: f64) -> Bands {
     let [width, height] = texture.size_px.map(i64::from);
     let x = u * width as f64 - 0.5;
@@ -68,7 +68,7 @@ fn sample(texture: &Texture, u: f64, v: f64) -> Bands {
     sum
 }
 
-/// A point light, a camera of 64 x 64 pixels, and meshes that have a material each.
+/// A scene with one light, a camera of 64 x 64 pixels, and meshes with a material each.
 pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: DVec3) -> Scene {
     let count = meshes.len();
     Scene {
@@ -86,7 +86,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         lights: vec![light],
         materials: (0..count)
             .map(|i| {
-                // No two are alike, and all are exact in f32.
+                // All differ, and all are exact in f32.
                 let kd = [i % 4, i / 4 % 4, i / 16].map(|digit| (1 + digit) as f64 / 8.0);
                 Material::lambert(meshes[i].name.clone(), kd)
             })
@@ -99,8 +99,8 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
     }
 }
 
-/// A closed room of 2 m around a point light that stands off its centre. Each wall has four markers of different places
-/// and sizes just before it. Material i is that of mesh i.
+/// A closed room of 2 m around a point light off its centre. Just in front of each wall are four markers of different places and sizes. Mesh i
+/// has material i.
 pub fn marked_room() -> Scene {
     let mut meshes = Vec::new();
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
@@ -135,7 +135,7 @@ pub fn has_kd(point: &SurfacePoint, kd: Bands) -> bool {
     point.brdf.kd == kd
 }
 
-/// Whether a point lies on an axis-aligned mesh, within 1e-5 m.
+/// Whether a point is on an axis-aligned mesh, within 1e-5 m.
 pub fn is_on(mesh: &Mesh, point_m: DVec3) -> bool {
     let min_m = mesh
         .positions_m

@@ -1,4 +1,4 @@
-//! A folder with a scene file and its meshes, gone when the test ends.
+//! A folder with a scene file and its meshes, deleted when the test ends.
 
 use std::path::PathBuf;
 
@@ -62,14 +62,14 @@ impl SceneFolder {
         self.load(&format!("{CAMERA}{LIGHT}{MESH}"))
     }
 
-    /// The message of a load that has to fail, with the folder taken out.
+    /// The message of a load that must fail, without the folder's path.
     pub fn error(&self, result: camlux::Result<Scene>) -> String {
         let message = result.expect_err("the load should fail").to_string();
         message.replace(&format!("{}/", self.0.path().display()), "")
     }
 }
 
-/// Asserts that a message holds all parts.
+/// Asserts that a message contains all parts.
 #[track_caller]
 pub fn assert_says(message: &str, parts: &[&str]) {
     for part in parts {

@@ -1,6 +1,6 @@
-//! V(L,P) of direct light against rays in f64, and the scenes that are hard on it.
+//! Compares V(L,P) of the direct light with rays in f64, and builds scenes that are difficult for it.
 //!
-//! A pixel lies at a shadow's edge if a ray from the light that passes [`EDGE_TEXELS`] beside P tells another V.
+//! A pixel is at a shadow edge if a ray from the light that passes [`EDGE_TEXELS`] beside P gives another V.
 
 use camlux::doctor::scenes::cuboid;
 use camlux::{
@@ -19,17 +19,17 @@ use super::{
     rooms,
 };
 
-/// Texels of the shadow map beside P. The test reads the four around it.
+/// Distance of these rays from P, in texels of the shadow map. The engine reads the four texels around P.
 const EDGE_TEXELS: f64 = 1.5;
-/// Where the engine casts rays, an edge is as fine as that of a map of this size: 6e-6 of the depth, for the ends of
-/// a ray and the corners of a triangle are rounded to 6e-8 of the scene's size and more.
+/// The size of the map that stands for rays, if the engine casts them: edges are then 6e-6 of the depth wide. The ends of a ray and the corners
+/// of a triangle are rounded to 6e-8 of the scene's size and more.
 const RAYS_AS_TEXELS: f64 = (1 << 19) as f64;
-/// Surfaces nearer to the ray's end than this, over the scene's size, are P's own.
+/// Surfaces nearer to the ray's end than this, in units of the scene's size, are P's own.
 const OWN_SURFACE: f64 = 1e-6;
-/// relRMSE where V is right: f32 against f64, measured up to 4.4e-7, the largest for a spot's falloff.
+/// Limit of the relRMSE if V is right: f32 against f64. Measured up to 4.4e-7, the largest for a spot's falloff.
 pub const KERNEL_ERROR: f64 = 1.3e-6;
 
-/// Pixels that the light would light if nothing were in its way, and what the direct layer says of them.
+/// Numbers of pixels that the light would reach without occluders, by what the direct layer shows there.
 #[derive(Debug, Default)]
 pub struct Shadows {
     pub pixels: usize,
@@ -120,7 +120,7 @@ impl LightRays<'_> {
         }
     }
 
-    /// Origin and direction of the light's ray through a point; direction·1 leads from the origin to the point.
+    /// Origin and direction of the light's ray through a point; origin + direction is the point.
     fn through(&self, point_m: DVec3, face: &EmissionFace) -> (DVec3, DVec3) {
         let offset_m = point_m - self.domain.origin_m;
         match self.domain.projection {
@@ -151,8 +151,8 @@ impl LightRays<'_> {
             .is_none()
     }
 
-    /// Whether a ray beside P is hidden before it meets P's plane, and P is not, or the other way round. A surface that
-    /// meets P's at a concave edge is not in its way.
+    /// Whether a ray beside P has another V than P. The ray is hidden if it hits a surface before P's plane; a surface that meets P's at a
+    /// concave edge does not hide it.
     fn is_edge(&self, point: &SurfacePoint, is_lit: bool) -> bool {
         let face = self.face_of(point.position_m);
         let depth_m = (point.position_m - self.domain.origin_m).dot(face.forward);
@@ -197,7 +197,7 @@ pub fn scene_lit_from_afar() -> (Scene, Light) {
     (scene, light)
 }
 
-/// A floor of 4 m and what stands on it, lit by a point light and seen from above.
+/// A floor of 4 m with `meshes` on it, lit by a point light and seen from above.
 pub fn floor_with(mut meshes: Vec<Mesh>, light_m: DVec3) -> Scene {
     let floor = rooms::quad(
         "floor",
@@ -216,7 +216,7 @@ pub fn floor_with(mut meshes: Vec<Mesh>, light_m: DVec3) -> Scene {
     scene
 }
 
-/// Things that stand on a floor, and lights that bring out the line where they touch it.
+/// Objects on a floor, with lights that show the line where they touch it.
 pub fn contact_lines() -> Vec<(&'static str, Scene)> {
     let block = cuboid(
         "box",

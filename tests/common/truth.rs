@@ -1,4 +1,4 @@
-//! The Cornell box by another renderer, which shares no code with this one. `tests/data/README.md` says how it was made.
+//! A reference image of the Cornell box by a renderer that shares no code with this one. `tests/data/README.md` says how it was made.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! Interpolated RSM averages against the same sums at every pixel: the error requested, the error estimated, the true one, and the
-//! share of the pairs that it took.
+//! Interpolated RSM averages against the same sums at every pixel: the requested, the estimated and the true error, and the share of
+//! the pairs that were summed.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
 use crate::common::rmse;
@@ -35,7 +35,7 @@ fn error(frame: &Frame, exact: &Frame) -> f64 {
     rmse::relative_rmse(indirect(frame), &truth)
 }
 
-/// Renders, prints and checks: the true error at most 1.3 times the one requested, and an estimate that is not far off.
+/// Renders, prints and checks: the true error is at most 1.3 times the requested one, and the estimate is close to the true error.
 #[track_caller]
 fn check(gpu: &mut Gpu, name: &str, scene: &Scene) {
     let exact = gpu.render(&average(scene, None));
@@ -48,7 +48,7 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene) {
         let estimated = stats
             .estimated_interpolation_error
             .expect("it is estimated");
-        // The sum may be far off the true bounce.
+        // Interpolation only: the sum itself may be far from the true bounce.
         assert_eq!(stats.estimated_error, None);
         let share = stats.pixel_vpl_pairs as f64 / exact.stats.pixel_vpl_pairs as f64;
         let what = format!("{name}: requested {requested}");
@@ -71,7 +71,7 @@ fn the_requested_error_is_met_in_the_demo_scenes() {
     }
 }
 
-/// The lists of both lie one behind the other, on matte and on glossy surfaces, and the second is shorter.
+/// The VPL lists of both lights are stored one after the other, and the second is shorter. Tests matte and glossy surfaces.
 #[test]
 fn lights_are_summed_together() {
     let mut gpu = Gpu::open();
@@ -86,7 +86,7 @@ fn lights_are_summed_together() {
     }
 }
 
-/// What is gathered and how far it is off does not depend on the light's power: all is relative to the image's radiance.
+/// The gathered pairs and the relative error do not depend on the light's power: the criteria are relative to the image's radiance.
 #[test]
 fn a_weak_light_is_treated_like_a_strong_one() {
     let mut gpu = Gpu::open();
@@ -107,7 +107,7 @@ fn a_weak_light_is_treated_like_a_strong_one() {
     assert!(indirect(&weak) == scaled);
 }
 
-/// Few pixels or few VPLs leave nothing to save: the image is that of the sum at every pixel, bit by bit.
+/// With few pixels or few VPLs, interpolation saves nothing: the image equals the sum at every pixel, bit for bit.
 #[test]
 fn small_work_is_done_in_full() {
     let mut gpu = Gpu::open();

@@ -1,4 +1,4 @@
-//! Lights with an area: against closed forms, and against the reference, which draws the points of the area on its own.
+//! Lights with an area, against closed forms and against the reference, which samples the area with its own code.
 
 use std::f64::consts::PI;
 
@@ -32,13 +32,13 @@ fn floor() -> Mesh {
     quad("floor", corner, 4.0 * DVec3::X, -4.0 * DVec3::Z, 0)
 }
 
-/// Irradiance over the radiance of a rectangle that lies parallel, with a corner straight above at height 1, and reaches so far (Siegel & Howell).
+/// Irradiance per radiance of a parallel rectangle of size `x` by `y`, with a corner straight above at height 1 (Siegel & Howell).
 fn of_corner(x: f64, y: f64) -> f64 {
     let edge = |a: f64, b: f64| a / a.hypot(1.0) * (b / a.hypot(1.0)).atan();
     0.5 * (edge(x, y) + edge(y, x))
 }
 
-/// A rectangle straight above the floor, whose four corners each make one of the closed form's rectangles with the point below.
+/// A rectangle above the floor. The closed form adds four rectangles, one from the zenith of the point to each corner, with signs.
 #[test]
 fn a_rectangle_lights_a_floor_as_its_closed_form_has_it() {
     let (height_m, [width_m, depth_m]) = (1.3, [0.8, 0.5]);
@@ -79,7 +79,7 @@ fn a_rectangle_lights_a_floor_as_its_closed_form_has_it() {
     assert!(error < 0.004 && estimated <= 0.004, "{error} {estimated}");
 }
 
-/// In boxes and on glossy surfaces, by each ray kernel: what is asked is met, and what is claimed holds.
+/// In a box and on glossy surfaces, with each ray kernel: the target error is met, and the estimated error is right.
 #[test]
 fn soft_shadows_and_their_bounce_are_those_of_the_reference() {
     let mut gpu = Gpu::open();
@@ -102,7 +102,7 @@ fn soft_shadows_and_their_bounce_are_those_of_the_reference() {
     }
 }
 
-/// Slats of many steps, the finest as the steps between points of the area: what is claimed holds where shadows repeat, too.
+/// Slats of several spacings, the finest like the spacing of the area's points: the target error is met where shadows repeat, too.
 #[test]
 fn slats_do_not_fool_the_estimate() {
     let mut gpu = Gpu::open();
@@ -131,7 +131,7 @@ fn slats_do_not_fool_the_estimate() {
     }
 }
 
-/// A lamp amid a room, whose light is off everywhere alike: whatever points are drawn, what is claimed holds.
+/// A lamp in the middle of a room, where the error is the same everywhere: the estimated error covers the true one for most seeds.
 #[test]
 fn claims_hold_for_most_seeds() {
     let mut gpu = Gpu::open();
@@ -160,7 +160,7 @@ fn claims_hold_for_most_seeds() {
     }
 }
 
-/// Each point has its own way: phasors, too, and pixels over their area.
+/// Each point of the area has its own path length, which phasors must include. Also tests pixel samples.
 #[test]
 fn phasors_and_pixel_samples_are_those_of_the_reference() {
     let mut gpu = Gpu::open();

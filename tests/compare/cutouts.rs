@@ -1,4 +1,4 @@
-//! Cut-outs: against the same surfaces as triangles, and against the reference, which looks at alpha textures on its own.
+//! Cut-outs, against the same surfaces as triangles and against the reference, which reads alpha textures with its own code.
 
 use crate::common::gpu::{Gpu, demo_scene, plain_sum};
 use crate::common::reference_frame::{error_off_edges, reference_frame, values};
@@ -19,7 +19,7 @@ fn alpha(width: u32, values: &[u8]) -> Texture {
     }
 }
 
-/// A card between a light, a floor and a wall. Its alpha texture leaves the half with u below 1/2, or the card is as small.
+/// A card between a light, a floor and a wall. Its alpha texture keeps the half with u < 1/2; without one, the card is only that half.
 fn card_over_floor(has_alpha: bool) -> Scene {
     let floor = quad(
         "floor",
@@ -58,7 +58,7 @@ fn card_over_floor(has_alpha: bool) -> Scene {
     scene
 }
 
-/// By rasteriser and by rays, direct and by an RSM; a pixel or a texel on the rim of the card may be on either side.
+/// Seen by the rasteriser or by rays, with direct light and an RSM. A pixel or texel on the card's rim may be on either side.
 #[test]
 fn a_card_with_half_of_it_cut_out_is_half_a_card() {
     let mut gpu = Gpu::open();

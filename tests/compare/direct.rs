@@ -1,5 +1,5 @@
-//! The engine's direct light against that of the path-sampled reference, which finds surfaces, materials, textures, lights
-//! and shadows by its own code.
+//! The engine's direct light against that of the path-sampled reference, which has its own code for surfaces, materials, textures,
+//! lights and shadows.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, sub_pixel_bits};
 use crate::common::ray_caster::{RayCaster, pixel::PixelRay};
@@ -55,7 +55,7 @@ fn direct_light_agrees_with_the_reference() {
                 .sum();
             let own: f64 = pixel.iter().map(|&t| f64::from(t).powi(2)).sum();
             if apart > 0.01 * own {
-                // A shadow's edge falls otherwise.
+                // A shadow edge is elsewhere.
                 wrong += 1;
                 continue;
             }
@@ -74,14 +74,14 @@ fn direct_light_agrees_with_the_reference() {
             shadow.name()
         );
         assert!(inside > 15_000);
-        // Measured up to 7.5e-7; texture coordinates in f32 are 1e-5 of a texel's edge off.
+        // Measured up to 7.5e-7. f32 rounds texture coordinates by 1e-5 of a texel's edge.
         let allowed = if name == "textured" { 2e-5 } else { 2e-6 };
         assert!(error <= allowed, "{name}: {error:e}");
         let allowed = match shadow {
             Shadow::Rays => 0,
-            // Corners between the shadow map's texels; the knot's facets are finer than those.
+            // Corners between the shadow map's texels. The knot's facets are finer than the texels.
             Shadow::Map if name == "knot" => 60,
-            // Where the map is rasterised to a sixteenth of its texels.
+            // The device rasterises the map to a sixteenth of its texels.
             Shadow::Map if sub_pixel_bits() < 8 => 6,
             Shadow::Map => 3,
         };

@@ -1,4 +1,4 @@
-//! `final-gather` against the path-sampled reference: the error requested, the error estimated, and the true one.
+//! `final-gather` against the path-sampled reference: the requested, the estimated and the true error.
 
 use std::ops::ControlFlow;
 
@@ -31,7 +31,7 @@ fn reference_of(scene: &Scene, samples_per_round: u32) -> Frame {
     reference.frame()
 }
 
-/// relRMSE and bias of the indirect light, but for pixels whose centre lies on an edge.
+/// relRMSE and bias of the indirect light, without pixels whose centre is on an edge.
 fn error_and_bias(image: &Frame, truth: &Frame) -> (f64, f64) {
     let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
     let seen = truth.ids(Layer::InstanceId).expect("it is there");
@@ -52,7 +52,7 @@ fn error_and_bias(image: &Frame, truth: &Frame) -> (f64, f64) {
     (error, comparison.errors.expect("there is light").bias)
 }
 
-/// Renders, prints and checks: the true error at most 1.3 times the one asked for, no bias over 1 %, and an estimate that is not far off.
+/// Renders, prints and checks: the true error is at most 1.3 times the requested one, the bias at most 1 %, the estimate close to the true error.
 #[track_caller]
 fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) -> Frame {
     let frame = gpu.render(&final_gather(scene.clone(), asked));
@@ -62,7 +62,7 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) ->
         "{name}: asked {asked}, estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}, {} k rays",
         frame.stats.ray_count / 1000
     );
-    // Nor is more done than was asked for.
+    // Much less error than requested means wasted work.
     assert!(error >= asked / 3.0, "{name}: {error} for {asked}");
     assert!(error <= 1.3 * asked, "{name}: {error} for {asked}");
     assert!(bias.abs() <= 0.01, "{name}: bias {bias}");
@@ -83,7 +83,7 @@ fn the_requested_error_is_met_in_the_demo_scenes() {
     }
 }
 
-/// How finely the light's map is cut costs noise, and no truth.
+/// The size of the RSM changes the noise, not the expected value.
 #[test]
 fn the_size_of_the_map_makes_no_error() {
     let mut gpu = Gpu::open();
@@ -101,8 +101,8 @@ fn the_size_of_the_map_makes_no_error() {
     }
 }
 
-/// A pixel takes as many samples as its light asks for, and they are as right as the first ones. (lavapipe leaves the loops of a shader
-/// after 65 535 iterations in all: rays then hit nothing.)
+/// A pixel with many samples is as accurate as one with few. (lavapipe leaves a shader's loops after 65 535 iterations in total; rays then
+/// hit nothing.)
 #[test]
 fn many_samples_of_a_pixel_are_as_right_as_few() {
     let mut scene = demo_scene("slit", [12, 12]);
@@ -119,7 +119,7 @@ fn many_samples_of_a_pixel_are_as_right_as_few() {
     assert!(bias.abs() <= 0.01, "{bias}");
 }
 
-/// Twenty lights in one place are one as bright as they are together, also where a dispatch does not take all of them.
+/// Twenty lights in one place equal one light of their total power, even if one dispatch cannot take all of them.
 #[test]
 fn many_lights_on_a_mesh_are_their_sum() {
     let one = demo_scene("knot", [24, 24]);
@@ -133,7 +133,7 @@ fn many_lights_on_a_mesh_are_their_sum() {
     }
 }
 
-/// A lit strip is in view beside a room that its bounce alone lights: with the local norm the room is as right as the strip.
+/// A lit strip is in view, beside a room lit only by its bounce. With the local norm the room is as accurate as the strip.
 #[test]
 fn the_local_norm_counts_dark_parts() {
     let scene = visible_strip().resized(64).scene;
@@ -182,7 +182,7 @@ fn the_local_norm_counts_dark_parts() {
     assert!((*dark as f64) < 0.002 * reference.len() as f64, "{dark}");
 }
 
-/// Where rays run out before the target is met, the frame is the best image so far, and its estimate is true of it.
+/// If the rays run out before the target is met, the frame is the best image so far, and its estimated error is right.
 #[test]
 fn a_budget_ends_with_an_honest_image() {
     let mut gpu = Gpu::open();
@@ -211,7 +211,7 @@ fn a_budget_ends_with_an_honest_image() {
     }
 }
 
-/// Over the image, errors are as large as the layer says that they are.
+/// Over the image, errors are as large as the standard error layer says.
 #[test]
 fn standard_errors_are_calibrated() {
     let mut gpu = Gpu::open();
@@ -247,12 +247,12 @@ fn standard_errors_are_calibrated() {
         }
         let deviation = f64::sqrt(squares / count);
         println!("{name}: errors over standard errors deviate by {deviation:.3}");
-        // On an H100 the knot has 0.798: the errors are a fifth below their estimates.
+        // The knot has 0.798 on an H100: its errors are a fifth below their estimates.
         assert!((0.79..=1.25).contains(&deviation), "{name}: {deviation}");
     }
 }
 
-/// Large enough for a lattice whose pixels lie apart: most pixels are interpolated, and the error is still the one asked for.
+/// The image is large enough for a coarse grid: most pixels are interpolated, and the error is still the requested one.
 #[test]
 fn most_pixels_are_interpolated() {
     let mut gpu = Gpu::open();
@@ -260,16 +260,16 @@ fn most_pixels_are_interpolated() {
         let scene = demo_scene(name, [224, 224]);
         let truth = reference_of(&scene, 32);
         let frame = check(&mut gpu, name, &scene, &truth, 0.04);
-        // A pixel that is gathered takes 192 rays or more.
+        // A gathered pixel takes at least 192 rays.
         let rays_per_pixel = frame.stats.ray_count as f64 / (224.0 * 224.0);
         println!("{name}: {rays_per_pixel:.0} rays a pixel");
         assert!(rays_per_pixel < 192.0, "{name}");
     }
 }
 
-/// Beside the lit block lies a strip of wall, two points of the grid wide, on which light bends from side to side and hardly from top
-/// to bottom. Predictions along it are right and tell nothing of those across it: interpolated, a pixel of it was off by what no
-/// number of samples mends, and the estimate asked for them.
+/// Beside the lit block is a strip of wall, two points of the grid wide, on which light varies nonlinearly from side to side and
+/// hardly from top to bottom. Predictions along the strip are right, but say nothing about those across it. Interpolated, the strip's
+/// pixels had an error that no number of samples removes, and the estimate requested more samples.
 #[test]
 fn a_strip_as_narrow_as_the_grid_is_gathered() {
     let mut gpu = Gpu::open();
@@ -277,11 +277,11 @@ fn a_strip_as_narrow_as_the_grid_is_gathered() {
     let stats = gpu.render(&scene).stats;
     println!("{} rays", stats.ray_count);
     assert_eq!(stats.stop, Some(StopReason::TargetMet));
-    // With the strip interpolated 294 million, now 23 million.
+    // Measured 23 million; with the strip interpolated, 294 million.
     assert!(stats.ray_count < 30_000_000, "{}", stats.ray_count);
 }
 
-/// Progress never goes back, and where it is answered with a break, nothing but an error comes of it.
+/// Progress never goes back. `Break` from the callback ends the render with an error.
 #[test]
 fn progress_and_cancelling() {
     let mut gpu = Gpu::open();
@@ -321,7 +321,7 @@ fn progress_and_cancelling() {
     gpu.render(&scene);
 }
 
-/// The lamp is in the next room. What it sends through the slit is hard to find from either end.
+/// The lamp is in the next room. The light through the slit is hard to find from either side.
 #[test]
 fn light_through_a_slit() {
     let scene = demo_scene("slit", [64, 64]);
@@ -329,7 +329,7 @@ fn light_through_a_slit() {
     check(&mut Gpu::open(), "slit", &scene, &truth, 0.15);
 }
 
-/// The lattice, and the sample of pixels that are appraised, may be smaller than a pixel or hit nothing.
+/// The image may be smaller than a cell of the grid, and the pixels sampled for the error estimate may show no surface.
 #[test]
 fn images_of_few_pixels_and_of_none_with_a_surface() {
     let mut gpu = Gpu::open();
@@ -355,7 +355,7 @@ fn images_of_few_pixels_and_of_none_with_a_surface() {
     assert_eq!(frame.stats.estimated_error, None);
 }
 
-/// A room of six walls with a screen in it, 2 m on a side.
+/// A room with five walls, open at the front, 2 m on a side, with a screen in it.
 fn room() -> Scene {
     let corner = DVec3::splat(-1.0);
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
@@ -382,7 +382,7 @@ fn room() -> Scene {
     scene
 }
 
-/// Every kind of light alone, and all of them together: they share the draws by what they send.
+/// Every kind of light alone, and all of them together. Together they share the draws in proportion to the light that they send.
 #[test]
 fn lights_of_every_kind_and_together() {
     let lights = [
@@ -427,7 +427,7 @@ fn lights_of_every_kind_and_together() {
     }
 }
 
-/// A spot 300 m from a room of 2 m: what is in its way is told apart to micrometres all the same.
+/// A spot 300 m from a room of 2 m. Occluders are still resolved to micrometres.
 #[test]
 fn light_comes_from_afar() {
     let mut scene = room();
@@ -445,12 +445,12 @@ fn light_comes_from_afar() {
     check(&mut Gpu::open(), "from afar", &scene, &truth, 0.03);
 }
 
-/// Both kernels find the same. A ray at an edge that rounding turns the other way may change what the pilot learns, and with it
-/// every later draw: then the images differ by their noise.
+/// All kernels find the same hits. But rounding may turn a ray at an edge, which changes the pilot's result and so every later draw.
+/// Then the images differ by their noise.
 #[test]
 fn kernels_agree() {
     let mut gpu = Gpu::open();
-    // No ray of the box differs; in the glossy room one may, and the noise asked for is the bound.
+    // No ray of the box differs. In the glossy room one may, and the bound is the requested noise.
     for (name, bound) in [("cornell", 1e-3), ("glossy", 0.1)] {
         let scene = final_gather(demo_scene(name, [48, 48]), 0.1);
         let frames = gpu.render_by_each_ray_kernel(&scene);
@@ -469,7 +469,7 @@ fn kernels_agree() {
     }
 }
 
-/// Behind a wall without thickness, lit on its other side, it stays dark: not a photon gets through or around.
+/// Behind a wall without thickness that is lit on its other side, the image is black: no light passes through or around.
 #[test]
 fn a_wall_of_no_thickness_does_not_leak() {
     let mut scene = room();
@@ -485,7 +485,7 @@ fn a_wall_of_no_thickness_does_not_leak() {
         &gpu.render(&final_gather(scene.clone(), 0.05)),
         Layer::Indirect,
     );
-    // The wall through the middle; the camera and the dark half on one side of it, the lamp on the other.
+    // The wall divides the room. The camera and the dark half are on one side, the lamp is on the other.
     scene
         .meshes
         .push(quad("wall", DVec3::new(0.0, -1.0, -1.0), y, z, 1).into());
@@ -497,7 +497,7 @@ fn a_wall_of_no_thickness_does_not_leak() {
         .zip(position.chunks_exact(3))
         .enumerate()
     {
-        // A pixel's centre on the seam may show the floor's first micrometres on the other side.
+        // A pixel's centre on the seam may show the first micrometres of the lit side.
         let is_beyond = p[0] > 0.0 && p[0] < 1e-4;
         assert!(
             value == [0.0; 3] || is_beyond,

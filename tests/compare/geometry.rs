@@ -1,7 +1,7 @@
 //! What the raster passes see, against a ray cast in f64 through every pixel's and texel's centre.
 //!
-//! Compared is whatever is away from edges: where the eight rays 1/32 of a pixel away hit the same triangle.
-//! Rasterisers snap vertices to 1/256 pixel, so that nearer to an edge either side is right.
+//! Only pixels and texels away from edges are compared: those where the eight rays 1/32 of a pixel away hit the same triangle.
+//! Rasterisers snap vertices to 1/256 pixel, so nearer to an edge either side is right.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
 use crate::common::ray_caster::{Hit, RayCaster, pixel::PixelRay};
@@ -16,16 +16,16 @@ use camlux::{
 };
 use glam::DVec3;
 
-/// Distance between positions, over the scene's size; 1e-5 was asked for. f32 rays: measured up to 6.5e-7.
+/// Distance between positions, relative to the scene's size. Required: 1e-5; measured up to 6.5e-7 with f32 rays.
 const POSITION: f64 = 1.5e-6;
-/// Distance of a position from the plane of its triangle, over the scene's size: f32 rounding, measured up to 5.9e-8.
+/// Distance of a position from its triangle's plane, relative to the scene's size: f32 rounding, measured up to 5.9e-8.
 const PLANE: f64 = 1.8e-7;
-/// Distance between unit normals. f32 corners of small triangles and f32 weights of smooth normals: measured up to 4.1e-6.
+/// Distance between unit normals: f32 corners of small triangles and f32 weights of smooth normals, measured up to 4.1e-6.
 const NORMAL: f64 = 1.2e-5;
-/// The same for packed normals: the largest distance that 12 bits an axis of the octahedron leave.
+/// The same for packed normals: the largest rounding of 12 bits per axis of the octahedron.
 const GEOMETRIC_NORMAL: f64 = 1.04e-3;
 
-/// The largest errors found, and how much was compared.
+/// The largest errors found, and the number of points compared.
 #[derive(Debug, Default)]
 pub struct Errors {
     position: f64,
@@ -40,7 +40,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Compares a point with what the ray hits. Returns the hit where both see the same surface away from edges.
+    /// Compares a point with what the ray hits. Returns the hit if both see a surface, away from edges.
     fn point(
         &mut self,
         scene: &Scene,
@@ -73,7 +73,7 @@ impl Errors {
         Some(hit)
     }
 
-    /// At most a `skipped` share of the pixels lies at edges, and the rest agrees.
+    /// Checks that at most a share `skipped` of the pixels is at edges, and that the rest agrees.
     pub fn check(&self, what: &str, skipped: f64) {
         println!("{what}: {self:?}");
         assert!(self.compared > 0, "{what}: nothing was compared");
@@ -86,7 +86,7 @@ impl Errors {
             self.geometric_normal <= GEOMETRIC_NORMAL,
             "{what}: {self:?}"
         );
-        // Textures: f32 texture coordinates over some hundred texels. Measured up to 6.2e-5.
+        // f32 texture coordinates over some hundred texels: measured up to 6.2e-5.
         assert!(self.kd <= 1.5e-4, "{what}: {self:?}");
         // Ratios of lengths from f32 positions: measured up to 3.8e-7, and 1.04e-6 through a fisheye lens.
         assert!(self.depth <= 1.5e-6, "{what}: {self:?}");
@@ -106,7 +106,7 @@ pub fn render(gpu: &mut Gpu, scene: &Scene) -> (Frame, Intermediates) {
         .expect("the scene renders")
 }
 
-/// The G-buffer and the layers made of it.
+/// Errors of the G-buffer and of the layers made from it.
 pub fn camera_errors(scene: &Scene, frame: &Frame, kept: &Intermediates) -> Errors {
     let caster = RayCaster::new(scene);
     let [width, height] = frame.resolution_px;
@@ -155,7 +155,7 @@ pub fn camera_errors(scene: &Scene, frame: &Frame, kept: &Intermediates) -> Erro
     errors
 }
 
-/// The RSM of a light.
+/// Errors of a light's RSM.
 fn rsm_errors(scene: &Scene, light: &Light, kept: &LightIntermediates) -> Errors {
     let caster = RayCaster::new(scene);
     let domain = &kept.domain;
@@ -180,7 +180,7 @@ fn rsm_errors(scene: &Scene, light: &Light, kept: &LightIntermediates) -> Errors
             direction, cone, ..
         } = light
         {
-            // The table holds s averaged over the texel: near its centre's s, if faces and table lie the same way.
+            // The table holds s averaged over the texel. It is near s at the centre if faces and table have the same orientation.
             let centre = spot_falloff(direction.angle_between(ray.direction), *cone);
             let is_cut = emission.measure < 0.999 * whole_texel_measure(domain, &ray);
             assert!(
@@ -192,10 +192,10 @@ fn rsm_errors(scene: &Scene, light: &Light, kept: &LightIntermediates) -> Errors
     errors
 }
 
-/// ΔΩ of a texel that lies in the domain as a whole, to first order in its size.
+/// ΔΩ of a texel that is entirely inside the domain, to first order in its size.
 fn whole_texel_measure(domain: &EmissionDomain, ray: &PixelRay) -> f64 {
     let texel = 2.0 * domain.faces[0].half_extent / f64::from(domain.size);
-    // Measured from above: the first order is off by texel².
+    // A lower bound: the first order is off by at most texel².
     (texel * texel / ray.direction.length().powi(3)) * (1.0 - texel * texel)
 }
 
@@ -259,7 +259,7 @@ fn distance_and_scale_cost_nothing() {
     }
 }
 
-/// A camera and lights far away lose digits along their rays, but points stay on their surfaces.
+/// A distant camera or light loses digits along its rays, but points stay on their surfaces.
 #[test]
 fn points_seen_from_afar_lie_on_their_surfaces() {
     let mut scene = with_rsm(demo_scene("cornell", [64, 64]), 32);
@@ -282,17 +282,17 @@ fn points_seen_from_afar_lie_on_their_surfaces() {
     ] {
         println!("from afar: {errors:?}");
         assert!(errors.compared > 500 && errors.plane <= PLANE, "{errors:?}");
-        // The digits of 300 m.
+        // A distance of 300 m costs this many digits.
         assert!(errors.position <= 65.0 * POSITION, "{errors:?}");
     }
 }
 
-/// Six walls of six colours with four markers each that are off the centre and the diagonals: a face that is swapped,
-/// mirrored or turned shows another colour somewhere.
+/// Each of six walls has its own colour and four markers off its centre and diagonals. A face that is swapped, mirrored or
+/// rotated shows another colour somewhere.
 #[test]
 fn all_six_faces_lie_right() {
     let mut gpu = Gpu::open();
-    // An even and an odd number of texels, with and without a centre.
+    // An even and an odd number of texels, without and with a texel in the middle.
     for rsm_size in [32, 45] {
         let scene = with_rsm(rooms::marked_room(), rsm_size);
         compare(&mut gpu, "marked room", &scene, 0.05);
@@ -302,7 +302,7 @@ fn all_six_faces_lie_right() {
         let forward = light.domain.faces.iter().map(|face| face.forward);
         assert!(forward.eq(axes.into_iter().flatten()));
 
-        // Every texel of the closed room carries flux, and the f32 values that the device gets sum up to the sphere.
+        // Every texel of the closed room carries flux, and the device's f32 solid angles sum to the sphere's.
         let texels = light.domain.texels.iter().zip(&light.rsm);
         let seen = texels.filter(|(_, seen)| seen.is_some());
         let sum: f64 = seen.map(|(texel, _)| f64::from(texel.measure as f32)).sum();
@@ -311,7 +311,7 @@ fn all_six_faces_lie_right() {
         assert!(error.abs() < 1e-7, "{error:e}");
         assert_eq!(light.vpl_counts[0] as usize, light.rsm.len());
 
-        // A marker's colour is seen on that marker, and all of them are.
+        // Each marker's colour is seen, and only on that marker.
         for (index, material) in scene.materials.iter().enumerate() {
             let of_material = |texel: &&_| rooms::has_kd(texel, material.kd);
             let found = light.rsm.iter().flatten().map(|texel| texel.point);

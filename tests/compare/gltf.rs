@@ -1,4 +1,4 @@
-//! glTF files: against the same scene as OBJ, bit for bit, and node by node against what the format says.
+//! glTF files, against the same scene as OBJ, bit for bit, and node by node against the format's definitions.
 
 use std::fmt::Write;
 
@@ -27,7 +27,7 @@ position = [0.25, 1.5, 0.5]
 power_w = 20.0
 ";
 
-/// A bent sheet over a floor: positions, normals, texture coordinates with v down, triangles.
+/// A bent sheet: positions, normals, texture coordinates with v down, triangles.
 struct Sheet {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -65,7 +65,7 @@ fn sheet(height: f32) -> Sheet {
 impl Sheet {
     fn obj(&self) -> String {
         let mut text = String::from("mtllib sheet.mtl\nusemtl textured\n");
-        // A number of f64 is written so that it is read as itself.
+        // `{:?}` writes an f64 so that it reads back exactly.
         for [x, y, z] in self.positions.iter().map(|p| p.map(f64::from)) {
             writeln!(text, "v {x:?} {y:?} {z:?}").unwrap();
         }
@@ -105,7 +105,7 @@ fn load(folder: &SceneFolder, mesh: &str) -> Scene {
     folder.load(&format!("{HEAD}{LIGHT}{mesh}")).unwrap()
 }
 
-/// The corners of each triangle of a scene's only mesh: the numbers of vertices may be others.
+/// The corners of each triangle of a scene's only mesh. Vertex indices may differ.
 fn corners(scene: &Scene) -> Vec<[(DVec3, DVec3, [f64; 2]); 3]> {
     let [mesh] = &scene.meshes[..] else {
         panic!("there is one mesh");
@@ -129,7 +129,7 @@ fn a_scene_is_that_of_the_obj_bit_for_bit() {
     let mut gpu = Gpu::open();
     let folder = SceneFolder::new();
     let sheet = sheet(0.4);
-    // k_d as the mapping makes it of a rough dielectric, with which k_s is the same, too.
+    // The Phong material that the mapping makes of the rough dielectric in the glTF file.
     let (kd, ks, shininess) = MetallicRoughness {
         base_color: [1.0; 3],
         metallic: 0.0,
@@ -161,7 +161,7 @@ fn a_scene_is_that_of_the_obj_bit_for_bit() {
         .write("sheet.glb", builder.glb(&members))
         .write("sheet.gltf", json);
     folder.write("a buffer.bin", buffer);
-    // Moved and turned by the scene file, too.
+    // The scene file also scales, rotates and moves it.
     let mesh = |name: &str| {
         format!(
             "[[mesh]]\npath = \"{name}\"\nscale = 1.5\nrotate_deg = [10, 20, 30]\ntranslate = [0.1, 0.2, -0.3]\n"
@@ -215,7 +215,7 @@ fn nodes_place_meshes_lights_and_cameras() {
         "they share a mesh"
     );
     let scene = scene.flattened();
-    // x to -z and z to x, twice as large, and away.
+    // Maps x to -z and z to x, scales by 2, and moves.
     let turn = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
     let placed = |p: DVec3| turn * (2.0 * (p + DVec3::Z)) + DVec3::new(1.0, 2.0, 3.0);
     for (found, corner) in scene.meshes[0].positions_m.iter().zip(triangle) {
@@ -229,7 +229,7 @@ fn nodes_place_meshes_lights_and_cameras() {
     );
     assert_eq!(scene.meshes[1].positions_m[2], DVec3::new(5.0, -2.0, 0.0));
 
-    // The file's light, and then those of the nodes: 683 lm are a watt.
+    // The scene file's light comes first, then the nodes' lights. 683 lm are 1 W.
     let four_pi = 4.0 * std::f64::consts::PI;
     let [
         _,
@@ -289,7 +289,7 @@ fn nodes_place_meshes_lights_and_cameras() {
         let message = of_camera(name, more).unwrap_err().to_string();
         assert!(message.contains(says), "{message}");
     }
-    // What is not modelled is said, once each.
+    // Each feature that is not modelled is reported once.
     let warnings = scene.warnings().join("\n");
     for part in [
         "points and lines",
@@ -311,7 +311,7 @@ fn materials_are_mapped() {
         }
         .as_phong()
     };
-    // Rough surfaces are diffuse, smooth metals mirror, and none reflects more than it receives.
+    // Rough surfaces are diffuse, smooth metals are specular, and none reflects more than it receives.
     let (kd, ks, _) = phong(0.0, 1.0);
     assert!((0..3).all(|i| ks[i] == 0.0 && (kd[i] - [0.784, 0.496, 0.208][i]).abs() < 1e-12));
     let (kd, ks, _) = phong(1.0, 0.1);
@@ -330,7 +330,7 @@ fn materials_are_mapped() {
             );
         }
     }
-    // Narrower and narrower, and never without a width.
+    // The lobe narrows as roughness falls, but its exponent stays finite.
     let widths = [1.0, 0.7, 0.4, 0.1, 0.0].map(|roughness| phong(0.5, roughness).2);
     assert!(
         widths.is_sorted_by(|a, b| a < b) && widths[4].is_finite(),
@@ -380,12 +380,12 @@ fn materials_are_mapped() {
     );
     let texture = |index: Option<usize>| &scene.textures[index.unwrap()].texels;
     assert_eq!(texture(material.kd_texture).len(), 2);
-    // 60/255 is above a cutoff of 0.2: 150 where 128 are a half.
+    // 60/255 is above the cutoff of 0.2: scaled to a cutoff of 1/2, it is 150/255, so no texel is cut out.
     assert!(material.alpha_texture.is_none());
     let Texels::F32(normals) = texture(material.normal_texture) else {
         panic!("a scaled map of normals")
     };
-    // (1, 0, 0) with half of its slope is still across, for it has no height.
+    // (1, 0, 0) has almost no z part, so halving x hardly turns it.
     assert!(normals[0][0] > 0.95, "{normals:?}");
     let cut = file(r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0}},"alphaMode":"MASK""#)
         .unwrap();

@@ -1,4 +1,4 @@
-//! Instances that share a mesh on the device, against the same surfaces with a mesh of their own each.
+//! Instances that share a mesh on the device, against the same surfaces where each has its own mesh.
 
 use crate::common::gpu::Gpu;
 use crate::common::instances::crowd;
@@ -10,7 +10,7 @@ use camlux::{
     scene::{Distortion, Encoding, IndirectLight, Lens, Material, Mesh, Shared, Texels, Texture},
 };
 
-/// Blocks whose texture, map of normals and alpha texture, where it is wanted, differ across a face.
+/// Blocks with a texture, a normal map and optionally an alpha texture, which all vary across a face.
 fn patterned(has_cutouts: bool) -> Scene {
     let mut scene = crowd([96, 96]);
     let texture = |name: &str, texel: fn(usize) -> [u8; 3]| {
@@ -51,7 +51,7 @@ fn patterned(has_cutouts: bool) -> Scene {
     scene
 }
 
-/// Share of the pixels that show another mesh; and where both show the same: the share of pixels whose values are farther apart than this, over the largest of the layer.
+/// Share of the pixels that show the same mesh in both frames, but whose values differ by more than `bound` times the layer's largest value.
 fn differing(shared: &Frame, own: &Frame, layer: Layer, bound: f32) -> f64 {
     let ids = [shared, own].map(|frame| frame.ids(Layer::InstanceId).expect("it is there"));
     let values = [shared, own].map(|frame| frame.values(layer).expect("it is there"));
@@ -87,7 +87,7 @@ fn assert_same(gpu: &mut Gpu, what: &str, scene: &Scene) {
         }
         let bounced =
             [shared, own].map(|frame| frame.values(Layer::Indirect).expect("it is there"));
-        // Both have noise of their own, where a ray meets something else beside an edge.
+        // The frames' noise differs where a ray beside an edge hits something else.
         let error = relative_rmse_where(bounced[0], bounced[1], |_| true);
         let [a, b] = bounced.map(|values| values.iter().map(|&v| f64::from(v)).sum::<f64>());
         println!("{what}, indirect: {error}, mean {}", a / b);
@@ -124,7 +124,7 @@ fn the_reference_places_instances_alike() {
     let frames = [gpu.render(&scene), gpu.render(&scene.flattened())];
     for (layer, bound) in [
         (Layer::Position, 1e-5),
-        // Of pixels that show several triangles.
+        // Loose, for pixels that show several triangles.
         (Layer::Normal, 1e-2),
         (Layer::Direct, 1e-4),
         (Layer::Indirect, 0.05),

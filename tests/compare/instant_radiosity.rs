@@ -1,4 +1,4 @@
-//! Where nothing is in the way, `instant-radiosity` converges to the path-sampled reference as its RSM is refined.
+//! Without occluders, `instant-radiosity` converges to the path-sampled reference as its RSM is refined.
 
 use std::{f64::consts::PI, ops::ControlFlow};
 
@@ -12,8 +12,8 @@ use camlux::{
 };
 use glam::DVec3;
 
-/// A spot lights one of two plates that face each other, its cone well within the rim. The sum over texels is a midpoint
-/// rule for an integrand that is continuous, so that its error falls with the square of the texels along an edge.
+/// A spot lights one of two plates that face each other, and its cone is well inside the rim. The sum over texels is a midpoint
+/// rule for a continuous integrand, so its error falls with the square of the number of texels along an edge.
 #[test]
 fn error_falls_with_the_square_of_the_resolution() {
     let meshes = vec![

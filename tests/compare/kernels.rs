@@ -1,5 +1,5 @@
 //! Kernel error: the GPU's f32 against the same formulas in f64 on the same G-buffer and VPLs, for every demo scene,
-//! estimator and kernel that the device can run. Model error, against path-traced truth, is another question.
+//! estimator and kernel that the device can run. `truth` tests the model error, against a path-traced reference.
 
 use crate::common::direct::unshadowed_direct;
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
@@ -15,8 +15,8 @@ use glam::DVec3;
 
 const SIZE: [u32; 2] = [64, 64];
 
-/// relRMSE where everything is matte or mildly glossy. The rounding of ~30 f32 operations a pair, averaged over thousands of
-/// pairs: measured 1e-7 to 4.3e-7, the largest for a spot's falloff. The bar that was set is 2e-6, with lobes 5e-5.
+/// relRMSE where everything is matte or mildly glossy: the rounding of ~30 f32 operations per pair, averaged over thousands of
+/// pairs. Measured 1e-7 to 4.3e-7, the largest for a spot's falloff. Required: 2e-6, with lobes 5e-5.
 const BOUND: f64 = 9e-7;
 
 #[test]
@@ -25,8 +25,8 @@ fn direct_light_matches_the_model() {
     for name in DEMO_SCENES {
         let scene = demo_scene(name, SIZE);
         for light in &scene.lights {
-            // One light at a time, so that a black pixel tells that this light does not reach it: whether that is true
-            // is a question of visibility, which `shadows` answers.
+            // One light at a time, so that a black pixel means that this light does not reach it. `shadows` tests whether that
+            // is right.
             let mut alone = scene.clone();
             alone.lights = vec![light.clone()];
             alone.indirect = None;
@@ -49,8 +49,7 @@ fn direct_light_matches_the_model() {
 }
 
 /// Every kind of light on lobes alone, and every way of drawing a surface: flat and smooth, plain and textured, matte and
-/// glossy. Lobes of shininess 200 alone are within 1.0e-5 (an H100: 3.2e-5), where few pixels carry the image; the bar that was set is
-/// 5e-5.
+/// glossy. Lobes of shininess 200 alone are within 1.0e-5 (3.2e-5 on an H100), since few pixels carry the image. Required: 5e-5.
 #[test]
 fn direct_light_on_every_kind_of_surface_matches_the_model() {
     const LOBE_BOUND: f64 = 5e-5;
@@ -87,7 +86,7 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
             scene.lights = vec![light.clone()];
             scene.indirect = None;
             for mesh in scene.meshes.iter_mut().filter(|_| is_smooth) {
-                // Rounded as if the room were a ball, and never opposite to a face.
+                // Normals as if the room were a sphere, never opposite to a face.
                 let outwards = |&p: &DVec3| (p - DVec3::new(0.1, 0.9, 0.2)).normalize();
                 mesh.normals = mesh.positions_m.iter().map(outwards).collect();
             }
@@ -119,7 +118,7 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
     }
 }
 
-/// So that the runs of `scripts/test` with eight lanes and with four take the kernel that they are there for.
+/// So the runs of `scripts/test` with eight lanes and with four test the kernels that they are meant for.
 #[test]
 fn a_driver_of_the_cpu_takes_the_kernel_of_its_width() {
     let gpu = Gpu::open();
@@ -145,11 +144,11 @@ fn indirect_light_matches_the_model() {
     }
 }
 
-/// Lobes alone, without the diffuse term that hides their error: s multiplies the rounding of the directions.
+/// Lobes alone, without the diffuse term that would hide their error. s multiplies the rounding of the directions.
 #[test]
 fn sharp_lobes_match_the_model() {
     let mut gpu = Gpu::open();
-    // Three times the measured 1.9e-7, 3.4e-7, 3.4e-7 and 3.1e-6; the bar that was set is 5e-5 up to 200.
+    // Three times the measured 1.9e-7, 3.4e-7, 3.4e-7 and 3.1e-6. Required: 5e-5 up to shininess 200.
     for (shininess, bound) in [(0.0, 6e-7), (20.0, 1e-6), (200.0, 1e-6), (1e4, 1e-5)] {
         for estimator in VplSum::ALL {
             let mut scene = demo_scene("glossy", SIZE);

@@ -1,4 +1,4 @@
-//! What a camera with a lens sees, by rays, against rays in f64; and that it lands on its pixel by the lens's own formulas.
+//! What a camera with a lens sees by rays, against rays in f64. The lens's formulas must project each point back onto its pixel.
 
 use crate::common::calibrations;
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
@@ -38,7 +38,7 @@ fn lenses_show_what_rays_hit() {
     }
 }
 
-/// Around it, and behind it, too.
+/// It also sees what is behind the camera.
 #[test]
 fn a_fisheye_sees_more_than_half_of_all_directions() {
     let mut scene = rooms::marked_room();
@@ -74,7 +74,7 @@ fn every_ray_kernel_sees_the_same() {
     for frame in &frames {
         let pixels = seen(&truth).into_iter().zip(seen(frame));
         let differing = pixels.filter(|(a, b)| a.0 != b.0 || a.1.distance(b.1) > 1e-4);
-        // At edges rounding decides.
+        // Rounding decides at edges.
         let count = differing.count();
         assert!(count <= 3, "{count} pixels differ");
     }
@@ -102,7 +102,7 @@ fn points_land_on_their_pixels() {
     }
 }
 
-/// Whose inverse of the lens is another one.
+/// The reference inverts the lens with its own code.
 #[test]
 fn the_reference_sees_the_same() {
     let mut gpu = Gpu::open();

@@ -1,4 +1,4 @@
-//! What the device computes, against the model in f64, against rays in f64 and against path-traced truth.
+//! What the device computes, against the model in f64, against rays in f64 and against path-traced references.
 
 #![cfg(feature = "reference")]
 

@@ -1,4 +1,4 @@
-//! Maps of normals: against a closed form, and against the reference, which turns normals by a formula of its own.
+//! Normal maps, against a closed form and against the reference, which turns normals with its own formula.
 
 use crate::common::gpu::{Gpu, demo_scene};
 use crate::common::reference_frame::{error_off_edges, reference_frame, values};
@@ -14,13 +14,13 @@ fn texel(normal: Vec3) -> [f32; 3] {
     (0.5 * normal.normalize() + 0.5).to_array()
 }
 
-/// A map of one normal turns a whole floor: to the side in which u grows, to that in which v does, and mirrored.
+/// A map of one normal tilts a whole floor, with plain, mirrored and rotated texture coordinates, and seen from below.
 #[test]
 fn an_even_map_turns_the_floor() {
     let mut gpu = Gpu::open();
     let tilted = Vec3::new(0.3, -0.2, 0.9).normalize();
     let light_m = DVec3::new(0.4, 1.5, -0.3);
-    // Texture coordinates of the corners, and the directions in which u and v grow. The floor lies along x and -z.
+    // Texture coordinates of the corners, and the directions in which u and v grow. The floor's edges are along x and -z.
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let [plain, mirrored, turned] = [
         corners,
@@ -93,7 +93,7 @@ fn an_even_map_turns_the_floor() {
     }
 }
 
-/// The textured room with bumps on all of its surfaces, which are smooth or flat.
+/// The textured room with bumps on all its surfaces, which have smooth or flat normals.
 fn bumpy(is_smooth: bool) -> Scene {
     let mut scene = demo_scene("textured", [40, 40]);
     let normals = (0..64).map(|i| {
@@ -121,7 +121,7 @@ fn bumpy(is_smooth: bool) -> Scene {
     scene
 }
 
-/// Rasterised, and found by rays.
+/// Both on rasterised surfaces and on surfaces that rays find.
 #[test]
 fn the_reference_has_the_same_normals_and_light() {
     let mut gpu = Gpu::open();
@@ -143,11 +143,11 @@ fn the_reference_has_the_same_normals_and_light() {
             println!(
                 "smooth {is_smooth}: N {normal:.1e}, direct {direct:.1e}, indirect {indirect:.1e}"
             );
-            // The place in k_d's texture is rounded to 1e-4 of a texel.
+            // The texture coordinates of k_d are rounded to 1e-4 of a texel.
             assert!(normal < 1e-5 && direct < 3e-5, "{normal} {direct}");
             assert!(indirect < 0.04, "{indirect}");
         }
-        // The bumps show.
+        // The bumps are visible.
         assert!(error(&plain, Layer::Normal) > 0.1 && error(&plain, Layer::Direct) > 0.05);
     }
 }

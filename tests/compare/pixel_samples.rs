@@ -1,4 +1,4 @@
-//! Pixels that average light over their area, against the reference, which draws points of its own in each pixel.
+//! Pixels that average light over their area, against the reference, which draws its own points in each pixel.
 
 use std::ops::ControlFlow;
 
@@ -17,7 +17,7 @@ fn sampled(mut scene: Scene, samples: u32, filter: PixelFilter) -> Scene {
     scene
 }
 
-/// sqrt(Σ(x−t)²/Σt²) over what is finite in both.
+/// sqrt(Σ(x−t)²/Σt²) over the values that are finite in both.
 fn relative_rmse(found: &[f32], due: &[f32]) -> f64 {
     let pairs = found
         .iter()
@@ -68,7 +68,7 @@ fn direct_light_and_depths_are_means_over_the_area() {
     }
 }
 
-/// Also where the surfaces of a pixel are none that a pixel's centre shows.
+/// Includes pixels that show surfaces which no pixel centre shows.
 #[test]
 fn the_bounce_is_within_the_target_error_of_that_of_the_area() {
     let mut gpu = Gpu::open();
@@ -103,7 +103,7 @@ fn the_bounce_is_within_the_target_error_of_that_of_the_area() {
     }
 }
 
-/// Sums have no reference: an image of eight times the resolution has the same points.
+/// The sums have no reference. An image at eight times the resolution has the same number of points per coarse pixel.
 #[test]
 fn sums_are_averaged_as_well() {
     let mut gpu = Gpu::open();
@@ -123,7 +123,7 @@ fn sums_are_averaged_as_well() {
         relative_rmse(values(&found, layer), &due)
     });
     println!("{errors:?}");
-    // The points of the fine image lie in rows, as edges do.
+    // The fine image's points are in rows, parallel to edges, which adds error.
     assert!(errors[0] < 0.015 && errors[1] < 0.02, "{errors:?}");
 }
 

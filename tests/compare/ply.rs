@@ -1,4 +1,4 @@
-//! PLY files: against the same mesh as OBJ, bit for bit.
+//! PLY files, against the same mesh as OBJ, bit for bit.
 
 use std::fmt::Write;
 
@@ -25,7 +25,7 @@ const NORMALS: [[f32; 3]; 6] = [
 /// A floor and a wall.
 const FACES: [[u8; 4]; 2] = [[0, 1, 2, 3], [3, 2, 4, 5]];
 
-/// With what is not read before, between and behind it.
+/// Has elements and properties that are not read, before, between and after those that are.
 fn header(format: &str) -> String {
     format!(
         "ply\nformat {format} 1.0\ncomment a scan\nelement sensor 1\nproperty list uchar short track\n\

@@ -1,4 +1,4 @@
-//! The kernels of `shaders/trace.wgsl` against rays in f64: right everywhere but within rounding of an edge.
+//! The kernels of `shaders/trace.wgsl` against rays in f64: right everywhere except within rounding of an edge.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, ray_kernels};
 use crate::common::instances;
@@ -12,15 +12,15 @@ use camlux::{
 };
 use glam::DVec3;
 
-/// Rays of a point.
+/// Rays per point.
 const RAYS: usize = 64;
-/// A ray passes an edge if another this far beside it tells something else, over the scene's size: corners, ends and
-/// products are rounded to 6e-8 of that, and there are some of them.
+/// A ray passes an edge if a ray this far beside it gives another result. Relative to the scene's size: corners, ends and
+/// products are each rounded to 6e-8 of that, and the errors add up.
 const EDGE: f64 = 1e-6;
-/// Surfaces nearer to a ray's ends than this, over the scene's size, are those that it starts and ends on.
+/// A ray starts and ends on the surfaces nearer to its ends than this, relative to the scene's size.
 const OWN_SURFACE: f64 = 3e-6;
 
-/// The same each time.
+/// Gives the same numbers in each run.
 struct Random(fastrand::Rng);
 
 impl Random {
@@ -28,7 +28,7 @@ impl Random {
         self.0.usize(..count)
     }
 
-    /// Cosine-distributed about a normal.
+    /// Cosine-distributed around a normal.
     fn direction(&mut self, normal: DVec3) -> DVec3 {
         let (radius, angle) = (self.0.f64().sqrt(), std::f64::consts::TAU * self.0.f64());
         let (right, up) = normal.any_orthonormal_pair();
@@ -98,7 +98,7 @@ impl Truth<'_> {
         })
     }
 
-    /// The same ray moved a little to several sides, at either end.
+    /// Small displacements of a ray's ends: to eight sides, and back and forth along the ray.
     fn sides(&self, direction: DVec3) -> Vec<DVec3> {
         let (right, up) = direction.normalize().any_orthonormal_pair();
         let along = direction.normalize();
@@ -112,14 +112,14 @@ impl Truth<'_> {
     }
 }
 
-/// Rays that are wrong, and how many of those are within rounding of an edge.
+/// Counts of the rays, of their hits, and of the wrong ones, at edges (within rounding) and elsewhere.
 #[derive(Debug, Default)]
 struct Wrong {
     rays: usize,
     hits: usize,
     at_edges: usize,
     elsewhere: usize,
-    /// Of the distance, over the scene's size.
+    /// Largest error of a distance, relative to the scene's size.
     worst_distance: f64,
 }
 
@@ -127,7 +127,7 @@ fn any_hits(truth: &Truth, points: &[RayPoint], ends: &[RayPoint], found: &[bool
     let mut wrong = Wrong::default();
     for (ray, (end, &found)) in ends.iter().zip(found).enumerate() {
         let from = &points[ray * points.len() / ends.len()];
-        // What lies below the other's horizon sends it nothing.
+        // A point below the other's horizon sends it no light.
         let offset = end.position_m - from.position_m;
         if offset.dot(from.geometric_normal) <= 0.0 || offset.dot(end.geometric_normal) >= 0.0 {
             continue;
@@ -175,7 +175,7 @@ fn closest_hits(
             }
             _ => f64::INFINITY,
         };
-        // A grazing ray's distance is as uncertain as the plane's height over its slope.
+        // A grazing ray's distance is uncertain by the rounding of the plane's height, divided by the slope.
         let tolerance = |hit: Option<RayHit>| {
             let normal = hit.map_or(direction, |hit| truth.normal(hit.triangle));
             2.0 * OWN_SURFACE / direction.dot(normal).abs().max(1e-9)
@@ -273,7 +273,7 @@ fn scenes_of_any_size_and_place_have_exact_rays() {
     }
 }
 
-/// Through trees that instances share, turned, stretched and mirrored.
+/// Instances share ray trees, and are rotated, stretched and mirrored.
 #[test]
 fn instances_have_exact_rays() {
     let mut gpu = Gpu::open();
@@ -298,7 +298,7 @@ fn contact_lines_have_exact_rays() {
     assert_is_exact(&mut gpu, "a light 3 mm above the floor", &scene, 300);
 }
 
-/// Triangles without area are never hit, whether they stand alone or lie in the tree, and harm no others.
+/// Triangles without area are never hit, alone or in a tree, and do not affect other hits.
 #[test]
 fn triangles_without_area_are_not_hit() {
     let mut gpu = Gpu::open();

@@ -1,4 +1,4 @@
-//! The path-sampled reference against closed forms and quadrature: each within 3 of its standard errors, and within 0.3 %.
+//! The path-sampled reference against closed forms and quadrature: within 3 of its standard errors, and within 0.3 %.
 
 use std::{f64::consts::PI, ops::ControlFlow};
 
@@ -12,7 +12,7 @@ use camlux::{
 };
 use glam::{DQuat, DVec3};
 
-/// Of the three bands; they are alike.
+/// Values of one band; all three are equal.
 struct Sampled {
     direct: f64,
     indirect: f64,
@@ -28,7 +28,7 @@ fn sample_with(scene: &Scene, look_at_m: DVec3, samples_per_round: u32) -> Sampl
     Sampled::of(&frame_of(scene, look_at_m, samples_per_round))
 }
 
-/// Its mesh, too; `None` for the background.
+/// Also returns the mesh; `None` for the background.
 fn sample_seen(scene: &Scene, look_at_m: DVec3) -> Option<(u32, Sampled)> {
     let frame = frame_of(scene, look_at_m, 512);
     let mesh = frame.ids(Layer::InstanceId).expect("it is there")[0].checked_sub(1)?;
@@ -80,7 +80,7 @@ pub fn lamp(position_m: DVec3) -> Light {
     }
 }
 
-/// A sphere of radius 1, k_d = 0.5, of facets so small that they lie within 4e-5 of it.
+/// A sphere of radius 1 whose facets are within 4e-5 of it.
 fn sphere() -> Mesh {
     const RINGS: u32 = 256;
     const SECTORS: u32 = 512;
@@ -118,10 +118,10 @@ fn sphere() -> Mesh {
     Mesh::from_slices("sphere", &positions, &triangles, 0)
 }
 
-/// So few that the facets of the sphere stay below the standard error.
+/// Samples per round, few enough that the error of the sphere's facets is below the standard error.
 const FEW: u32 = 1024;
 
-/// A sphere around a light of π W/sr, with other meshes in it.
+/// A sphere with k_d = 0.5 around a light of π W/sr, with other meshes in it.
 pub fn lit_sphere(others: Vec<Mesh>, camera_m: DVec3) -> Scene {
     let light = Light::Point {
         position_m: DVec3::ZERO,
@@ -134,7 +134,7 @@ pub fn lit_sphere(others: Vec<Mesh>, camera_m: DVec3) -> Scene {
     scene
 }
 
-/// Every point receives π W/m², sends 0.5 W/sr/m², and receives 0.5 · π · 0.5 from all the others.
+/// Every point receives π W/m² from the light, so it sends 0.5 W/sr/m². It receives 0.5 · π from the others and sends 0.5 / π of it.
 #[test]
 fn unit_sphere() {
     let scene = lit_sphere(Vec::new(), DVec3::new(0.3, -0.2, 0.1));
@@ -145,11 +145,11 @@ fn unit_sphere() {
     }
 }
 
-/// A mirror-like patch in the sphere sends on what its lobe collects of the uniform 0.5 W/sr/m² around it:
-/// 0.5 · ∫ f cosθ dω, which is 0.5 · k_s where it is seen along its normal, for every s, and elsewhere a quadrature.
+/// A glossy patch in the sphere reflects the uniform 0.5 W/sr/m² around it: 0.5 · ∫ f cosθ dω.
+/// Along its normal the lobe gives 0.5 · k_s for every s; at other angles a quadrature gives the value.
 #[test]
 fn phong_lobes_under_uniform_light() {
-    // The patch faces the light at its centre and casts its shadow on what it cannot see.
+    // The patch faces the light and casts its shadow only on what it cannot see.
     let side = 1e-3;
     let corner = DVec3::new(0.5, -0.5 * side, -0.5 * side);
     let patch = quad("patch", corner, side * DVec3::Y, side * DVec3::Z, 1);
@@ -166,7 +166,7 @@ fn phong_lobes_under_uniform_light() {
                 ..scene.materials[1].clone()
             };
             let sampled = sample_with(&scene, centre, FEW);
-            // Around the mirror direction m, at the angle α and the turn φ, dω = dφ d(cos α); cosθ = n·l, n = −x.
+            // Around the mirror direction m, with angle α and azimuth φ, dω = dφ d(cos α); cosθ = n·l, n = −x.
             let mirror = DVec3::new(to_camera.x, to_camera.y, -to_camera.z);
             let (x, y) = mirror.any_orthonormal_pair();
             let lobe = unit_square(1e-6, |u, v| {
@@ -191,7 +191,7 @@ fn phong_lobes_under_uniform_light() {
     }
 }
 
-/// L_{P→C} by one bounce from a parallelogram, nothing in between: ∫ k_d/π · k_d/π · I/d_LQ² · cosines · dA / d_PQ².
+/// L_{P→C} by one bounce from a parallelogram, without occluders: ∫ k_d/π · k_d/π · I/d_LQ² · cosines · dA / d_PQ².
 fn from_wall(p: DVec3, n_p: DVec3, light: DVec3, wall: [DVec3; 3], kd: [f64; 2]) -> f64 {
     let [corner, edge1, edge2] = wall;
     let doubled = edge1.cross(edge2);
@@ -229,7 +229,7 @@ fn parallel_plates() {
     }
 }
 
-/// Down to a thousandth of the wall's size from the corner, where the bounce comes from as near.
+/// Down to a thousandth of the wall's size from the corner, where most of the bounce comes from as near.
 #[test]
 fn perpendicular_corner() {
     let wall = [DVec3::NEG_Z, DVec3::Y, 2.0 * DVec3::Z];
@@ -248,14 +248,14 @@ fn perpendicular_corner() {
     }
 }
 
-/// A floor and a wall that meet, or cross, in the z axis, turned and moved so that no coordinate is exact.
+/// A floor and a wall that meet or cross at the z axis, rotated and moved so that no coordinate is exact.
 #[derive(Clone, Copy)]
 struct Corner {
     turn: DQuat,
     shift_m: DVec3,
 }
 
-/// Turns that repeat from run to run.
+/// The same rotations in every run.
 fn corners() -> impl Iterator<Item = Corner> {
     (0..12).map(|i| {
         let i = f64::from(i);
@@ -299,8 +299,8 @@ impl Corner {
     }
 }
 
-/// P within rounding of a second wall: the limit that is seen, also at a degree to one of them. There, the other wall fills half
-/// of what P sees.
+/// P is within rounding of a second wall, also seen at a degree to one of them. The result must be the limit at the corner, where
+/// the other wall fills half of P's view.
 #[test]
 fn in_the_corner() {
     let light = DVec3::new(0.7, 0.6, 0.2);
@@ -318,7 +318,7 @@ fn in_the_corner() {
             let look_at_m = corner.place(p);
             let scene = corner.scene(behind, light, view);
             let Some((mesh, sampled)) = sample_seen(&scene, look_at_m) else {
-                // Between two walls that end at the axis.
+                // The ray passes between two walls that end at the axis.
                 assert!(behind == 0.0);
                 continue;
             };
@@ -335,7 +335,7 @@ fn in_the_corner() {
                 (sampled.direct / (kd / PI * own) - 1.0).abs() < 1e-6,
                 "{what}"
             );
-            // Within 3 standard errors is too much to ask of a hundred points.
+            // Of a hundred points, some may be off by more than 3 standard errors.
             let off = sampled.indirect / (0.5 * 0.8 * 0.6 / PI * other) - 1.0;
             assert!(off.abs() < 3e-3, "{what}: {off}");
             most = most.max(off.abs());
@@ -390,7 +390,7 @@ fn half_occluded_patch() {
     }
 }
 
-/// Light that a spot and a directional light bring: the same wall, lit otherwise.
+/// The same wall, lit by a spot and by a directional light.
 #[test]
 fn other_lights_bounce_too() {
     let meshes = vec![

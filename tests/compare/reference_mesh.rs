@@ -1,5 +1,5 @@
-//! The path-sampled reference on a mesh of 52 000 small triangles against plain sampling: cosine-distributed directions,
-//! jittered, through another tree, another triangle test and the formulas of `camlux::model`.
+//! The path-sampled reference on a mesh of 52 000 small triangles, against plain sampling: jittered cosine-distributed directions,
+//! another ray tree, another triangle test and the formulas of `camlux::model`.
 
 use std::{f64::consts::PI, f64::consts::TAU, ops::ControlFlow};
 
@@ -16,12 +16,12 @@ use glam::DVec3;
 const SIZE: u32 = 100;
 /// Every third pixel of a row.
 const STEP: u32 = 3;
-/// Strata along each axis of the square that directions come from.
+/// Strata along each axis of the unit square from which directions are drawn.
 const STRATA: u32 = 32;
-/// Over the scene's 2 m: rays start and end so far from the surfaces.
+/// Rays start this far from their surface, in a scene of 2 m.
 const OFFSET_M: f64 = 1e-9;
 
-/// Numbers in 0 to 1 that repeat from run to run (Knuth's MMIX generator).
+/// The same numbers from 0 to 1 in every run (Knuth's MMIX generator).
 struct Numbers(u64);
 
 impl Numbers {
@@ -39,7 +39,7 @@ fn kd(scene: &Scene, hit: &Hit) -> Bands {
     scene.materials[material as usize].kd
 }
 
-/// The green band of what a matte point receives by one bounce from matte surfaces.
+/// The green band of a matte point's radiance by one bounce from matte surfaces.
 fn plainly_sampled(scene: &Scene, caster: &RayCaster, p: &Hit, numbers: &mut Numbers) -> f64 {
     let light = &scene.lights[0];
     let Light::Spot { position_m, .. } = *light else {

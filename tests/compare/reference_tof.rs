@@ -51,18 +51,18 @@ fn value(frame: &Frame, frequency: usize, quantity: TofQuantity) -> f64 {
     values(frame, frequency, quantity)[0].into()
 }
 
-/// Three standard errors of the phasor, as a range.
+/// Three standard errors of the phasor, converted to a range.
 fn noise_m(frame: &Frame, frequency: usize, frequency_hz: f64) -> f64 {
     let error = phasor(frame, frequency, TofQuantity::PhasorStandardError).magnitude();
     let total = phasor(frame, frequency, TofQuantity::Phasor).magnitude();
     3.0 * SPEED_OF_LIGHT_M_S / (4.0 * PI * frequency_hz) * error / total
 }
 
-/// A sphere of radius R = 1 m, k_d = ρ = 0.5, with the light at its centre: indirect over direct is ρ·G(x), G(x) = 2[e^{ix}(1 − ix) − 1]/x², x = 4πfR/c, for
-/// every point and camera.
+/// A sphere of radius R = 1 m, k_d = ρ = 0.5, with the light at its centre. For every point and camera, indirect over direct is ρ·G(x),
+/// G(x) = 2[e^{ix}(1 − ix) − 1]/x², x = 4πfR/c.
 #[test]
 fn a_sphere_has_its_closed_form() {
-    // Range bias, mm; |Z| over the light at f = 0.
+    // Frequency, Hz; range bias, mm; |Z| over the light at f = 0.
     let known = [
         (10e6, 220.921, 0.98974),
         (20e6, 216.922, 0.95950),
@@ -92,7 +92,7 @@ fn a_sphere_has_its_closed_form() {
     }
 }
 
-/// P at the foot of the light between two plates. E_P = 2ρI₀bH²∫ r(b² + r²)^{−3/2}(r² + H²)^{−2}·e^{ik(√(b² + r²) + √(r² + H²))} dr.
+/// P is straight below the light, between two plates. E_P = 2ρI₀bH²∫ r(b² + r²)^{−3/2}(r² + H²)^{−2}·e^{ik(√(b² + r²) + √(r² + H²))} dr.
 #[test]
 fn parallel_plates_have_their_integral() {
     let (height_m, gap_m, albedo, extent_m) = (0.7_f64, 2.0_f64, 0.6, 60.0);
@@ -124,7 +124,7 @@ fn parallel_plates_have_their_integral() {
             (scale * (1.0 + r).powi(2), k * (to_q + to_p))
         };
         let whole = unit_interval(1e-9, |t| integrand(t).0);
-        // The quadrature is for integrands of one sign.
+        // The quadrature needs integrands of one sign.
         let part = |f: &dyn Fn(f64) -> f64| {
             unit_interval(1e-9, |t| {
                 let (scale, phase) = integrand(t);
@@ -154,7 +154,7 @@ fn parallel_plates_have_their_integral() {
     }
 }
 
-/// A corner that the camera sees from where its light is, but for a second lamp that is not modulated.
+/// A corner with a modulated light at the camera, and a second lamp that is not modulated.
 fn corner(frequencies_hz: &[f64]) -> Scene {
     let meshes = vec![
         quad("floor", DVec3::NEG_Z, DVec3::X, 2.0 * DVec3::Z, 0),
@@ -212,14 +212,14 @@ fn what_phases_tell_is_what_phasors_are() {
                 complex(TofQuantity::PhasorDirect),
                 complex(TofQuantity::Phasor),
             );
-            // The ambient light has no part in it.
+            // Ambient light does not contribute to phasors.
             let bound = f64::from(of_modulated[3 * i]);
             assert!((direct.magnitude() - bound).abs() <= 1e-6 * bound);
             assert!(total.magnitude() <= (1.0 + 1e-6) * f64::from(radiance[3 * i]));
             let unambiguous = SPEED_OF_LIGHT_M_S / (2.0 * frequency_hz);
             let away = range_m(direct, frequency_hz).expect("light") - f64::from(half_paths[i]);
             let away = away.rem_euclid(unambiguous);
-            // f32 has 1e-7 of a turn; at 1 Hz that is all there is.
+            // f32 resolves 1e-7 of a turn, which limits the range at 1 Hz.
             let tolerance_m = 1e-6 * unambiguous.min(100.0) + 1e-6 * unambiguous;
             assert!(
                 away.min(unambiguous - away) < tolerance_m,
@@ -229,7 +229,7 @@ fn what_phases_tell_is_what_phasors_are() {
                 .ids(Layer::Tof(f as u8, TofQuantity::Wraps))
                 .expect("there")[i];
             assert_eq!(wraps, (f64::from(half_paths[i]) / unambiguous) as u32);
-            // All light frees electrons.
+            // Unmodulated light frees electrons, too.
             let taps = |phase: u8, tap| at(TofQuantity::Taps(phase), 2, tap);
             let electrons = f64::from(radiance[3 * i]) * joule * electrons_per_joule;
             let mut sum = 0.0;
@@ -252,7 +252,7 @@ fn what_phases_tell_is_what_phasors_are() {
             assert!((demodulated.magnitude() - amplitude).abs() < 1e-5 * amplitude + 1e-6 * sum);
             if frequency_hz == 1.0 {
                 let all = f64::from(modulated.values(Layer::Radiance).expect("there")[3 * i]);
-                // Another image of the same light: other samples of its bounce.
+                // The two frames have different samples of the bounce.
                 assert!((total.re - all).abs() < 0.1 * all && total.im.abs() < 1e-6 * all);
             }
         }
@@ -260,7 +260,7 @@ fn what_phases_tell_is_what_phasors_are() {
     assert!(seen > 100, "{seen}");
 }
 
-/// From its file, as if it had never stopped.
+/// A reference that resumes from its file gives the result of an uninterrupted one.
 #[test]
 fn a_file_with_phasors_is_gone_on_with() {
     let scene = corner(&[20e6, 100e6]);

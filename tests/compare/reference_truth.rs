@@ -1,5 +1,5 @@
 //! The path-sampled reference against an image that another renderer has path-traced (`tests/data/README.md`), pixel by
-//! pixel: both know their standard errors, so their differences must scatter as much as those say.
+//! pixel. Both state their standard errors, and their differences must scatter accordingly.
 
 use std::ops::ControlFlow;
 
@@ -90,6 +90,6 @@ fn differences_scatter_as_the_standard_errors_say() {
     assert!(pixels > 3000);
     assert!(mean.abs() <= 0.05, "{mean}");
     assert!((variance - 1.0).abs() <= 0.1, "{variance}");
-    // Shadow edges included; the 16 bit of the excerpt are 2e-4.
+    // Includes shadow edges. The image's 16 bits round by 2e-4.
     assert!(direct <= 1e-3, "{direct:e}");
 }

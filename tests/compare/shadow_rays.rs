@@ -1,4 +1,4 @@
-//! V(L,P) of direct light by shadow rays against rays in f64: right everywhere but within rounding of an edge.
+//! V(L,P) of direct light by shadow rays, against rays in f64.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
 use crate::common::rooms;
@@ -19,7 +19,7 @@ fn by_rays(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Not one pixel is wrong, at a shadow's edge or elsewhere.
+/// No pixel is wrong, neither at shadow edges nor elsewhere.
 fn assert_is_exact(gpu: &mut Gpu, what: &str, scene: Scene, light: &Light, error: f64) {
     let shadows = shadows_of(gpu, &by_rays(scene), light);
     println!("{what}: {shadows:?}");
@@ -95,18 +95,18 @@ fn lights_just_above_a_floor_have_exact_shadows() {
         let scene = floor_with(vec![wall], DVec3::new(0.1, height_m, 0.2));
         let light = scene.lights[0].clone();
         let what = format!("{height_m} m");
-        // The height itself is rounded: 1.5e-8 of 5e-4 local units at 1 mm, which is 3e-5.
+        // The height itself is rounded by 1.5e-8 local units. At 1 mm, 5e-4 local units, that is 3e-5.
         let error = 3.0 * KERNEL_ERROR * 0.01 / height_m;
         assert_is_exact(&mut gpu, &what, scene, &light, error);
     }
 }
 
-/// Both kernels do the same with each ray, in the same order.
+/// All ray kernels give the same image, bit for bit.
 #[test]
 fn ray_kernels_agree() {
     let mut gpu = Gpu::open();
     for name in DEMO_SCENES {
-        // Workgroups that the image does not fill, too.
+        // A size that does not fill the workgroups.
         let mut scene = by_rays(demo_scene(name, [157, 101]));
         scene.indirect = None;
         let frames = gpu.render_by_each_ray_kernel(&scene);
@@ -119,7 +119,7 @@ fn ray_kernels_agree() {
     }
 }
 
-/// Only what a scene needs: no shadow map with rays, no tree without.
+/// With rays the plan has no shadow map; with a map it has no shadow rays.
 #[test]
 fn rays_take_the_place_of_the_shadow_map() {
     let mut gpu = Gpu::open();

@@ -1,4 +1,4 @@
-//! V(L,P) of direct light from maps against rays in f64, and against path-traced truth.
+//! V(L,P) of direct light from shadow maps, against rays in f64 and against a path-traced reference.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
 use crate::common::ray_caster::{RayCaster, pixel::PixelRay};
@@ -24,15 +24,15 @@ fn demo_scenes_have_neither_acne_nor_leaks() {
             assert!(shadows.pixels > 5000, "{name}");
             assert_eq!((shadows.acne, shadows.leaks), (0, 0), "{name}");
             assert!(shadows.error_inside <= KERNEL_ERROR, "{name}");
-            // Corners of triangles that lie between texels: measured up to 2 of 50 000 pixels. The knot's triangles are
-            // smaller than its texels: 1.7e-3.
+            // Corners of triangles between texels: measured up to 2 of 50 000 pixels. The knot's triangles are smaller than
+            // its texels: 1.7e-3.
             let allowed = if name == "knot" { 5e-3 } else { 1.2e-4 };
             assert!(shadows.wrong_share_at_edges() <= allowed, "{name}");
         }
     }
 }
 
-/// f32 loses the digits of a distance of 300 m, but not those of the distance from P to what hides it.
+/// f32 loses digits of a distance of 300 m, but not of the distance from P to its occluder.
 #[test]
 fn light_from_afar_makes_no_acne() {
     let (scene, light) = scene_lit_from_afar();
@@ -40,11 +40,11 @@ fn light_from_afar_makes_no_acne() {
     println!("from afar: {shadows:?}");
     assert!(shadows.pixels > 5000);
     assert_eq!((shadows.acne, shadows.leaks), (0, 0));
-    // Six corners' pixels of 39 000.
+    // The pixels at six corners, out of 39 000.
     assert!(shadows.wrong_share_at_edges() <= 4.5e-4);
 }
 
-/// Against truth that shares no code with the engine, at its 200 x 200 pixels, with the shadow map that the plan gives them.
+/// The reference shares no code with the engine. Its image has 200 x 200 pixels; the plan chooses the shadow map for them.
 #[test]
 fn direct_light_agrees_with_path_traced_truth() {
     let truth = Truth::read().direct;
@@ -52,8 +52,8 @@ fn direct_light_agrees_with_path_traced_truth() {
     scene.indirect = None;
     let frame = Gpu::open().render(&scene);
     let direct = frame.values(Layer::Direct).expect("every frame has it");
-    // The lower edge of the green wall runs through the centres of the pixels on the image's diagonal: there either surface
-    // is right. Everything else counts, shadow edges too.
+    // The lower edge of the green wall passes through the centres of pixels on the image's diagonal, where either surface is
+    // right. All other pixels count, shadow edges too.
     let caster = RayCaster::new(&scene);
     let on_edge = |i: &usize| {
         let (x, y) = ((i % 200) as u32, (i / 200) as u32);
@@ -72,11 +72,11 @@ fn direct_light_agrees_with_path_traced_truth() {
         inside.len()
     );
     assert!(inside.len() > 39_000);
-    // The truth's rounding to 16 bit; measured 1.9e-4.
+    // The reference's rounding to 16 bits; measured 1.9e-4.
     assert!(error <= 3e-4, "{error:e}");
 }
 
-/// An RSM that is fine enough serves the shadow test as well as a map of the light's own.
+/// A fine RSM serves the shadow test as well as the light's own shadow map.
 #[test]
 fn shadows_from_the_rsm_are_the_same() {
     let mut gpu = Gpu::open();
@@ -101,7 +101,7 @@ fn shadows_from_the_rsm_are_the_same() {
     }
 }
 
-/// Where things touch, shadows begin at the line of contact, in front of and behind what stands there.
+/// Where surfaces touch, shadows begin at the contact line, both in front of the object and behind it.
 #[test]
 fn contact_lines_do_not_leak() {
     let mut gpu = Gpu::open();
@@ -111,13 +111,13 @@ fn contact_lines_do_not_leak() {
         assert!(shadows.pixels > 1000, "{what}");
         assert_eq!((shadows.acne, shadows.leaks), (0, 0), "{what}");
         assert!(shadows.error_inside <= 3.0 * KERNEL_ERROR, "{what}");
-        // Corners between texels: measured up to 2.1e-4, where the light grazes the floor and texels are long.
+        // Corners between texels: measured up to 2.1e-4, where grazing light makes the texels long.
         assert!(shadows.wrong_share_at_edges() <= 6e-4, "{what}");
     }
 }
 
-/// A light 3 mm above a floor sees it in the texels next to those of a wall's foot. The line through both meets the floor
-/// behind the light, where it hides nothing.
+/// A light 3 mm above a floor sees the floor in the texels next to those of a wall's foot. The line through light and foot meets the
+/// floor behind the light, where it hides nothing.
 #[test]
 fn the_floor_behind_the_light_hides_nothing() {
     let scene = wall_and_low_light();

@@ -1,4 +1,4 @@
-//! The kernel of `shaders/smooth.wgsl` against the same fit in f64, and on pixels that a fit of their surroundings could ruin.
+//! The kernel of `shaders/smooth.wgsl` against the same fit in f64, and on pixels that a fit of their neighbours could spoil.
 
 use crate::common::gpu::Gpu;
 use camlux::internals::smooth_probe::{GatheredLobe, GatheredPixel, SmoothOptions, smooth};
@@ -16,7 +16,7 @@ fn options(stride_px: u32, is_specular: bool) -> SmoothOptions {
     }
 }
 
-/// A hill of facets as small as pixels, lit from afar: the light is linear in the normal. Without noise.
+/// A hill of facets as small as pixels, lit from afar, without noise. The light is linear in the normal.
 fn hill() -> Vec<Option<GatheredPixel>> {
     let mut random = fastrand::Rng::with_seed(5);
     let pixel = |i: u32| {
@@ -46,7 +46,7 @@ fn variance_of_mean(lobe: &GatheredLobe, pixel: &GatheredPixel, options: &Smooth
     f64::from(options.evenness) * f64::from(lobe.variance) / 64.0 * fall
 }
 
-/// `smooth.wgsl` for one pixel, as a least-squares fit reads in a textbook.
+/// `smooth.wgsl` for one pixel, as a textbook least-squares fit.
 fn smoothed(
     pixels: &[Option<GatheredPixel>],
     options: SmoothOptions,
@@ -70,7 +70,7 @@ fn smoothed(
     }
     let vector = |v: [f32; 3]| Vec3::from(v).as_dvec3();
     let (position, normal) = (vector(own.position), vector(own.normal));
-    // As the kernel has it: what would lie outside the image is the last pixel in it.
+    // As in the kernel, a position outside the image becomes the last pixel inside.
     let nearest: Vec<_> = [[-1, 0], [1, 0], [0, -1], [0, 1]]
         .into_iter()
         .filter_map(|[dx, dy]| {
@@ -139,7 +139,7 @@ fn smoothed(
                 |(w, _, lobes, other): &(_, _, [GatheredLobe; 2], _)| w * value(&lobes[i], other);
             around.iter().map(sum).sum::<f64>() / weight
         };
-        // The fit of each band, its value at the pixel and what it leaves.
+        // The fit of each band: its value at the pixel, and its residual.
         let mut modelled = DVec3::ZERO;
         let mut scatter = 0.0;
         for band in 0..3 {
@@ -224,7 +224,7 @@ fn the_fit_matches_the_model() {
             .iter()
             .product::<u32>() as usize;
         assert!(changed > of_grid / 4, "{changed} of {of_grid}");
-        // Of light of about 2.5.
+        // The light is about 2.5.
         assert!(worst < 3e-6, "{worst:e}");
     }
 }
@@ -253,7 +253,7 @@ fn noise_is_lowered_where_light_is_linear_in_the_normal() {
     let mut noisy = truth.clone();
     let mut random = fastrand::Rng::with_seed(3);
     for pixel in noisy.iter_mut().flatten() {
-        // About normal, with a variance of 1 in each band.
+        // About normally distributed, with a variance of 1 in each band.
         let mut noise = || (0..12).map(|_| random.f32()).sum::<f32>() - 6.0;
         let deviation = (variance_of_mean(&pixel.diffuse, pixel, &options) / 3.0).sqrt() as f32;
         pixel.diffuse.mean = pixel.diffuse.mean.map(|v| v + deviation * noise());
@@ -268,7 +268,7 @@ fn noise_is_lowered_where_light_is_linear_in_the_normal() {
     assert!(after < 0.6 * before, "{before} to {after}");
 }
 
-/// But a pixel that is dark by chance takes the light around it.
+/// A pixel that is dark by chance, however, takes the light around it.
 #[test]
 fn what_stands_out_by_more_than_noise_is_kept() {
     let gpu = Gpu::open();
@@ -289,7 +289,7 @@ fn what_stands_out_by_more_than_noise_is_kept() {
     let found = smooth_middle(faint, lit);
     assert!(found[0] > 0.95, "lit among faint ones: {found:?}");
     assert_eq!(smooth_middle(lit, dark), [0.0; 3], "dark among lit ones");
-    // A sample in a hundred finds the light.
+    // One sample in a hundred finds the light.
     let seldom = lobe([0.01, 0.01, 0.01], 0.03);
     let found = smooth_middle(seldom, dark);
     assert!(found[0] > 0.005, "dark by chance: {found:?}");

@@ -1,4 +1,4 @@
-//! Time of flight of frames: direct light against the reference and against what is known of it.
+//! Time of flight of frames: direct light, against the reference and against known ranges.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
 use crate::common::rooms::{quad, scene_of};
@@ -15,7 +15,7 @@ use glam::DVec3;
 
 const FREQUENCIES_HZ: [f64; 4] = [20e6, 100e6, 200e6, 1e6];
 
-/// A scene whose lamps, other than directional ones, are modulated.
+/// A scene whose lights are modulated, except directional ones.
 pub fn modulated(scene: Scene, frequencies_hz: &[f64]) -> Scene {
     let lights = scene.lights.iter().enumerate();
     let ambient = lights.filter(|(_, light)| light.position_m().is_none());
@@ -25,7 +25,7 @@ pub fn modulated(scene: Scene, frequencies_hz: &[f64]) -> Scene {
     scene
 }
 
-/// A scene of the repository with a lamp aside, so that two phases add up.
+/// A demo scene with a lamp beside the camera, so that two phases add up.
 pub fn modulated_demo_scene(name: &str, resolution_px: [u32; 2], frequencies_hz: &[f64]) -> Scene {
     let mut scene = demo_scene(name, resolution_px);
     let beside = scene.camera.position_m + DVec3::new(0.3, 0.1, 0.0);
@@ -33,7 +33,7 @@ pub fn modulated_demo_scene(name: &str, resolution_px: [u32; 2], frequencies_hz:
     modulated(scene, frequencies_hz)
 }
 
-/// Of one frequency.
+/// Phasors of one frequency.
 pub fn phasors(frame: &Frame, frequency: usize, quantity: TofQuantity) -> Vec<Phasor> {
     let layer = Layer::Tof(frequency as u8, quantity);
     let values = frame.values(layer).expect("the layer is there");
@@ -44,8 +44,8 @@ pub fn phasors(frame: &Frame, frequency: usize, quantity: TofQuantity) -> Vec<Ph
     values.chunks_exact(2).map(phasor).collect()
 }
 
-/// relRMSE of the phasors of pixels that both see in the same light, away from edges and not in the last percent of it. Which lights are in shadow is
-/// another question.
+/// relRMSE of the direct phasors over pixels away from edges that have the same mesh and light in both frames, with more than 1 % of the largest
+/// phasor. Pixels whose shadows differ are left out; other tests check those.
 fn deviation(frame: &Frame, truth: &Frame, frequency: usize) -> f64 {
     let ids = |frame: &Frame| frame.ids(Layer::InstanceId).expect("it is there").to_vec();
     let (seen, due) = (ids(frame), ids(truth));
@@ -89,7 +89,7 @@ fn direct_phasors_match_the_reference() {
             for (i, frequency_hz) in FREQUENCIES_HZ.into_iter().enumerate() {
                 let error = deviation(&frame, &truth, i);
                 println!("{name} {} {frequency_hz:e} Hz: {error:.1e}", shadow.name());
-                // The radiance of textured surfaces is within 1e-5.
+                // The radiance of textured surfaces is accurate to 1e-5.
                 let bound = if name == "textured" { 2e-5 } else { 3e-6 };
                 assert!(error < bound, "{name} at {frequency_hz} Hz: {error:e}");
             }
@@ -97,7 +97,7 @@ fn direct_phasors_match_the_reference() {
     }
 }
 
-/// A floor before a wall, of this size and at this place.
+/// A floor in front of a wall, with this size and position.
 fn corner(size_m: f64, shift_m: DVec3) -> Scene {
     let meshes = vec![
         quad("floor", DVec3::NEG_Z, DVec3::X, 2.0 * DVec3::Z, 0),
@@ -109,7 +109,7 @@ fn corner(size_m: f64, shift_m: DVec3) -> Scene {
     moved(&scene, size_m, shift_m)
 }
 
-/// How far the range of lit pixels is off half their path, at most, modulo c/2f.
+/// The largest difference between range and half path over the lit pixels, modulo c/2f.
 fn worst_range_m(frame: &Frame, frequency: usize, frequency_hz: f64) -> f64 {
     let half_paths = frame.values(Layer::HalfPath).expect("it is there");
     let phasors = phasors(frame, frequency, TofQuantity::PhasorDirect);
@@ -191,7 +191,7 @@ fn full_taps_are_said() {
             (tof.output, tof.noise) = (output, Some(noise(full_well_e)));
             let mut scene = scene.clone();
             if output == ChargeUnit::DigitalNumbers && !is_full {
-                // So that 24 bits hold all.
+                // So that 24 bits are enough for the charge.
                 scene.lights = vec![scene.lights[0].with_emission([1e-3; 3])];
             }
             let warnings = gpu.render(&scene).warnings();
@@ -236,7 +236,7 @@ fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
     assert_eq!(first.len(), 8);
     assert_eq!(first, taps(&render(&scene, 0)));
     assert_ne!(first, taps(&render(&scene, 1)));
-    // Of lit pixels the numbers are about what is expected.
+    // The numbers scatter around their expected values.
     for (layer, data) in &first {
         let expected = clean.values(*layer).expect("it is there");
         let LayerData::Float(values) = data else {
@@ -254,7 +254,7 @@ fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
     }
 }
 
-/// Taps and energy of a pixel fall alike, in frames and in the reference; phasors and range are what they were.
+/// An f-number scales amplitude and intensity alike, in frames and in the reference. Phasors and range stay the same.
 #[test]
 fn an_aperture_takes_light_and_no_phase() {
     let mut scene = modulated_demo_scene("cornell", [48, 32], &[100e6]);

@@ -16,7 +16,6 @@ use camlux::{
 };
 use glam::DVec3;
 
-/// The three estimators, of a scene as large as a room.
 fn estimators(target_error: f64, rsm_size: u32) -> [(&'static str, IndirectLight); 3] {
     let sum = |sum: VplSum| (sum.name(), IndirectLight::vpl_sum(sum, rsm_size));
     let [average, radiosity] = [VplSum::RsmAverage, VplSum::InstantRadiosity].map(sum);
@@ -24,8 +23,8 @@ fn estimators(target_error: f64, rsm_size: u32) -> [(&'static str, IndirectLight
     [("final-gather", gathered), average, radiosity]
 }
 
-/// A sphere of radius R = 1 m, k_d = ρ = 0.5, with the light at its centre: indirect over direct is ρ·G(x), G(x) = 2[e^{ix}(1 − ix) − 1]/x²,
-/// x = 4πfR/c, for every point and camera.
+/// A sphere of radius R = 1 m, k_d = ρ = 0.5, with the light at its centre. For every point and camera, indirect over direct is ρ·G(x),
+/// G(x) = 2[e^{ix}(1 − ix) − 1]/x², x = 4πfR/c.
 #[test]
 fn a_sphere_has_its_closed_form() {
     let frequencies_hz = [10e6, 20e6, 50e6, 100e6];
@@ -34,7 +33,7 @@ fn a_sphere_has_its_closed_form() {
     scene.camera.resolution_px = [24, 18];
     scene.camera.lens = Lens::FovY { fov_y_deg: 60.0 };
     let mut gpu = Gpu::open();
-    // The sum has no visibility, which a sphere does not ask for; its VPLs are points where the light is a surface.
+    // The sum tests no visibility, and a sphere needs none. Its VPLs are points that stand for a lit surface.
     let estimators = [
         ("final-gather", IndirectLight::final_gather(0.01), 4),
         (
@@ -55,7 +54,7 @@ fn a_sphere_has_its_closed_form() {
             let frame = frame.expect("the scene renders");
             for (i, frequency_hz) in frequencies_hz.into_iter().enumerate() {
                 let sum = |quantity| phasors(&frame, i, quantity).into_iter();
-                // The way to the camera is another for each pixel; the bounce beside the direct light is not.
+                // The path to the camera differs per pixel; the ratio of bounce to direct light does not.
                 let turned = sum(TofQuantity::PhasorIndirect)
                     .zip(sum(TofQuantity::PhasorDirect))
                     .map(|(indirect, direct)| indirect * direct.conjugate());
@@ -86,7 +85,7 @@ fn a_sphere_has_its_closed_form() {
     }
 }
 
-/// At 1 Hz all phases are alike: Z is the light that the pixels see, and never more than that.
+/// At 1 Hz all phases are equal: Z is the light that the pixels see. |Z| never exceeds that light.
 #[test]
 fn a_slow_modulation_makes_light() {
     let mut gpu = Gpu::open();
@@ -112,7 +111,7 @@ fn a_slow_modulation_makes_light() {
                     let most = 2e-6 * light + 1e-7 * brightest;
                     assert!(over <= most, "{name} {estimator}: {phasor:?} of {light}");
                     if frequency == 0 && is_all_modulated {
-                        // To the wave of 300 000 km paths of 10 m are in phase within 2e-7.
+                        // The wavelength is 300 000 km, so paths of 10 m are in phase within 2e-7 rad.
                         let off = (phasor.re - light).hypot(phasor.im);
                         assert!(off <= 1e-6 * brightest, "{name} {estimator}: {off:e}");
                     }
@@ -122,7 +121,7 @@ fn a_slow_modulation_makes_light() {
     }
 }
 
-/// relRMSE of the device's sums against the same in f64, which is rounding: of phases that is 1e-6 turns.
+/// relRMSE of the device's sums against the same sums in f64, which is rounding: 1e-6 turns for phases. The largest over the frequencies.
 fn kernel_error(gpu: &mut Gpu, scene: &Scene, sum: VplSum, options: &mut RenderOptions) -> f64 {
     let rendered = gpu.renderer.render_with_intermediates(scene, options);
     let (frame, kept) = rendered.expect("the scene renders");
@@ -146,7 +145,7 @@ fn sums_match_the_model() {
     let kernels = gather_kernels(&gpu.device);
     for name in DEMO_SCENES {
         for sum in VplSum::ALL {
-            // One frequency has kernels of its own.
+            // A single frequency has its own kernels.
             for frequencies_hz in [&[100e6][..], &[20e6, 100e6, 1e9]] {
                 let mut scene = modulated_demo_scene(name, [32, 32], frequencies_hz);
                 let tof = scene.tof.as_mut().expect("it was given");
@@ -169,7 +168,7 @@ fn sums_match_the_model() {
     }
 }
 
-/// A texel of 8² is some wavelengths of 1 GHz: the mean of its phases is what a fine RSM adds up, and a point's phase is not.
+/// A texel of an 8² RSM spans several wavelengths at 1 GHz. A fine RSM sums to the mean of its phases, not to the phase of one point.
 #[test]
 fn a_coarse_rsm_does_not_lie_about_short_waves() {
     let mut gpu = Gpu::open();
@@ -189,7 +188,7 @@ fn a_coarse_rsm_does_not_lie_about_short_waves() {
         .zip(&fine)
         .map(|(a, b)| *a + *b * -1.0)
         .collect();
-    // What a sum of points makes of it: the same without their extent.
+    // For the printed number of VPLs.
     scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
     let rendered = gpu
         .renderer
@@ -206,14 +205,15 @@ fn a_coarse_rsm_does_not_lie_about_short_waves() {
     assert!(rms(&off) < rms(&fine));
 }
 
-/// The noise of light that is not modulated is none of Z: a lamp that reaches nothing takes no samples, and the light is as right as without it.
+/// Noise of unmodulated light is not noise of Z. A modulated lamp that reaches nothing requests no samples, and the target error of the light
+/// is still met.
 #[test]
 fn ambient_light_is_no_noise_of_z() {
     let mut gpu = Gpu::open();
     let mut scene = demo_scene("cornell", [48, 48]);
     scene.indirect = Some(IndirectLight::final_gather(0.05));
     let without = gpu.render(&scene);
-    // Turned away from the box.
+    // Points away from the box.
     scene.lights.push(Light::Spot {
         position_m: scene.camera.position_m,
         direction: DVec3::Z,
@@ -230,13 +230,13 @@ fn ambient_light_is_no_noise_of_z() {
     assert_eq!(stats.stop, Some(StopReason::TargetMet));
     let rays = [&without, &frame].map(|frame| frame.stats.ray_count);
     println!("{:?} of {rays:?} rays", stats.estimated_error);
-    // Rays to the other light.
+    // The second light's rays add to the count.
     assert!(rays[1] < 3 * rays[0], "{rays:?}");
     let phasors = phasors(&frame, 0, TofQuantity::PhasorIndirect);
     assert!(phasors.iter().all(|z| z.magnitude() == 0.0));
 }
 
-/// relRMSE of Z of the bounce, without the truth's own noise, away from edges.
+/// relRMSE of the bounce's Z away from edges, less the reference's own noise.
 fn phasor_error(frame: &Frame, truth: &Frame, frequency: usize) -> f64 {
     let edges = truth.ids(Layer::Edge).expect("a reference has them");
     let found = phasors(frame, frequency, TofQuantity::PhasorIndirect);

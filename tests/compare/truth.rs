@@ -1,5 +1,5 @@
-//! Model error: how far the two sums over VPLs are from the true single bounce. These tests do not say that it is small, but
-//! what it is, so that the documentation's figures stay true. Kernel error is another question (`kernels`).
+//! Model error: how far the two sums over VPLs are from the true single bounce. The error is not small; these tests fix its value,
+//! so that the documentation's figures stay true. `kernels` tests the kernel error.
 
 use crate::common::gpu::{Gpu, demo_scene};
 use crate::common::rmse;
@@ -9,7 +9,7 @@ use camlux::{
     scene::{Bands, IndirectLight, VplSum},
 };
 
-/// Distance of the Cornell box's indirect light from the path-traced one, whose own standard error is 1.5 %.
+/// Error of the Cornell box's indirect light against the path-traced image, whose own standard error is 1.5 %.
 struct ModelError {
     /// Σx/Σt
     mean_ratio: f64,
@@ -37,7 +37,7 @@ fn measure(estimator: VplSum) -> ModelError {
     error
 }
 
-/// The mean over the RSM has no distance falloff: it is dimmer than the truth by a factor that depends on the scene's size.
+/// The mean over the RSM has no distance falloff. It is dimmer than the reference by a factor that depends on the scene's size.
 #[test]
 fn rsm_average_is_a_fifth_of_the_truth() {
     let error = measure(VplSum::RsmAverage);
@@ -45,7 +45,7 @@ fn rsm_average_is_a_fifth_of_the_truth() {
     assert!((error.relative_rmse - 0.84).abs() < 0.02);
 }
 
-/// Without visibility, light goes through the two blocks; 1/d² puts bright spots into the corners.
+/// Without visibility, light passes through the two blocks. 1/d² makes bright spots in the corners.
 #[test]
 fn instant_radiosity_without_visibility_is_a_fifth_too_bright() {
     let error = measure(VplSum::InstantRadiosity);

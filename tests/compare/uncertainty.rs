@@ -1,5 +1,5 @@
-//! What a comparison says of its own uncertainty, held against what comes of it with other references: a stated standard error must
-//! cover the true value as often as one does.
+//! The uncertainty that a comparison states, tested with many references: a stated standard error must cover the true value at the
+//! rate of a normal distribution.
 
 use std::ops::ControlFlow;
 
@@ -43,23 +43,23 @@ fn compare(image: &[f32], reference: &Frame) -> Comparison {
     Comparison::new(&pixels).expect("images of one size")
 }
 
-/// What came of the comparisons with all seeds, as shares of them.
+/// Results of the comparisons with all seeds, as shares of the seeds.
 #[derive(Debug, Default)]
 struct Coverage {
-    /// The true error lies within one and within two stated standard errors, over those that state one.
+    /// The true error is within one and within two stated standard errors, as shares of the estimates.
     within_one: f64,
     within_two: f64,
     /// Comparisons that state a value and a standard error.
     estimates: f64,
-    /// Those that state a bound which the true error is over.
+    /// Comparisons that state an upper bound below the true error.
     over_bound: f64,
-    /// The true bias lies within two stated standard errors.
+    /// The true bias is within two stated standard errors.
     bias_within_two: f64,
     /// Mean over the seeds of the z-scores' variance.
     z_variance: f64,
 }
 
-/// An image that is off by `share` of the truth, up and down by turns and a third of it everywhere, against each of the references.
+/// Compares an image with each reference. It differs from the ground truth by ±`share` in alternating pixels, plus a third of `share` everywhere.
 fn coverage(references: &[Frame], truth: &Frame, share: f64) -> Coverage {
     let truth = values(truth, Layer::Indirect);
     let pixels = truth.chunks_exact(3).enumerate();
@@ -113,8 +113,8 @@ fn coverage(references: &[Frame], truth: &Frame, share: f64) -> Coverage {
     found
 }
 
-/// An error that the noise nearly hides is stated as a value only where the noise has raised it: what is stated of few seeds is not held against
-/// anything but its bound. 68 % and 95 % of a normal distribution; of 160 draws, a share of 68 % scatters by 3.7 %, and one of 95 % by 1.7 %.
+/// Where noise nearly hides the error, only seeds whose noise raises it state a value. If fewer than half of the seeds do, their values are not
+/// checked. A normal distribution covers 68 % and 95 %; over 160 draws these shares scatter by 3.7 % and 1.7 %.
 #[track_caller]
 fn check(what: &str, found: &Coverage) {
     println!("{what}: {found:.3?}");
@@ -126,7 +126,7 @@ fn check(what: &str, found: &Coverage) {
     assert!(found.bias_within_two >= 0.90, "{what}: bias");
 }
 
-/// Noise of some 7 % a pixel, and errors from far above to below what 576 pixels can show.
+/// Noise of about 7 % per pixel, and errors from far above to below what 576 pixels can show.
 #[test]
 fn the_stated_uncertainty_covers_as_often_as_it_says() {
     let scene = demo_scene("cornell", [24, 24]);
@@ -139,7 +139,7 @@ fn the_stated_uncertainty_covers_as_often_as_it_says() {
     }
 }
 
-/// Light that few samples find: most rounds of a pixel agree on too little.
+/// Few samples find the light, so most rounds of a pixel agree on a value that is too low.
 #[test]
 fn no_standard_error_is_nothing_by_chance() {
     let scene = demo_scene("slit", [16, 16]);

@@ -1,5 +1,5 @@
-// Whether two OpenEXR files are the same but for the order of what their headers say: same_exr A.exr B.exr
-// camlux writes the attributes in no fixed order. Everything else has to be the same, to the last bit.
+// Compares two OpenEXR files, except for the order of the attributes in their headers: same_exr A.exr B.exr
+// camlux writes the attributes in no fixed order. Everything else must be equal bit for bit.
 
 #include <cstdint>
 #include <cstdio>
@@ -14,7 +14,7 @@ namespace {
 
 struct File {
     std::map<std::string, std::string> attributes;
-    // The table of rows, and the rows.
+    // The offset table and the rows of pixels.
     std::string rest;
 };
 

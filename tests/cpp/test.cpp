@@ -1,4 +1,4 @@
-// What camlux.hpp adds to camlux.h: run by scripts/test-package, as C++17 and C++20.
+// Tests what camlux.hpp adds to camlux.h. scripts/test-package runs it as C++17 and as C++20.
 #include <atomic>
 #include <camlux.hpp>
 
@@ -23,7 +23,7 @@ void check(bool is_so, const char *what, int line)
     std::exit(EXIT_FAILURE);
 }
 
-// The status that a call throws; CAMLUX_OK where it does not.
+// The status that a call throws, or CAMLUX_OK.
 template <class Function>
 camlux_status thrown_by(Function &&function)
 {
@@ -93,14 +93,14 @@ void values_begin_like_those_of_c()
     CHECK(camlux::detail::raw_of(depth).layers == (1u << CAMLUX_LAYER_DEPTH | 1u << CAMLUX_LAYER_RADIANCE));
 }
 
-// A pose that faces a point is that of a camera which looks at it, in all directions.
+// A camera with a pose that faces a point looks at that point, in all directions.
 void poses_face_a_point()
 {
     camlux::scene scene = camlux::scene::create();
     for (int i = 0; i < 27; ++i) {
         const camlux::vec3 from = {0.3, -0.2, 0.7};
         const camlux::vec3 to = {from.x + i % 3 - 1, from.y + i / 3 % 3 - 1, from.z + i / 9 - 1};
-        if (i == 13)  // Nowhere.
+        if (i == 13)  // No direction.
             continue;
         const camlux::pose pose = camlux::pose::facing(from, to);
         scene.set_pose(camlux::part::camera, 0, pose);
@@ -203,7 +203,7 @@ void both_forms_tell_the_same()
     CHECK(camlux::version() / 1000000 == CAMLUX_VERSION_MAJOR);
 }
 
-// What would be read wrong does not compile.
+// Arrays that would be read incorrectly do not compile.
 template <std::size_t N, class... Arguments>
 constexpr bool takes = std::is_constructible_v<camlux::elements<N>, Arguments...>;
 
@@ -220,7 +220,7 @@ struct Vertex {
     std::uint32_t something_else;
 };
 
-// A floor, an interleaved array with 16-bit indices, under a lamp.
+// A floor under a lamp. The floor is an interleaved array with 16-bit indices.
 camlux::scene small_scene()
 {
     const std::vector<Vertex> vertices = {{{-1, 0, -1}, 0}, {{-1, 0, 1}, 0}, {{1, 0, 1}, 0}, {{1, 0, -1}, 0}};
@@ -241,7 +241,7 @@ camlux::scene small_scene()
     camera.up = {0, 0, -1};
     scene.set_camera(camera);
 
-    // The same numbers, one behind the other.
+    // The same positions, not interleaved.
     const std::vector<float> flat = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1};
     camlux::mesh again = floor;
     again.positions_m = {flat.data(), flat.size() / 3, 3 * sizeof(float)};
@@ -289,7 +289,7 @@ void views_are_typed_and_keep_their_frame(camlux::renderer &renderer)
     CHECK(frame.stats().stop == camlux::stop_reason::none && !frame.stats().device.empty());
 }
 
-// The lamp is 2 m above the floor and the camera 3 m: half of both is 2.5 m.
+// The lamp is 2 m above the floor and the camera 3 m, so half the path is 2.5 m.
 void time_of_flight_has_its_layers(camlux::renderer &renderer)
 {
     camlux::scene scene = small_scene();
@@ -424,7 +424,7 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(host_problem_of([&] { renderer.render(scene); }) == 8);
     CHECK(inside == CAMLUX_ERROR_BUSY);
     CHECK(handles() == before);
-    // One that is replaced is gone when the call returns.
+    // A replaced callback is destroyed when the call returns.
     const auto token = std::make_shared<int>(0);
     camlux::set_log(camlux::log_level::info, [token](camlux::log_level, std::string_view) { ++*token; });
     CHECK(token.use_count() == 2);
@@ -434,7 +434,7 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(token.use_count() == 1);
 }
 
-// A thread that sets another waits for the callback, which must not wait for that thread.
+// A thread that sets another callback waits for the running one, which must not wait for that thread.
 void a_callback_does_not_wait_for_who_waits_for_it(camlux::renderer &renderer)
 {
     std::thread setter;

@@ -1,5 +1,5 @@
-//! Files damaged at random, from fixed seeds: each is read or refused with a clear message, in time, and without memory for
-//! what is not there. `scripts/fuzz` searches on from there, led by coverage.
+//! Files damaged at random, from fixed seeds. Each loads or is refused with a clear message, within the limits of time and memory.
+//! `scripts/fuzz` searches further, guided by coverage.
 
 use std::path::Path;
 
@@ -13,14 +13,14 @@ use camlux::metrics::{Comparison, Pixels};
 use camlux::output::LayeredImage;
 use exr::prelude::*;
 
-/// A byte of deflate stands for 1032 bytes at best, which are 8256 pixels of 1 bit. Each takes up to 4 bytes as the decoder
-/// gives it, 6 with 16 bits a band, and 12 as it stays.
+/// Deflate expands a byte to at most 1032 bytes, which are 8256 pixels of 1 bit. A pixel takes up to 4 bytes from the decoder, 6 with 16 bits
+/// a band, and 12 in the scene.
 const TEXTURE: Bound = Bound {
     constant_bytes: 2 << 20,
     factor: 8256 * (4 + 6 + 12),
 };
 
-/// Valid files of the repository but the large ones.
+/// Valid files of the repository, without the large ones.
 fn scenes(extension: &str) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let paths = std::fs::read_dir(folder)
@@ -34,7 +34,7 @@ fn scenes(extension: &str) -> Vec<Vec<u8>> {
     files.filter(|file| file.len() < 10_000).collect()
 }
 
-/// Counts what loads, and asserts that it is neither everything nor nothing: else the test would show little.
+/// Asserts that some inputs load and some do not; otherwise the test would show little.
 #[track_caller]
 fn assert_some_load(loaded: usize, rounds: usize) {
     println!("{loaded} of {rounds} load");
@@ -50,7 +50,7 @@ fn scene_files() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/scene.toml");
     let mut seeds = scenes("toml");
     seeds.push(format!("version = 1\n{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\n").into());
-    // The meshes that these name are no part of the input.
+    // The meshes that the scenes name take memory, but are not part of the input.
     let bound = Bound {
         constant_bytes: 16 << 20,
         ..TEXT
@@ -112,7 +112,7 @@ fn meshes() {
     assert_some_load(loads.count(), rounds);
 }
 
-/// A valid file with a bit of everything that is read.
+/// The JSON of a valid file with some of everything that is read.
 fn gltf_members(builder: &mut GltfBuilder) -> String {
     let positions = builder.vec3(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
     let normals = builder.vec3(&[[0.0, 0.0, 1.0]; 4]);
@@ -197,7 +197,7 @@ fn ply_files() {
     ]);
     binary.extend(1_f32.to_le_bytes());
     let binaries = vec![binary];
-    // Room for 65 536 vertices is made before they are read.
+    // Memory for 65 536 vertices is allocated before they are read.
     let bound = Bound {
         constant_bytes: 8 << 20,
         ..TEXT
@@ -222,7 +222,7 @@ fn patterns() {
     let _turn = take_turn();
     let folder = SceneFolder::new();
     let ies = scenes("ies");
-    // A line for each value, with one set of lamps; planes of a whole turn.
+    // A line for each value, one set of lamps, and planes of a whole turn.
     let head = "nobody\n1\n0\n2\n180\n3\n45\n".to_owned() + &"0\n".repeat(16) + "1\n0\n1\n";
     let ldt = head + &"1\n".repeat(16) + "0\n180\n0\n45\n90\n9\n5\n0\n9\n4\n1\n";
     let mut random = Random::new(5);
@@ -253,7 +253,7 @@ fn material_libraries() {
     folder.write("scene.toml", format!("{CAMERA}{LIGHT}{MESH}"));
     let mut seeds = scenes("mtl");
     for seed in &mut seeds {
-        // One of them is the one that the mesh names.
+        // Adds the material that the mesh names.
         let text = String::from_utf8(seed.clone()).unwrap();
         *seed = text
             .replacen("newmtl ", "newmtl white\nKd 1\nnewmtl ", 1)
@@ -313,7 +313,7 @@ fn textures() {
     assert_some_load(loads.count(), rounds);
 }
 
-/// Images of 8 × 6 pixels in every compression and both forms.
+/// Images of 8 × 6 pixels in seven compressions, each as scan lines and as tiles.
 fn layered_images() -> Vec<Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
@@ -356,8 +356,8 @@ fn layered_images() -> Vec<Vec<u8>> {
     files
 }
 
-/// What a byte of the file may stand for (see `exr_decode.rs`): room for its values as f32, which may be 16-bit floats in the
-/// file, is reserved at once, and the block at hand is there twice.
+/// The memory that a byte of the file may take (see `exr_decode.rs`). Memory for all values as f32, which may be 16-bit floats in the file, is
+/// allocated at once, and the current block is in memory twice.
 fn image_bound(bytes: &[u8]) -> Bound {
     let name = b"compression\0compression\0";
     let at = bytes.windows(name.len()).position(|window| window == name);

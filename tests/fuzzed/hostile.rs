@@ -1,5 +1,5 @@
-//! Files made to hurt: small ones that claim much, long ones that make a careless reader take the square of their size in time
-//! or memory, and what is no file at all.
+//! Hostile input: small files that claim much, long files on which a careless reader takes time or memory quadratic in their size, and paths
+//! that are not regular files.
 
 use std::fs;
 use std::path::Path;
@@ -12,12 +12,12 @@ use camlux::output::LayeredImage;
 use camlux::{Plan, Scene};
 use exr::prelude::*;
 
-/// Tables and messages, but nothing that grows with what a file claims.
+/// Room for tables and messages, but not for anything that grows with what a file claims.
 const SMALL: Bound = Bound {
     constant_bytes: 1 << 20,
     factor: 30,
 };
-/// Reads `mesh.obj` with this content and gives the message, empty where it loads.
+/// Loads a scene with this `mesh.obj` and returns the message, empty if it loads.
 fn load_obj(folder: &SceneFolder, obj: impl AsRef<[u8]>, bound: Bound) -> String {
     let obj = obj.as_ref();
     folder.write("mesh.obj", obj);
@@ -58,7 +58,7 @@ fn vertex_of_four_billion_in_a_kilobyte() {
     }
 }
 
-/// A PNG of a kilobyte whose header claims that many pixels.
+/// A PNG of a kilobyte whose header claims `width` x `height` pixels.
 fn png(width: u32, height: u32, sample_bits: u8, kind: u8) -> Vec<u8> {
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
     let mut chunk = |name: &[u8], content: &[u8]| {
@@ -84,7 +84,7 @@ fn texture_of_four_billion_pixels_in_a_kilobyte() {
     let folder = SceneFolder::new();
     folder.write("mesh.mtl", "newmtl white\nmap_Kd bomb.png\n");
     folder.write("scene.toml", format!("{CAMERA}{LIGHT}{MESH}"));
-    // The last ones would take a gigabyte, or 8 MB before it is seen that nothing is there.
+    // The last ones would take a gigabyte, or 8 MB, before a reader sees that the pixels are missing.
     for (width, height, sample_bits, kind) in [
         (60_000, 60_000, 8, 2),
         (60_000, 60_000, 1, 0),
@@ -99,7 +99,7 @@ fn texture_of_four_billion_pixels_in_a_kilobyte() {
         let message = judge("bomb.png", &file, SMALL, |_| message(&folder));
         assert_says(&message, &["cannot read the texture", "bomb.png"]);
     }
-    // The same for a JPEG: a frame of 65 535 × 65 535 pixels and then nothing.
+    // The same for a JPEG: its frame claims 65 535 × 65 535 pixels, but it has only 16 × 16.
     let image = image::RgbImage::from_pixel(16, 16, image::Rgb([1, 2, 3]));
     image.save(folder.path("bomb.jpg")).unwrap();
     let mut file = fs::read(folder.path("bomb.jpg")).unwrap();
@@ -113,7 +113,7 @@ fn texture_of_four_billion_pixels_in_a_kilobyte() {
     assert_says(&message, &["claims 65535 x 65535 pixels"]);
 }
 
-/// A PNG that is whole, as large as its bytes allow: a bomb that must not be refused, because it is an image.
+/// A whole PNG with as many pixels as its bytes allow must load, although it resembles a decompression bomb.
 #[test]
 fn texture_of_one_colour_loads_however_well_it_is_packed() {
     let _turn = take_turn();
@@ -168,7 +168,7 @@ fn resolution_of_four_billion() {
     );
 }
 
-/// Texts of a megabyte on which the time of a careless reader goes with the square of their size: hours instead of seconds.
+/// Texts of a megabyte on which a careless reader takes time quadratic in their size: hours instead of seconds.
 #[test]
 fn long_texts_take_no_longer_than_they_are() {
     let _turn = take_turn();
@@ -176,7 +176,7 @@ fn long_texts_take_no_longer_than_they_are() {
     let n = 300_000;
     let spaces = " ".repeat(n);
     for obj in [
-        // Lines that are continued, with and without anything on them.
+        // Continued lines, with and without content.
         format!("{TRIANGLE}f 1 2 3{}", "\\\n".repeat(n)),
         format!("{TRIANGLE}f 1 2 3 {}", "\\".repeat(n)),
         format!("{TRIANGLE}{spaces}{}", "\\\n".repeat(n)),
@@ -187,7 +187,7 @@ fn long_texts_take_no_longer_than_they_are() {
             "x".repeat(100_000),
             "f 1 2 3\nf 1//1 2//1 3//1\n".repeat(5_000)
         ),
-        // A run for each face.
+        // Faces of alternating form, so that each face is a run of its own.
         format!(
             "{TRIANGLE}vn 0 0 1\n{}",
             "f 1 2 3\nf 1//1 2//1 3//1\n".repeat(20_000)
@@ -195,7 +195,7 @@ fn long_texts_take_no_longer_than_they_are() {
         // A material for each face.
         format!("{TRIANGLE}{}", "usemtl white\nf 1 2 3\n".repeat(20_000)),
         format!("{TRIANGLE}{}", "mtllib mesh.mtl\n".repeat(30_000)),
-        // A polygon that no fan fills, though most of each fan folds nowhere.
+        // A polygon that no fan fills, although most triangles of each fan do not fold over.
         format!(
             "{TRIANGLE}v 1 1 0\nv 0.5 -1 0\nf{} 2 4 3 1 2 5 3\n",
             " 1".repeat(n)
@@ -259,7 +259,7 @@ fn messages_are_one_line_that_can_be_read() {
     );
 }
 
-/// Reads the scene with `name` replaced by something; none of it is waited for or read without end.
+/// Asserts that a scene is refused if `name` is not a regular file, without waiting for it or reading it without end.
 #[cfg(unix)]
 fn refuses_what_is_no_file(name: &str) {
     let folder = SceneFolder::new();
@@ -303,7 +303,7 @@ fn what_is_no_file_is_neither_waited_for_nor_read_without_end() {
     }
 }
 
-/// A file that claims to be far larger than memory: only its length is there.
+/// A sparse file that is far larger than memory.
 #[cfg(unix)]
 #[test]
 fn file_of_eight_terabytes_without_content() {
@@ -311,7 +311,7 @@ fn file_of_eight_terabytes_without_content() {
     let folder = SceneFolder::new();
     folder.write("scene.toml", format!("{CAMERA}{LIGHT}{MESH}"));
     let file = fs::File::create(folder.path("mesh.obj")).unwrap();
-    // Not every file system can.
+    // Not every file system supports this length.
     if file.set_len(1 << 43).is_err() {
         return;
     }
@@ -322,7 +322,7 @@ fn file_of_eight_terabytes_without_content() {
     );
 }
 
-/// Another program writes the files while they are read: each read sees something, and all of it is refused or loads.
+/// Files change while they are read. Each read loads or is refused.
 #[test]
 fn files_that_change_while_they_are_read() {
     let _turn = take_turn();
@@ -380,14 +380,14 @@ fn layered_image(compression: Compression) -> Vec<u8> {
     fs::read(&path).unwrap()
 }
 
-/// The block's own head has the numbers of its coefficients; `exr` made room for 10^17 of them, which ended the program.
+/// A DWA block begins with the numbers of its coefficients. `exr` allocates what is claimed, and a claim of 10^17 would end the program.
 #[test]
 fn dwa_block_that_claims_more_than_its_pixels() {
     let _turn = take_turn();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let valid = layered_image(Compression::DWAA(None));
-    // Blocks of 32 lines: the second ends the file. Before it stand its length, and in it first the version, sizes and counts of
+    // A block has 32 lines, and the second block ends the file. Its length precedes it. It begins with the version, sizes and counts of
     // 8 bytes each.
     let numbers = (4..valid.len() - 88).rev().find(|&at| {
         let length = u32::from_le_bytes(valid[at - 4..at].try_into().unwrap());

@@ -1,4 +1,4 @@
-//! Feeds an input to what reads it, and judges: no panic, no hang, no memory beyond what the input can stand for.
+//! Reads an input and asserts that there is no panic, no hang, and no more memory than its bound allows.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -11,10 +11,10 @@ use peak_alloc::PeakAlloc;
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-/// A thousand times what the slowest input takes on an idle machine, and still no hang.
+/// A thousand times the duration of the slowest input on an idle machine. A longer read counts as a hang.
 const TIME_LIMIT: Duration = Duration::from_secs(30);
 
-/// What memory an input may take.
+/// The memory that an input may take.
 #[derive(Clone, Copy)]
 pub struct Bound {
     pub constant_bytes: usize,
@@ -22,14 +22,14 @@ pub struct Bound {
     pub factor: usize,
 }
 
-/// What a text may take, twice the worst that was found: a bracket of TOML is a token and an event of 100 bytes together, and
-/// what OBJ has for a face, with a group of its own, takes 74 bytes a byte.
+/// The bound of a text, twice the worst that was found. A bracket of TOML is a token and an event of 100 bytes together. An OBJ face with its
+/// own group takes 74 bytes per byte.
 pub const TEXT: Bound = Bound {
     constant_bytes: 1 << 20,
     factor: 200,
 };
 
-/// The allocator counts for the whole process: one input at a time.
+/// The allocator counts for the whole process, so only one input is read at a time.
 static TURN: Mutex<()> = Mutex::new(());
 static RUNNING: Mutex<Option<Running>> = Mutex::new(None);
 
@@ -39,12 +39,12 @@ struct Running {
     since: Instant,
 }
 
-/// Holds off the other tests while one measures.
+/// Blocks the other tests while one measures.
 pub fn take_turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Runs `read` on an input of this kind. What fails is kept in a file that the message names.
+/// Runs `read` on an input of this kind. If it fails, the input is kept in a file that the message names.
 pub fn judge<T>(
     kind: &'static str,
     input: &[u8],
@@ -112,7 +112,7 @@ fn keep(kind: &str, input: &[u8]) -> PathBuf {
     file
 }
 
-/// What loads is valid and can be planned for; what does not has a message of one line that can be read. Whether it loads.
+/// Asserts that a loaded scene is valid, and that each error is one readable line. Returns whether the scene loaded.
 pub fn check_scene(loaded: camlux::Result<Scene>) -> bool {
     match &loaded {
         Ok(scene) => {
@@ -135,7 +135,7 @@ pub fn check_scene(loaded: camlux::Result<Scene>) -> bool {
 pub fn check_message(error: &Error) {
     let message = error.to_string();
     assert!(!message.contains(char::is_control), "{message:?}");
-    // Two parts of a thousand characters, and a place: names of folders, of the file and of a part of the scene.
+    // Two parts of about a thousand characters, and the place: the names of folders, the file and a part of the scene.
     assert!(message.chars().count() < 10_000, "{message:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Files damaged at random, and files made to hurt. A program of its own: its allocator counts what the whole process takes.
+//! Randomly damaged files and hostile files. This is a separate program, because its allocator counts the memory of the whole process.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Damages valid files, in ways that know what is in them.
+//! Damages valid files, in ways that suit their content.
 
 /// From a fixed seed: every run tries the same inputs.
 pub struct Random(fastrand::Rng);
@@ -24,7 +24,7 @@ impl Random {
     }
 }
 
-/// Numbers at the ends of what a reader can hold, and words that are numbers to some readers.
+/// Numbers at the limits of what a reader can hold, and words that some readers accept as numbers.
 pub const NUMBERS: [&str; 28] = [
     "0",
     "-0",
@@ -75,7 +75,7 @@ const PIECES: [&[u8]; 16] = [
     b"\x1b[2J",
 ];
 
-/// A copy of one of the seeds with one to four things changed.
+/// A copy of one of the seeds with one to four changes.
 pub fn text(random: &mut Random, seeds: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = random.pick(seeds).clone();
     for _ in 0..=random.below(4) {
@@ -92,7 +92,7 @@ pub fn text(random: &mut Random, seeds: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// The same for files that are no text.
+/// The same for binary files.
 pub fn binary(random: &mut Random, seeds: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = random.pick(seeds).clone();
     for _ in 0..=random.below(4) {
@@ -179,7 +179,7 @@ fn lines(random: &mut Random, bytes: &mut Vec<u8>) {
     *bytes = lines.join(end);
 }
 
-/// Writes the sums of a PNG's chunks anew, without which most damage is refused before it is read.
+/// Corrects the checksums of a PNG's chunks. Without this, most damage is refused before it is read.
 pub fn mend_png(bytes: &mut [u8]) {
     let mut at = 8;
     while let Some(head) = bytes.get(at..at + 4) {
@@ -199,7 +199,7 @@ pub fn mend_png(bytes: &mut [u8]) {
     }
 }
 
-/// ISO 3309, as in the PNG specification, bit by bit.
+/// The CRC-32 of ISO 3309, as in the PNG specification, bit by bit.
 pub fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |sum, &byte| {
         (0..8).fold(sum ^ u32::from(byte), |sum, _| {

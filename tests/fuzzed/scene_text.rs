@@ -1,4 +1,4 @@
-//! Scene files by grammar: valid keys, most of their values valid, some odd.
+//! Generates scene files by grammar: the keys are valid, and most values, too.
 
 use super::mutate::{NUMBERS, Random};
 
@@ -66,7 +66,7 @@ impl Writer<'_> {
         self.text.push('\n');
     }
 
-    /// Left out, or written twice, where the value is odd.
+    /// Writes a key. One in 20 · `oddity` is left out, and one in 20 · `oddity` is written twice.
     fn key(&mut self, key: &str, value: impl Fn(&mut Self) -> String) {
         let count = match self.random.below(20 * self.oddity) {
             0 => 0,
@@ -110,7 +110,7 @@ impl Writer<'_> {
         format!("[{}]", numbers.join(", "))
     }
 
-    /// Three numbers that are not alike, for positions and directions.
+    /// Three numbers, picked independently, for a position.
     fn place(&mut self) -> String {
         let usual = ["0.5", "-1.25", "2.0", "0", "3"];
         let numbers: Vec<String> = (0..3)

@@ -1,4 +1,4 @@
-//! The structs of the C interface as they lie in memory.
+//! The memory layouts of the structs of the C interface.
 
 use std::ffi::c_char;
 
@@ -7,10 +7,10 @@ use camlux::capi::*;
 pub struct Layout {
     pub name: &'static str,
     pub bytes: usize,
-    /// 0 for what is only found inside of others.
+    /// 0 for a struct that is only a member of others.
     pub version_1_bytes: usize,
     pub fields: Vec<Field>,
-    /// The bytes of its `_INIT`; empty for what is only found inside of others.
+    /// The bytes of its `_INIT`; empty for a struct that is only a member of others.
     pub init: Vec<u8>,
 }
 
@@ -18,12 +18,12 @@ pub struct Field {
     pub name: &'static str,
     pub offset: usize,
     pub bytes: usize,
-    /// Its first value, as C writes it.
+    /// The initial value, as C code.
     pub first: String,
 }
 
 trait InC {
-    /// An initialiser of C with this value.
+    /// A C initialiser with this value.
     fn in_c(&self) -> String;
 }
 
@@ -61,7 +61,7 @@ impl<T> InC for *mut T {
     }
 }
 
-/// A function.
+/// A function pointer.
 impl<T> InC for Option<T> {
     fn in_c(&self) -> String {
         assert!(self.is_none(), "no struct begins with a function");
@@ -72,7 +72,7 @@ impl<T> InC for Option<T> {
 impl<T: InC, const N: usize> InC for [T; N] {
     fn in_c(&self) -> String {
         let items: Vec<String> = self.iter().map(InC::in_c).collect();
-        // All of a text that is empty.
+        // An array of zeros, such as an empty text.
         if items.iter().all(|item| item == "0") {
             return "{0}".into();
         }
@@ -211,7 +211,7 @@ pub fn layouts() -> Vec<Layout> {
     layouts
 }
 
-/// That of a struct which is only found inside of others.
+/// The layout of `camlux_array`, which is only a member of other structs.
 fn array_layout(first: camlux_array) -> Layout {
     Layout {
         name: "camlux_array",

@@ -1,4 +1,4 @@
-//! Files that are made from others and checked in are what they would be if they were made now.
+//! The generated files that are checked in are up to date.
 
 mod header;
 mod layouts;

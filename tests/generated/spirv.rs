@@ -1,4 +1,4 @@
-//! The compiled shaders that are checked in: those of this source, and valid.
+//! The compiled shaders that are checked in agree with the source and are valid.
 
 use std::{
     collections::BTreeMap,

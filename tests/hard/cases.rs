@@ -1,13 +1,13 @@
-//! The cases of `camlux doctor` as tests: one of each name, under the Khronos validation layer.
+//! The cases of `camlux doctor` as tests, one test per case, under the Khronos validation layer.
 
 use camlux::doctor::{Case, Examiner, Part};
 
 use crate::common::gpu::Gpu;
 
-/// What the tests of cases that are not met have before the case's name.
+/// Prefix of a test's name if its case is known to miss its bound.
 const KNOWN_ISSUE: &str = "known_issue_";
 
-/// Runs one of some cases and holds it against its bound; one of a known issue must not be met.
+/// Runs the case of this test and checks that it meets its bound. A case with a known issue must miss it.
 #[track_caller]
 pub fn check(cases: &[Case], test: &str) {
     let name = test.strip_prefix(KNOWN_ISSUE).unwrap_or(test);
@@ -39,7 +39,7 @@ pub fn check(cases: &[Case], test: &str) {
     }
 }
 
-/// Every case of the group has its test, under its own name or that of a known issue.
+/// Checks that every case of the group has a test, with the prefix if it has a known issue.
 #[track_caller]
 pub fn check_list(cases: &[Case], tests: &[&str]) {
     let expected: Vec<String> = cases
@@ -52,7 +52,7 @@ pub fn check_list(cases: &[Case], tests: &[&str]) {
     assert_eq!(tests, expected);
 }
 
-/// A test for each case of a group, in the group's order; `known_issue_` before the names of those that are not met.
+/// A test for each case of a group, in the group's order. Cases that miss their bound have the prefix `known_issue_`.
 macro_rules! hard_cases {
     ($cases:expr; $($name:ident,)*) => {
         $(

@@ -1,4 +1,4 @@
-//! CUDA imports shared memory, through NVIDIA's driver interface.
+//! CUDA imports shared memory through NVIDIA's driver interface.
 
 use std::{
     ffi::{c_int, c_uint, c_ulonglong, c_void},
@@ -10,7 +10,7 @@ use libloading::Library;
 
 use crate::host_device::{bands, scene};
 
-/// A file descriptor in a union of two pointers.
+/// The union of a file descriptor and two pointers.
 #[repr(C, align(8))]
 struct Handle {
     fd: c_int,
@@ -41,7 +41,7 @@ const OPAQUE_FD: c_uint = 1;
 /// `CUDA_EXTERNAL_MEMORY_DEDICATED`.
 const DEDICATED: c_uint = 1;
 
-/// Calls a function of the CUDA driver, all of which return 0 on success.
+/// Calls a function of the CUDA driver. All functions return 0 on success.
 macro_rules! cuda {
     ($library:ident.$name:ident($($argument:expr => $kind:ty),*)) => {{
         // SAFETY: the name and the types are those of cuda.h.
@@ -63,7 +63,7 @@ fn cuda_imports_shared_memory() {
     let memory = SharedMemory::new(&device, 2 * image_bytes).expect("it exports memory");
     let info = memory.info();
 
-    // SAFETY: the library's initialisers are NVIDIA's.
+    // SAFETY: only NVIDIA's initialisers run.
     let driver = unsafe { Library::new("libcuda.so.1") }.expect("a CUDA driver");
     cuda!(driver.cuInit(0 => c_uint));
     let mut count: c_int = 0;

@@ -1,4 +1,4 @@
-//! A driver that runs out of memory at any call, a device that is lost in any pass, a render that is cancelled at any report.
+//! Faults: the driver runs out of memory at any call, the device is lost in any pass, a render is cancelled at any progress report.
 
 use std::{
     ops::ControlFlow,
@@ -13,7 +13,7 @@ use camlux::{
     scene::{IndirectLight, Shadow},
 };
 
-/// Functions that make a pipeline.
+/// The Vulkan functions that create a pipeline and its parts.
 const PIPELINE_FUNCTIONS: [&str; 5] = [
     "vkCreateDescriptorSetLayout",
     "vkCreatePipelineLayout",
@@ -30,7 +30,7 @@ fn bounce(name: &str, size_px: [u32; 2]) -> Scene {
     scene
 }
 
-/// Large enough for the sum to be gathered at few pixels.
+/// A scene whose image is large enough that the sum is gathered at few pixels.
 fn sum_at_few_pixels() -> Scene {
     let mut scene = demo_scene("glossy", [192, 176]);
     scene.indirect = Some(IndirectLight::RsmAverage {
@@ -40,7 +40,7 @@ fn sum_at_few_pixels() -> Scene {
     scene
 }
 
-/// Between them: textures, a spot and its sensor, a sum of matte and glossy VPLs, a shadow map, and rays.
+/// Small scenes that together use textures, a spot light, a sensor, sums of matte and glossy VPLs, a shadow map and rays.
 fn small_scenes() -> [(&'static str, Scene); 4] {
     let mut by_map = plain_sum(demo_scene("textured", [16, 16]), 8);
     by_map.direct.shadow = Some(Shadow::Map);
@@ -60,15 +60,16 @@ fn try_render(renderer: &mut Renderer, scene: &Scene) -> camlux::Result<Frame> {
     renderer.render(scene, &mut RenderOptions::default())
 }
 
-/// Nothing is left of a frame that failed.
+/// Checks that the device holds no memory, for example after a failed frame.
 #[track_caller]
 fn assert_nothing_held(device: &Device) {
     let held = device.memory_use();
     assert_eq!((held.allocations, held.bytes), (0, 0));
 }
 
-/// Lets each call of a function (`None`: of all) fail, one after the other, until the frame is done without. Returns how many.
-/// `is_fresh`: with pipelines to be made; else they are there. The frame after every `check_each`-th must be as ever.
+/// Renders again and again, and lets the next call of a function (`None`: of any function) fail each time, until a frame has no such call
+/// left. Returns the number of calls. `is_fresh`: with a new renderer that has no pipelines yet. After every `check_each`-th failure, a frame
+/// without faults must be as before.
 fn fail_each_call(
     gpu: &mut Gpu,
     scene: &Scene,
@@ -121,7 +122,7 @@ fn memory_runs_out_at_each_call_of_a_frame() {
         let start = Instant::now();
         let calls = fail_each_call(&mut gpu, &scene, None, false, 64);
         println!("{what}: {calls} calls, {:.1?}", start.elapsed());
-        // At the very least the G-buffer and its submission.
+        // The G-buffer and its submission alone make that many.
         assert!(calls > 100, "{what}: {calls}");
     }
 }
@@ -159,7 +160,8 @@ fn memory_runs_out_at_each_call_of_a_sum_at_few_pixels() {
     println!("sum at few pixels: {calls} calls");
 }
 
-/// Opens a device and loses it in a render. Returns the pass that it tells; `None`: it was not lost, and rendered as ever.
+/// Opens a device and loses it in a render. Returns the pass that the error names, or `None` if the fault did not occur. The frame must then
+/// be as before.
 #[track_caller]
 fn lose(scene: &Scene, fresh: &Frame, fault: Fault) -> Option<&'static str> {
     let mut gpu = Gpu::open();
@@ -180,7 +182,7 @@ fn lose(scene: &Scene, fresh: &Frame, fault: Fault) -> Option<&'static str> {
         assert!(message.contains(part), "{part} is missing in: {message}");
     }
     assert_nothing_held(&gpu.device);
-    // Whatever is asked of it from here on, it says the same at once.
+    // Every later use of the device fails at once with the same message.
     let start = Instant::now();
     let again = try_render(&mut gpu.renderer, scene).expect_err("it is lost");
     assert_eq!(again.to_string(), message);
@@ -194,7 +196,7 @@ fn lose(scene: &Scene, fresh: &Frame, fault: Fault) -> Option<&'static str> {
     Some(pass)
 }
 
-/// The order in which a frame of one light begins its passes is known, submission by submission.
+/// The passes of a frame with one light begin in a fixed order in each submission.
 #[test]
 fn a_lost_device_tells_the_last_pass_begun() {
     let (_, scene) = &small_scenes()[1];
@@ -212,7 +214,7 @@ fn a_lost_device_tells_the_last_pass_begun() {
             assert_eq!(told, Some(*pass), "submission {submission}");
         }
     }
-    // What comes behind them has no passes of its own: images on their way to the host.
+    // The submission after them has no passes. It copies images to the host.
     assert_eq!(lose(4, 0), Some("sensor"));
     assert_eq!(lose(1000, 0), None);
 }
@@ -242,7 +244,7 @@ fn a_device_can_be_lost_in_every_pass_of_the_bounce() {
     }
 }
 
-/// Vulkan does not guarantee them. The passes of a submission share its time then, and the image is the same.
+/// Vulkan does not guarantee timestamps. Without them, all passes of a submission report the same time, and the image is the same.
 #[test]
 fn a_queue_without_timestamps_renders_the_same() {
     let mut gpu = Gpu::open();
@@ -255,7 +257,7 @@ fn a_queue_without_timestamps_renders_the_same() {
     assert!(untimed.layers == timed.layers);
     let names = |frame: &Frame| -> Vec<_> { frame.stats.passes.iter().map(|p| p.name).collect() };
     assert_eq!(names(&untimed), names(&timed));
-    // Both are in one submission, and in no other.
+    // Both passes are in the same single submission.
     let time = |frame: &Frame, name| {
         let pass = frame.stats.passes.iter().find(|pass| pass.name == name);
         pass.expect("it ran").milliseconds
@@ -265,7 +267,7 @@ fn a_queue_without_timestamps_renders_the_same() {
     assert_ne!(time(&timed, "shadow"), time(&timed, "direct"));
 }
 
-/// A device that the caller keeps while it opens another one is in nobody's way.
+/// A lost device that the caller keeps does not disturb a new device.
 #[test]
 fn a_new_device_works_beside_a_lost_one() {
     let (_, scene) = &small_scenes()[0];
@@ -283,7 +285,7 @@ fn a_new_device_works_beside_a_lost_one() {
     assert_nothing_held(&other.device);
 }
 
-/// Cancels a render after so many reports. Whether it came to that.
+/// Cancels a render after this number of reports. Returns false if the render ended first.
 fn cancel_after(gpu: &mut Gpu, scene: &Scene, reports: usize) -> bool {
     let mut left = reports;
     let mut stop = |_: Progress| match left {
@@ -295,7 +297,7 @@ fn cancel_after(gpu: &mut Gpu, scene: &Scene, reports: usize) -> bool {
     };
     let mut options = RenderOptions {
         progress: Some(&mut stop),
-        // Many submissions, and a report between them.
+        // A short target gives many submissions, with a report between them.
         submission_target: Duration::from_millis(10),
         ..RenderOptions::default()
     };
@@ -335,8 +337,8 @@ fn a_sum_cancelled_at_any_report_leaves_a_usable_engine() {
     cancel_at_each_report(&plain_sum(demo_scene("cornell", [48, 48]), 16), 3, 1);
 }
 
-/// Closes a device that nothing else holds. What was made from it and not destroyed is only told then: objects of any kind, also
-/// those without memory.
+/// Closes a device that nothing else holds. Only then does the validation layer report objects that were not destroyed, including those
+/// without memory.
 #[track_caller]
 fn assert_closes(device: Device) {
     let messages = device.close().expect("nothing holds the device");

@@ -1,4 +1,4 @@
-//! Scenes that ask for more than the device has, scenes with next to nothing in them, and renders that are cancelled.
+//! Scenes over the limits of the device, almost empty scenes, and cancelled renders.
 
 use std::{
     ops::ControlFlow,
@@ -13,7 +13,7 @@ use camlux::{
     scene::{Encoding, IndirectLight, Material, Mesh, Shadow, Shared, Texels, Texture, VplSum},
 };
 
-/// The device, but with lavapipe's limits: a real GPU's may be so large that nothing here is over them.
+/// The device with lavapipe's limits. The limits of a real GPU may be too large for these tests.
 fn small_device(gpu: &Gpu) -> DeviceInfo {
     let mut device = gpu.device.info().clone();
     device.limits.max_image_px = 16384;
@@ -22,12 +22,12 @@ fn small_device(gpu: &Gpu) -> DeviceInfo {
     device.limits.max_buffer_bytes = 2 << 30;
     device.limits.sub_pixel_bits = 8;
     device.quirks = Quirks::default();
-    // What is over the memory all together is told first: `device_memory`.
+    // A frame over the total memory would be reported first. The tests in `device_memory` cover that.
     device.limits.memory_bytes = 1 << 50;
     device
 }
 
-/// Asserts that the plan refuses the scene at once: what is over which limit, and what to do.
+/// Asserts that the plan refuses the scene at once, and that the message has the limit, the requested value and a remedy.
 #[track_caller]
 fn assert_over_limit(gpu: &Gpu, scene: &Scene, says: &[&str], hint: &str) {
     let device = small_device(gpu);
@@ -61,7 +61,7 @@ fn images_over_the_limits_are_refused_by_the_plan() {
     let large = demo_scene("cornell", [16_384, 16_384]);
     let says = ["G-buffer positions (bytes)", "4294967296", "2147483648"];
     assert_over_limit(&gpu, &large, &says, SMALLER_IMAGE);
-    // 6000² pixels are a list of 144 MB; only the gather needs it.
+    // A list of 6000² pixels has 144 MB. Only the gather needs it.
     let mut listed = demo_scene("cornell", [6000, 6000]);
     let says = ["list of pixels (bytes)", "144000000", "134217728"];
     assert_over_limit(&gpu, &listed, &says, SMALLER_IMAGE);
@@ -77,11 +77,11 @@ fn reflective_shadow_maps_over_the_limits_are_refused_by_the_plan() {
     // 6 · 8192² texels of 16 bytes are 6 GiB.
     let says = ["RSM positions (bytes)", "6442450944"];
     assert_over_limit(&gpu, &with_rsm_size(8192), &says, SMALLER_RSM);
-    // 6 · 2048² texels are 25 M VPLs, 1024 a row.
+    // 6 · 2048² texels are 25 M VPLs, 1024 per row.
     let says = ["VPLs, height (px)", "24576", "16384"];
     assert_over_limit(&gpu, &with_rsm_size(2048), &says, SMALLER_RSM);
     assert!(Plan::new(&with_rsm_size(1672), &small_device(&gpu)).is_ok());
-    // The largest number that a scene can hold must not overflow on the way.
+    // The largest rsm_size of a scene must not cause an overflow.
     let says = ["rsm_size", "4294967295"];
     assert_over_limit(&gpu, &with_rsm_size(u32::MAX), &says, SMALLER_RSM);
 }
@@ -94,14 +94,14 @@ fn textures_over_the_limits_are_refused_by_the_plan() {
     scene.indirect = None;
     scene.direct.shadow = Some(Shadow::Rays);
     let wide = Texture {
-        // Wider than images of the device: texels lie in a list.
+        // Wider than the device's images, which is allowed because texels are stored in a list.
         size_px: [1 << 20, 1],
         texels: Texels::U8(vec![[128; 3]; 1 << 20], Encoding::Srgb),
         ..Texture::clone(&scene.textures[0])
     };
     scene.textures = vec![wide.into(); scene.textures.len()];
     assert_eq!(scene.textures.len(), 2);
-    // 2 097 152 texels of a word.
+    // 2 097 152 texels of one word (4 bytes) each.
     device.limits.max_allocation_bytes = 4 << 21;
     assert!(Plan::new(&scene, &device).is_ok());
     device.limits.max_allocation_bytes -= 1;
@@ -129,7 +129,7 @@ fn two_million_triangles_and_sixteen_textures_fit_2_gib() {
     }
     .into();
     scene.textures = vec![texture; 16];
-    // Textures that no material names are not there.
+    // Only textures that a material uses are loaded.
     scene.materials.extend((0..16).map(|index| Material {
         kd_texture: Some(index),
         ..Material::lambert("large", [0.5; 3])
@@ -137,13 +137,13 @@ fn two_million_triangles_and_sixteen_textures_fit_2_gib() {
     let mut device = gpu.device.info().clone();
     device.limits.memory_bytes = 2 << 30;
     Plan::new(&scene, &device).expect("it fits");
-    // The textures alone take half of it.
+    // The textures alone take 1 GiB of this.
     device.limits.memory_bytes = 3 << 29;
     let refused = Plan::new(&scene, &device).expect_err("that is too little");
     println!("{refused}");
 }
 
-/// The demo room filled up with triangles to a number of them.
+/// The demo room with added triangles, `count` in total.
 fn with_triangles(count: usize) -> Scene {
     let mut scene = demo_scene("cornell", [8, 8]);
     scene.indirect = None;
@@ -162,7 +162,7 @@ fn bounce_by_rays(rsm_size: u32) -> Option<IndirectLight> {
     Some(indirect)
 }
 
-/// Asserts that the plan refuses the scene, and takes it after what the message says.
+/// Asserts that the plan refuses the scene, and accepts it after the change that the message suggests.
 #[track_caller]
 fn assert_refused(scene: &Scene, device: &DeviceInfo, parts: &[&str]) {
     let message = Plan::new(scene, device)
@@ -186,7 +186,7 @@ fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
     let gpu = Gpu::open();
     let mut device = small_device(&gpu);
     device.limits.max_image_px = 1024;
-    // Four texels a triangle and room for seven more, 1024 a row.
+    // Four texels per triangle, room for eight more triangles, 1024 texels per row.
     let mut scene = with_triangles(262_136);
     scene.direct.shadow = Some(Shadow::Rays);
     assert!(Plan::new(&scene, &device).is_ok());
@@ -206,7 +206,7 @@ fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
     device.limits.max_allocation_bytes = 1 << 24;
     scene.direct.shadow = Some(Shadow::Rays);
     let message = Plan::new(&scene, &device).expect_err("that is too much");
-    // Images come in squares of four pixels along an edge.
+    // The memory of images is counted in blocks of 4 × 4 pixels.
     let bytes = "triangles for rays (bytes) is 16842752, over the limit of 16777216";
     assert!(message.to_string().contains(bytes), "{message}");
 }
@@ -226,13 +226,13 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
         &device,
         &[says, "use the instant-radiosity estimator"],
     );
-    // Nobody asks what a shadow ray hits.
+    // Shadow rays do not need the hit surface.
     scene.direct.shadow = Some(Shadow::Rays);
     scene.indirect = None;
     assert!(Plan::new(&scene, &device).is_ok());
 }
 
-/// The lights' VPLs lie in one list.
+/// The VPLs of all lights are in one list.
 #[test]
 fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     let gpu = Gpu::open();
@@ -240,7 +240,7 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     let mut scene = demo_scene("cornell", [8, 8]);
     scene.direct.shadow = Some(Shadow::Rays);
     scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32));
-    // Six rows of 1024 a light.
+    // Six rows of 1024 VPLs per light.
     device.limits.max_image_px = 1024;
     scene.lights = vec![scene.lights[0].clone(); 170];
     assert!(Plan::new(&scene, &device).is_ok());
@@ -262,7 +262,7 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     assert!(Plan::new(&scene, &device).is_ok());
 }
 
-/// A packet is that of eight lanes.
+/// The packet kernel needs subgroups of eight lanes.
 #[test]
 fn other_lanes_take_no_packets() {
     let gpu = Gpu::open();
@@ -281,7 +281,7 @@ fn other_lanes_take_no_packets() {
     }
 }
 
-/// A GPU has units for them; a CPU driver does them more slowly than our own kernels.
+/// A GPU has hardware for ray queries. On a CPU driver they are slower than camlux's own kernels.
 #[test]
 fn a_gpu_with_ray_queries_takes_them() {
     let gpu = Gpu::open();
@@ -303,7 +303,7 @@ fn a_gpu_with_ray_queries_takes_them() {
     }
 }
 
-/// The renderer asks the plan first, so that nothing is allocated.
+/// The renderer makes the plan first, so it allocates nothing.
 #[test]
 fn the_renderer_refuses_what_the_plan_refuses() {
     let mut gpu = Gpu::open();
@@ -320,7 +320,7 @@ fn the_renderer_refuses_what_the_plan_refuses() {
     assert!(matches!(error, Error::DeviceLimit { .. }), "{error:?}");
 }
 
-/// A broadcast kernel on other subgroups than its own would give a wrong image.
+/// A broadcast kernel gives a wrong image if the subgroup has another size.
 #[test]
 fn a_kernel_for_other_subgroups_is_refused() {
     let mut gpu = Gpu::open();
@@ -380,7 +380,7 @@ fn no_light_is_an_error() {
     assert!(error.to_string().contains("there is no light"), "{error}");
 }
 
-/// Every pixel of every layer that holds light is 0, and nothing is NaN.
+/// Asserts that all layers of light are 0 in every pixel.
 #[track_caller]
 fn assert_black(what: &str, frame: &Frame) {
     for layer in [
@@ -434,7 +434,7 @@ fn scenes_without_light_in_view_render_black() {
     }
 }
 
-/// An empty mesh among others changes nothing but the numbers of those behind it.
+/// An empty mesh changes only the ids of the meshes after it.
 #[test]
 fn an_empty_mesh_among_others_does_not_show() {
     let mut gpu = Gpu::open();
@@ -453,7 +453,7 @@ fn a_cancelled_renderer_can_be_used_again() {
     scene.lights.push(scene.lights[0].clone());
     let fresh = gpu.render(&scene);
     assert_is_lit(&fresh, Layer::Indirect);
-    // How often progress is reported, which is where a render can be cancelled.
+    // A render can be cancelled at each progress report, so collect them.
     let mut reports = Vec::new();
     let mut listen = |progress| {
         reports.push(progress);
@@ -461,7 +461,7 @@ fn a_cancelled_renderer_can_be_used_again() {
     };
     let mut options = RenderOptions {
         progress: Some(&mut listen),
-        // How much a submission holds does not depend on how fast the last one was.
+        // The size of a submission must not depend on the time of the last one.
         submission_target: Duration::MAX,
         ..RenderOptions::default()
     };
@@ -498,7 +498,7 @@ fn a_cancelled_renderer_can_be_used_again() {
     }
 }
 
-/// A rasteriser that snaps corners to 1/16 pixel shows other triangles beside edges.
+/// A rasteriser that snaps corners to 1/16 pixel shows wrong triangles next to edges.
 #[test]
 fn where_the_rasteriser_is_coarse_rays_find_what_the_camera_sees() {
     let mut info = small_device(&Gpu::open());
@@ -510,7 +510,7 @@ fn where_the_rasteriser_is_coarse_rays_find_what_the_camera_sees() {
     let by_rays = plan(&info);
     assert_eq!(by_rays.primary_rays, Some(RayKernel::best_for(&info)));
     assert!(by_rays.to_string().contains("primary_rays  64 x 48 px"));
-    // Its kernels take more images than Vulkan guarantees.
+    // The ray kernels need more storage images than Vulkan guarantees.
     info.limits.max_storage_images = 4;
     assert_eq!(plan(&info).primary_rays, None);
 }

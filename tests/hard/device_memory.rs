@@ -1,4 +1,4 @@
-//! What a frame holds of the device's memory: known before, all of it given back, and never more than the device has.
+//! Device memory of a frame: the plan knows it beforehand, the frame frees all of it, and it never exceeds the device's memory.
 
 use std::time::Instant;
 
@@ -14,11 +14,11 @@ use camlux::{
 };
 use glam::{DAffine3, DVec3, dvec3};
 
-/// By how much the figure may be over what was held: there are fewer boxes for rays where triangles stand alone, and the list of all
-/// tiles of the RSMs is counted at the length that it has where every tile lights a surface.
+/// Maximum ratio of the plan's figure to the memory in use. The plan counts an upper bound of the boxes for rays, and the list of RSM tiles
+/// as if every tile lit a surface.
 const SLACK: f64 = 1.1;
-/// Set aside whatever the scene: for what the refinement takes, for pilots and more samples of pixels than most scenes need, for the
-/// cells that a pilot may make, and for small things.
+/// Memory that the plan counts for every scene: for the refinement, for pilots and more samples of pixels than most scenes need, for the
+/// cells of a pilot, and for small buffers.
 const CONSTANT_BYTES: u64 = 4 << 20;
 
 fn with(scene: &Scene, change: impl Fn(&mut Scene)) -> Scene {
@@ -39,7 +39,7 @@ const fn final_gather(rsm_size: u32) -> IndirectLight {
     indirect
 }
 
-/// Seen by a time-of-flight camera of three frequencies.
+/// Gives the scene a time-of-flight camera with three frequencies.
 fn time_of_flight(scene: &mut Scene) {
     scene.sensor = Some(Sensor {
         pixel_pitch_um: [10.0; 2],
@@ -65,7 +65,7 @@ fn time_of_flight(scene: &mut Scene) {
     });
 }
 
-/// Scenes that between them make every buffer and every image that there is.
+/// Scenes that together create every kind of buffer and image.
 fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
     let mut scenes = Vec::new();
     for name in DEMO_SCENES {
@@ -85,7 +85,7 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
             ("time of flight of a sum", INTERPOLATED_AVERAGE),
         ] {
             let scene = with(&demo, |scene| {
-                // Not all scenes have a light with a position.
+                // Adds a light with a position, which not all scenes have.
                 scene.lights.push(Light::Point {
                     position_m: scene.camera.position_m,
                     power_w: [1.0; 3],
@@ -130,7 +130,7 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
     scenes
 }
 
-/// But for where they are.
+/// Apart from their poses and boxes.
 #[test]
 fn a_thousand_instances_take_the_memory_of_one() {
     let mut gpu = Gpu::open();
@@ -164,7 +164,7 @@ fn a_thousand_instances_take_the_memory_of_one() {
         assert!(said >= peak_bytes);
         held.push(peak_bytes);
     }
-    // 128 bytes of an instance and two boxes, and as much on the way to the device.
+    // 128 bytes per instance and 32 for two boxes, and the same again for the upload.
     assert!(
         held[1] < held[0] + 2 * 1000 * (128 + 32) + (64 << 10),
         "{held:?}"
@@ -188,7 +188,7 @@ fn the_plan_knows_what_a_frame_holds_and_has_checked_all_of_it() {
         let bound = (held.peak_bytes as f64 * SLACK) as u64 + CONSTANT_BYTES;
         assert!(said <= bound, "{what}: {said} > {bound}, {held:?}");
 
-        // Every Vulkan device takes the refinement's results, which are as many for every scene.
+        // Every Vulkan device has room for the refinement's results. Their size is the same for every scene.
         let checked = least_allocation_bytes(&scene, gpu.device.info()).max(2 << 20);
         assert!(checked >= held.largest_bytes, "{what}: {checked}, {held:?}");
 
@@ -201,7 +201,7 @@ fn the_plan_knows_what_a_frame_holds_and_has_checked_all_of_it() {
     }
 }
 
-/// The lowest limit of an allocation with which the plan takes the scene.
+/// The lowest `max_allocation_bytes` with which the plan accepts the scene.
 fn least_allocation_bytes(scene: &Scene, device: &DeviceInfo) -> u64 {
     let mut device = device.clone();
     device.limits.max_allocation_bytes = 1;
@@ -216,7 +216,7 @@ fn least_allocation_bytes(scene: &Scene, device: &DeviceInfo) -> u64 {
     }
 }
 
-/// Asserts that the plan takes the scene with a limit of so much, and refuses it with one less.
+/// Asserts that the plan accepts the scene with this limit, and refuses it with one less.
 #[track_caller]
 fn assert_checked(what: &str, scene: &Scene, asked: u64, limit: fn(&mut DeviceInfo, u64)) {
     let gpu = Gpu::open();
@@ -233,7 +233,7 @@ fn assert_checked(what: &str, scene: &Scene, asked: u64, limit: fn(&mut DeviceIn
     }
 }
 
-/// Each check that `device_limits` has no test of, met by a device whose limit is lowered to it.
+/// Covers each check that `device_limits` does not test, with a device whose limit is lowered.
 #[test]
 fn each_list_and_image_is_checked() {
     let scene = demo_scene("cornell", [8, 8]);
@@ -248,13 +248,13 @@ fn each_list_and_image_is_checked() {
             scene.direct.shadow = Some(Shadow::Rays);
         })
     };
-    // 24 rows of 1024 VPLs of three vectors; 6 · 128² texels of 8 bytes.
+    // 24 rows of 1024 VPLs with three vectors each; 6 · 128² texels of 8 bytes.
     let list_bytes = 24 * 1024 * 3 * 16;
     assert_checked("VPLs (bytes)", &sum(64), list_bytes, allocation);
     let table = "table of the RSM's texels (bytes)";
     assert_checked(table, &sum(128), 6 * 128 * 128 * 8, storage);
     let by_map = with(&scene, |scene| scene.indirect = None);
-    // Six faces of 256².
+    // Six faces of 256² pixels.
     let map_bytes = 6 * 256 * 256 * 16;
     assert_checked("shadow map (bytes)", &by_map, map_bytes, allocation);
     let textured = with(&demo_scene("textured", [8, 8]), |scene| {
@@ -264,7 +264,7 @@ fn each_list_and_image_is_checked() {
         texture.size_px = [400, 400];
         texture.texels = Texels::F32(vec![[0.5; 3]; 160_000]);
     });
-    // Three words a texel, one of the other texture; 4096 words a row.
+    // Three words per texel, one in the other texture; 4096 words per row.
     let words = 3 * 400 * 400 + textured.textures[1].texels.len() as u64;
     let staging_bytes = words.next_multiple_of(4096) * 4;
     let texture_bytes = words.next_multiple_of(4 * 4096) * 4;
@@ -288,7 +288,7 @@ fn each_list_and_image_is_checked() {
     let rays = with(&scene, |scene| {
         scene.indirect = FINAL_GATHER;
     });
-    // Each twice, in six texels; 1024 a row.
+    // Each material is stored twice, in six texels; 1024 texels per row.
     let materials = with(&rays, |scene| {
         scene.indirect = Some(final_gather(8));
         scene.materials.resize(175_000, scene.materials[0].clone());
@@ -308,7 +308,7 @@ fn each_list_and_image_is_checked() {
 fn sixteen_thousand_pixels_squared_are_refused_with_what_they_need() {
     let mut gpu = Gpu::open();
     let scene = demo_scene("cornell", [16_384, 16_384]);
-    // A device that takes images and buffers of this size, but not all of them together.
+    // A device with room for images and buffers of this size. Only its total memory is limited.
     let mut device = gpu.device.info().clone();
     device.limits.max_image_px = 16_384;
     device.limits.max_allocation_bytes = u64::MAX;
@@ -317,13 +317,13 @@ fn sixteen_thousand_pixels_squared_are_refused_with_what_they_need() {
     device.limits.memory_bytes = u64::MAX;
     let plan = Plan::new(&scene, &device).expect("there is room");
     let need = plan.device_memory_bytes(&scene);
-    // Seven images of 4 GiB and a depth at least.
+    // At least seven images of 4 GiB and a depth image.
     assert!(need > 29 << 30, "{need}");
     let takes = |device: &DeviceInfo| Plan::new(&scene, device).is_ok();
     device.limits.memory_bytes = need;
     device.kind = DeviceKind::Discrete;
     assert!(takes(&device));
-    // Where the host's memory is the device's, the layers lie in it too.
+    // If the device uses the host's memory, the layers count, too.
     device.kind = DeviceKind::Cpu;
     assert!(!takes(&device));
     device.limits.memory_bytes = need + plan.layer_bytes();
@@ -341,7 +341,7 @@ fn sixteen_thousand_pixels_squared_are_refused_with_what_they_need() {
     ] {
         assert!(message.contains(part), "{part} is missing in: {message}");
     }
-    // This device takes it, or says so at once, and holds nothing.
+    // If the plan refuses the scene on this device, the renderer does so at once and allocates nothing.
     if Plan::new(&scene, gpu.device.info()).is_err() {
         let error = gpu
             .renderer
@@ -353,7 +353,7 @@ fn sixteen_thousand_pixels_squared_are_refused_with_what_they_need() {
     assert!(start.elapsed().as_secs_f64() < 0.5, "work was started");
 }
 
-/// What takes the most is what the message asks to make smaller.
+/// The message suggests making the largest item smaller.
 #[test]
 fn the_message_names_what_takes_the_most() {
     let gpu = Gpu::open();

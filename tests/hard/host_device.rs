@@ -1,4 +1,4 @@
-//! A device that a host has made: the tests are the host. They make a device of their own, lend it, and read a frame's image on it.
+//! A device of the host. The tests act as the host: they create a device, lend it to camlux and read a frame's image on it.
 
 use std::{
     ffi::c_void,
@@ -18,7 +18,7 @@ use camlux::{
     scene::{IndirectLight, VplSum},
 };
 
-/// What a host has switched on.
+/// Features that the host enables.
 #[derive(Clone, Copy)]
 struct Made {
     features: bool,
@@ -45,7 +45,7 @@ unsafe extern "system" fn keep_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT,
     messages: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer hands valid data, and the list that the messenger was made with.
+    // SAFETY: the layer passes valid data, and the list that the messenger was created with.
     let (text, messages) = unsafe {
         let text = (*data).message_as_c_str().expect("a message");
         (text, &*messages.cast::<Mutex<Vec<String>>>())
@@ -56,7 +56,7 @@ unsafe extern "system" fn keep_message(
 }
 
 impl Host {
-    /// A host's instance under the validation layer, and its device, handed to `use_it` as camlux takes it.
+    /// Creates the host's instance under the validation layer, and its device, and passes them to `use_it` in the form that camlux takes.
     fn with<T>(made: Made, use_it: impl FnOnce(&Host, HostVulkan) -> T) -> T {
         let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
         let messages: Mutex<Vec<String>> = Mutex::default();
@@ -84,7 +84,7 @@ impl Host {
             .enabled_layer_names(&layers)
             .enabled_extension_names(&extensions)
             .push_next(&mut features);
-        // SAFETY (all of it): what is passed lives until after the call, and what is destroyed is not used again.
+        // SAFETY (all of it): arguments live until after the call, and destroyed objects are not used again.
         let entry = unsafe { ash::Entry::load() }.expect("scripts/test installs the loader");
         let instance = unsafe { entry.create_instance(&info, None) };
         let instance = instance.expect("scripts/test installs a driver and the layer");
@@ -110,7 +110,7 @@ impl Host {
     ) -> T {
         let list = Device::list().expect("there are devices");
         let chosen = Device::choose(&list, &Default::default()).expect("one can be used");
-        // SAFETY: the instance is live, and the device is its own.
+        // SAFETY: the instance is live, and the physical device belongs to it.
         let (physical, families) = unsafe {
             let found = instance.enumerate_physical_devices();
             let physical = found.expect("there are devices")[chosen.index];
@@ -136,10 +136,10 @@ impl Host {
             .enabled_extension_names(&extensions)
             .push_next(&mut features12)
             .push_next(&mut features13);
-        // SAFETY: all that the info points to lives until after the call.
+        // SAFETY: everything that the info points to lives until after the call.
         let device = unsafe { instance.create_device(physical, &info, None) };
         let device = device.expect("the device is made");
-        // SAFETY: one queue of this family was asked for.
+        // SAFETY: one queue of this family was requested.
         let queue = unsafe { device.get_device_queue(family, 0) };
         let lent = HostVulkan {
             get_instance_proc_addr: entry.static_fn().get_instance_proc_addr,
@@ -159,12 +159,12 @@ impl Host {
             family,
         };
         let result = use_it(&host, lent);
-        // SAFETY: whatever came from the device is gone.
+        // SAFETY: everything created from the device has been destroyed.
         unsafe { host.device.destroy_device(None) };
         result
     }
 
-    /// Copies an image to the host's memory, behind the semaphore, with the host's own commands.
+    /// Copies an image to the host's memory with the host's own commands, after the semaphore is signalled.
     fn read(&self, image: DeviceImage, (semaphore, value): (vk::Semaphore, u64)) -> Vec<f32> {
         let device = &self.device;
         let [width, height] = image.size_px;
@@ -215,18 +215,18 @@ impl Host {
                 unsafe {
                     device.cmd_copy_image_to_buffer(commands, image.image, best, buffer, &[region]);
                 }
-                // Layouts are to be given back as they were.
+                // The host must restore the layout.
                 turn(best, kept);
             },
         )
     }
 
-    /// Imports memory of another instance, and copies it to the host's.
+    /// Imports memory of another instance, and copies it to the host's memory.
     fn read_shared(&self, fd: i32, info: SharedMemoryInfo) -> Vec<f32> {
         let device = &self.device;
         let handle = vk::ExternalMemoryHandleTypeFlags::OPAQUE_FD;
         let bytes = info.allocation_bytes;
-        // SAFETY (all of it): the objects are made here from the live device, used in their order, and destroyed when the queue is done.
+        // SAFETY (all of it): the objects are created here from the live device, used in order, and destroyed when the queue is idle.
         unsafe {
             let mut external = vk::ExternalMemoryBufferCreateInfo::default().handle_types(handle);
             let create = vk::BufferCreateInfo::default()
@@ -270,7 +270,7 @@ impl Host {
         }
     }
 
-    /// What recorded commands copy to a buffer that the host sees.
+    /// Runs recorded commands that copy to a host-visible buffer, and returns its contents.
     fn copy_to_host(
         &self,
         bytes: u64,
@@ -278,8 +278,8 @@ impl Host {
         record: impl FnOnce(vk::CommandBuffer, vk::Buffer),
     ) -> Vec<f32> {
         let device = &self.device;
-        // SAFETY (all of it): the objects are made here from the live device, used in their order, and destroyed when the
-        // queue is done.
+        // SAFETY (all of it): the objects are created here from the live device, used in order, and destroyed when the queue is
+        // idle.
         unsafe {
             let info = vk::BufferCreateInfo::default()
                 .size(bytes)
@@ -341,7 +341,7 @@ pub fn scene() -> Scene {
     scene
 }
 
-/// R, G and B of texels of four.
+/// R, G and B of texels with four components.
 pub fn bands(texels: &[f32]) -> Vec<f32> {
     let texels = texels.chunks_exact(4);
     texels.flat_map(|texel| &texel[..3]).copied().collect()
@@ -354,7 +354,7 @@ fn a_host_reads_the_image_on_its_own_device() {
     let frame = Renderer::new(&own).and_then(|mut renderer| renderer.render(&scene(), options));
     let frame = frame.expect("it renders");
     Host::with(ALL, |host, lent| {
-        // SAFETY: the host's objects outlive what is made here.
+        // SAFETY: the host's objects outlive the device.
         let device = unsafe { Device::of_host(&lent) }.expect("nothing is missing");
         let mut renderer = Renderer::new(&device).expect("a renderer");
         let mut drawn = || {
@@ -384,8 +384,8 @@ fn a_host_reads_the_image_on_its_own_device() {
     });
 }
 
-/// Another instance, or CUDA, imports the memory once; every frame goes there on the device. Where the device's memory is the host's, the host reads it in
-/// place.
+/// Another instance, or CUDA, imports the memory once. Each frame is copied to it on the device. If the device uses the host's memory, the
+/// host reads it in place.
 #[test]
 fn another_instance_imports_shared_memory() {
     let own = Device::open(&DeviceOptions::default()).expect("a device");
@@ -407,7 +407,7 @@ fn another_instance_imports_shared_memory() {
             }
             let fd = memory.export_fd().expect("a file descriptor");
             let texels = host.read_shared(fd, info);
-            // SAFETY: as many bytes, which nobody writes to meanwhile.
+            // SAFETY: the memory has at least this many bytes, and nothing writes to it meanwhile.
             let in_place = memory.host_data().map(|data| unsafe {
                 std::slice::from_raw_parts(
                     data.as_ptr().cast::<f32>(),
@@ -443,7 +443,7 @@ fn another_instance_imports_shared_memory() {
         assert!(refused.contains(words), "{refused}");
     }
     Host::with(ALL, |_, lent| {
-        // SAFETY: the host's objects outlive what is made here.
+        // SAFETY: the host's objects outlive the device.
         let device = unsafe { Device::of_host(&lent) }.expect("nothing is missing");
         let refused = SharedMemory::new(&device, 64)
             .err()
@@ -474,7 +474,7 @@ fn what_the_host_has_not_switched_on_is_said() {
         ),
     ] {
         Host::with(made, |_, lent| {
-            // SAFETY: the host's objects outlive what is made here.
+            // SAFETY: the host's objects outlive the device.
             let error = unsafe { Device::of_host(&lent) }
                 .err()
                 .expect("that is missing");
@@ -483,7 +483,7 @@ fn what_the_host_has_not_switched_on_is_said() {
     }
     Host::with(ALL, |_, lent| {
         let of = |lent: &HostVulkan| {
-            // SAFETY: as above; what is wrong is found before it is used.
+            // SAFETY: as above; camlux finds the wrong value before it uses it.
             let error = unsafe { Device::of_host(lent) }
                 .err()
                 .expect("that is wrong");
@@ -527,13 +527,13 @@ fn the_hosts_lock_is_held_around_each_submission() {
             queue_lock: Some(counting.clone()),
             ..lent
         };
-        // SAFETY: the host's objects outlive what is made here.
+        // SAFETY: the host's objects outlive the device.
         let device = unsafe { Device::of_host(&lent) }.expect("nothing is missing");
         let mut renderer = Renderer::new(&device).expect("a renderer");
         let drawn = renderer.render_on_device(&scene(), &mut Default::default());
         drawn.expect("it renders").stats().submissions
     });
     assert_eq!(counting.held.load(SeqCst), 0);
-    // And that which makes the semaphore rise.
+    // Plus the submission that signals the semaphore.
     assert_eq!(counting.times.load(SeqCst), i64::from(submissions) + 1);
 }

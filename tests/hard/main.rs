@@ -1,4 +1,4 @@
-//! Hard cases, and devices that fail or are small.
+//! Hard cases, and devices that fail or have little memory.
 
 #[path = "../common/mod.rs"]
 mod common;

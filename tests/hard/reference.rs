@@ -1,4 +1,4 @@
-//! Scenes on which a path sampler goes wrong easily.
+//! Scenes that are difficult for a path sampler.
 
 use std::ops::ControlFlow;
 
@@ -51,8 +51,8 @@ fn sampled(scene: &Scene) -> [Vec<f32>; 2] {
     [Layer::Direct, Layer::Indirect].map(|layer| frame.values(layer).expect("it is there").to_vec())
 }
 
-/// The surface that a lamp lies in is not in its way: direct light is as if the lamp were a picometre above it. (Indirect light
-/// is not: from there, half of the power would be reflected by the floor right below.)
+/// A surface does not block a lamp that is in it: direct light is as if the lamp were a picometre above the surface. Indirect light differs:
+/// from a picometre above, the floor right below would reflect half of the power.
 #[test]
 fn lamp_in_a_surface() {
     for at in [DVec3::new(-0.1, 0.0, 0.1), DVec3::new(0.37, 0.0, -0.73)] {
@@ -70,7 +70,7 @@ fn lamp_in_a_surface() {
     }
 }
 
-/// Needles and points among the triangles change nothing, and no value stops being a number.
+/// Triangles without area do not change the image, and all values stay finite.
 #[test]
 fn triangles_without_area() {
     let mut scene = corner(DVec3::new(0.0, 0.8, 0.2));
@@ -94,7 +94,7 @@ fn triangles_without_area() {
             .all(|layer| layer.iter().any(|&value| value > 0.0))
     );
     assert!(sampled(&scene) == expected);
-    // Corners on a line to rounding: hit by chance, but never without a normal.
+    // The corners are on a line up to rounding. Rays may hit such a triangle, but it must have a normal.
     let last = scene.meshes.len() - 1;
     scene.meshes[last].triangles = (0..400).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     scene.meshes[last].triangle_materials = vec![0; 400];

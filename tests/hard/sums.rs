@@ -14,7 +14,7 @@ hard_cases! {
     half_floats_saturate_and_say_so,
 }
 
-/// What `tiles_of_every_size` holds against each other.
+/// Checks the gather kernels that `tiles_of_every_size` compares.
 #[test]
 fn the_gather_kernels_run() {
     gather_kernels(&Gpu::open().device);

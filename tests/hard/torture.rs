@@ -29,7 +29,7 @@ hard_cases! {
     lights_ten_thousand_to_one,
 }
 
-/// The stated bound is one of 95 %: over fifty images of each of four scenes, the true error may be over it in 8 %.
+/// The upper bound holds with 95 % confidence. In fifty images of each of four scenes, the true error may exceed it in 8 % of the images.
 #[test]
 #[ignore = "renders two hundred images"]
 fn the_upper_bound_holds_as_often_as_it_says() {

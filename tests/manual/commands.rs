@@ -28,7 +28,7 @@ fn commands(page: &Page) -> Vec<String> {
     spans.chain(lines).map(without_comment).collect()
 }
 
-/// The words of each command of this program in a line; it may follow variables and other commands.
+/// The arguments of each call of this program in a line. A call may follow variables and other commands.
 fn calls<'l>(line: &'l str, program: &str) -> Vec<Vec<&'l str>> {
     let mut calls = Vec::new();
     for part in line.split(['|', ';', '&', '(', ')']) {
@@ -92,7 +92,7 @@ fn commands_of_the_program_exist_with_their_options() {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-/// Tests and benches, by their files.
+/// Looks up tests in the files of `tests/`, and benches in the manifest.
 #[test]
 fn tests_and_benches_exist() {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("the manifest");
@@ -137,7 +137,7 @@ fn tests_and_benches_exist() {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-/// Whether a file of the folder has a test whose path holds the filter.
+/// Whether a file of the folder has a test whose path contains the filter.
 fn is_in(folder: &std::path::Path, filter: &str) -> bool {
     let (module, name) = filter.split_once("::").unwrap_or(("", filter));
     let files = fs::read_dir(folder).expect("a folder of tests").flatten();

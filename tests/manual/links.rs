@@ -60,7 +60,7 @@ fn links_lead_somewhere() {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-/// What the program and the source say of pages.
+/// Checks the pages that the program and the source name.
 #[test]
 fn pages_that_are_named_exist() {
     let mut problems = Vec::new();

@@ -1,4 +1,4 @@
-//! The manual is true: links lead somewhere, commands exist, and the blocks that are marked for it run.
+//! The manual is correct: links resolve, commands exist, and the blocks that are marked to run succeed.
 
 mod commands;
 mod links;

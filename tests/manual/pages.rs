@@ -1,4 +1,4 @@
-//! The pages of the manual, and what stands on them.
+//! The pages of the manual and their content.
 
 use std::{
     fs,
@@ -11,7 +11,7 @@ pub fn root() -> &'static Path {
 
 /// A Markdown file.
 pub struct Page {
-    /// From the repository's root.
+    /// Relative to the repository's root.
     pub path: PathBuf,
     pub text: String,
 }
@@ -19,7 +19,7 @@ pub struct Page {
 /// A fenced block of code.
 pub struct Block {
     pub language: String,
-    /// Whether the fence says that it runs.
+    /// Whether the fence has the word `run`.
     pub runs: bool,
     pub code: String,
 }

@@ -1,4 +1,4 @@
-//! Phrases that one had to read twice, with what says the same: the manual is in plain English.
+//! The manual is in plain English: phrases that it must not contain, each with a plain replacement.
 
 use crate::pages::pages;
 

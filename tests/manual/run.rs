@@ -1,4 +1,4 @@
-//! Blocks of shell commands that are marked to run, page by page, in a folder that looks like the repository.
+//! Runs the blocks of shell commands that are marked to run, page by page, in a folder that looks like the repository.
 
 use std::{
     env, fs,
@@ -7,7 +7,7 @@ use std::{
 
 use crate::pages::{pages, root};
 
-/// What a folder has of the repository: to be read.
+/// The parts of the repository that the folder links to.
 const LINKED: [&str; 6] = [
     "benches", "docs", "examples", "include", "scenes", "scripts",
 ];

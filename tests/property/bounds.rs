@@ -5,7 +5,7 @@ use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::Scene;
 use glam::{DMat3, DVec3};
 
-/// Positions of a few metres through a rotation: a handful of roundings of 1e-16 each.
+/// Rotated positions of a few metres: a handful of roundings of 1e-16 each.
 const ROUNDING: f64 = 1e-14;
 
 const SOLID: &str =
@@ -57,7 +57,7 @@ fn bounding_sphere_turns_with_the_scene_and_ignores_order_and_tessellation() {
     assert_near(turned.centre_m, rotation * sphere.centre_m, ROUNDING);
     assert!((turned.radius_m - sphere.radius_m).abs() < ROUNDING);
 
-    // At 10⁷ m a position is rounded to 2e-9 m, and so may be the centre.
+    // At 10⁷ m, positions and the centre are rounded to 2e-9 m.
     let far = "translate = [1e7, 1e7, 0]\n";
     let moved = load(format!("{MESH}{far}{other}{far}"));
     let moved = moved.bounding_sphere().unwrap();
@@ -86,7 +86,7 @@ fn bounding_sphere_of_a_quad_and_of_no_area() {
     assert!((sphere.radius_m - 1.0).abs() < ROUNDING);
 }
 
-/// By what is known of their meshes where these are turned and scaled alike along all axes, and triangle by triangle where they are stretched.
+/// The bounds come from the mesh's bounds where an instance is rotated and scaled uniformly, and from its triangles where it is stretched.
 #[test]
 fn instances_have_the_bounds_of_their_copies() {
     let scene = crowd([8, 8]);

@@ -13,7 +13,7 @@ fn on_hemisphere(theta: f64, phi: f64) -> DVec3 {
     )
 }
 
-/// Steps of the quadrature over the polar angle; twice as many over the azimuth.
+/// Quadrature steps over the polar angle; the azimuth has twice this number.
 const HEMISPHERE_STEPS: usize = 400;
 
 /// ∫ f(l, n, v)·cosθ dω over the hemisphere of l: the share of light from v that is reflected.
@@ -54,7 +54,7 @@ fn a_surface_reflects_no_more_than_its_reflectance() {
                 let excess = reflected[band] - limits[band];
                 let case = format!("s {shininess}, {view_deg}°, band {band}: {excess:e}");
                 assert!(excess < quadrature_error, "{case}");
-                // At normal incidence, and for the diffuse part anywhere, nothing is lost either.
+                // No light is lost at normal incidence, nor for the diffuse part at any angle.
                 if view_deg == 0.0 || brdf.ks[band] == 0.0 {
                     assert!(excess > -quadrature_error, "{case}");
                 }
@@ -97,8 +97,8 @@ fn reflectance_is_reciprocal() {
             let l = to_n * on_hemisphere(1.5 * f64::from(i % 17) / 17.0, f64::from(i));
             let v = to_n * on_hemisphere(1.5 * f64::from(i % 23) / 23.0, 3.0 * f64::from(i));
             let (there, back) = (brdf.eval(l, n, v)[0], brdf.eval(v, n, l)[0]);
-            // r·v carries an absolute error of a few 1e-16, which the power multiplies by s/(r·v): lobes below 1e-30 of
-            // their peak are noise and skipped. Measured 1.3e-13, at s = 200.
+            // r·v has an absolute error of a few 1e-16, which the power multiplies by s/(r·v). Values below 1e-30 are therefore
+            // noise and skipped. Measured 1.3e-13, at s = 200.
             if there > 1e-30 {
                 lit += 1;
                 let relative = (there - back).abs() / there;

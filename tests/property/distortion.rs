@@ -1,4 +1,4 @@
-//! Lens distortion: the inverse is one, and an image that folds over is refused.
+//! Lens distortion: `ray_direction` inverts `project`, and an image that folds over is refused.
 
 use crate::common::calibrations;
 use crate::common::rooms;
@@ -16,7 +16,7 @@ fn camera(resolution_px: [u32; 2], lens: Lens) -> Camera {
     }
 }
 
-/// Where a camera that looks along z, with y down, sees a direction, by the formulas as OpenCV's manual has them.
+/// The pixel where a camera that looks along z, with y down, sees a direction, by the formulas of OpenCV's manual.
 fn pixel_by_the_manual(camera: &Camera, direction: DVec3) -> DVec2 {
     let DVec3 { x, y, z } = direction;
     let distorted = match camera.distortion().expect("it is distorted") {
@@ -81,7 +81,7 @@ fn what_the_lens_does_not_see_is_at_no_pixel() {
         intrinsics,
         distortion,
     };
-    // r·(1 - r²/3) turns back at r = 1.
+    // r·(1 - r²/3) has its maximum at r = 1.
     let folding = Distortion::Rational([-1.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let at = |lens, point: [f64; 3]| camera([80, 80], lens).project(DVec3::from(point));
     let near = at(lens(folding), [0.9, 0.0, 1.0]).expect("it is seen");
@@ -138,19 +138,19 @@ fn an_image_that_folds_over_is_refused() {
         };
         scene.validate().err().map(|error| error.to_string())
     };
-    // r·(1 - r²/3) turns back at r = 1, where it is 2/3: the corners of 94 x 94 pixels are 66.5 from the middle.
+    // r·(1 - r²/3) has its maximum, 2/3, at r = 1. The corners of 94 x 94 pixels are 66.5 pixels from the middle.
     let folding = Distortion::Rational([-1.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(refused(94, folding), None);
     let error = refused(95, folding).expect("the corners are 67.2 pixels off");
     assert!(error.contains("the distorted image folds over"), "{error}");
-    // 180 degrees from the axis are 314 pixels from the middle; nothing is farther.
+    // A direction 180 degrees from the axis is 314 pixels from the middle, the largest distance.
     assert_eq!(refused(440, Distortion::Fisheye([0.0; 4])), None);
     assert!(refused(450, Distortion::Fisheye([0.0; 4])).is_some());
-    // θ·(1 - θ²/12) turns back at θ = 2, where it is 4/3.
+    // θ·(1 - θ²/12) has its maximum, 4/3, at θ = 2.
     let folding = Distortion::Fisheye([-1.0 / 12.0, 0.0, 0.0, 0.0]);
     assert_eq!(refused(188, folding), None);
     assert!(refused(190, folding).is_some());
-    // r / (1 - r²) grows without end, and begins anew from below past r = 1, which no pixel shows.
+    // r / (1 - r²) grows without bound up to r = 1. No pixel shows the branch beyond.
     let pole = Distortion::Rational([0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
     assert_eq!(refused(1000, pole), None);
     assert!(refused(100, Distortion::Rational([f64::NAN; 8])).is_some());

@@ -1,4 +1,4 @@
-//! Which pixels of a reference lie on edges: silhouettes, creases and borders, but no facets of a smooth surface.
+//! Which pixels of a reference are on edges: silhouettes, creases and borders, but not facets of a smooth surface.
 
 use std::f64::consts::PI;
 
@@ -43,7 +43,7 @@ fn edges(scene: &Scene) -> Vec<[usize; 2]> {
     marked.map(|(i, _)| [i % SIZE, i / SIZE]).collect()
 }
 
-/// Of a mesh from the left, whose outer borders lie between pixels, in the middle rows.
+/// Edge pixels in the middle rows and columns, without the outer borders of [`strips`].
 fn edges_in_front(meshes: Vec<Mesh>) -> Vec<[usize; 2]> {
     let mut edges = edges(&scene(meshes, DISTANCE_M * DVec3::Z));
     edges.retain(|[column, row]| (12..52).contains(row) && (20..46).contains(column));
@@ -54,7 +54,7 @@ fn column_40() -> Vec<[usize; 2]> {
     (12..52).map(|row| [40, row]).collect()
 }
 
-/// Two strips along y that share their corners at (`x`, 0), of which the right one falls back to `z`.
+/// Two strips along y that share the corners at (`x`, 0). The right strip recedes to `z`.
 fn strips(x: f64, z: f64) -> Mesh {
     let at = |x: f64, z: f64| [[x, -1.5, z], [x, 1.5, z]];
     let positions = [at(-1.0, 0.0), at(x, 0.0), at(1.0, z)];
@@ -94,7 +94,7 @@ fn creases_and_borders() {
     assert_eq!(edges_in_front(vec![folded(11.0)]), column_40());
     assert_eq!(edges_in_front(vec![folded(-80.0)]), column_40());
 
-    // Shaded as if it were round.
+    // Shaded smoothly across the fold.
     let mut round = folded(40.0);
     round.normals = vec![DVec3::Z; 6];
     assert_eq!(edges_in_front(vec![round]), none);
@@ -113,11 +113,11 @@ fn creases_and_borders() {
     assert_eq!(edges_in_front(vec![left, right]), column_40());
 }
 
-/// Two treads of one mesh, seen at four degrees: same normal, and hardly off each other's plane for how far they are apart.
+/// Two treads of one mesh, seen at four degrees. They have the same normal, and their offset in height is small for their distance.
 #[test]
 fn a_step_at_a_grazing_angle() {
     let eye_m = 0.3;
-    // Its far border is seen at the pixel centres of row 36.
+    // The upper tread's far border is seen at the pixel centres of row 36.
     let border = DISTANCE_M - 64.0 * eye_m / 4.5;
     let tread = |y: f64, near: f64, far: f64| {
         [
@@ -171,7 +171,7 @@ fn sphere(rings: u32, is_smooth: bool) -> Mesh {
     mesh
 }
 
-/// Facets of up to 8° that are shaded flat, and of any size that are shaded smoothly, are one surface up to the silhouette.
+/// Flat-shaded facets of up to 8° and smoothly shaded facets of any size are one surface, up to the silhouette.
 #[test]
 fn facets_are_no_edges() {
     for (rings, is_smooth) in [
@@ -187,7 +187,7 @@ fn facets_are_no_edges() {
             let [x, y] = [column, row].map(|&px| px as f64 + 0.5 - 32.0);
             x.hypot(y)
         };
-        // tan(asin(1/4)) of 64 pixels; the facets lie within the sphere.
+        // 64 pixels times tan(asin(1/4)). The facets are within the sphere.
         let silhouette = 64.0 / 15_f64.sqrt();
         let inner = silhouette * (PI / f64::from(rings)).cos() - 0.1;
         let inside: Vec<_> = found.iter().filter(|e| radius(e) < inner).collect();
@@ -200,7 +200,7 @@ fn facets_are_no_edges() {
     }
 }
 
-/// The box's edges run through the centres of the diagonals.
+/// The box's edges run through the pixel centres of the image's diagonals.
 #[test]
 fn edges_of_the_cornell_box() {
     let scene = demo_scene("cornell", [400, 400]);
@@ -222,7 +222,7 @@ fn edges_of_the_cornell_box() {
     assert!(count < ids.len() / 200, "{count}");
 }
 
-/// Where the engine shows another mesh or material than the reference, the pixel lies on an edge.
+/// Where the engine shows another mesh or material than the reference, the pixel is on an edge.
 #[test]
 fn surfaces_differ_on_edges_only() {
     let mut gpu = Gpu::open();
@@ -253,7 +253,7 @@ fn surfaces_differ_on_edges_only() {
         let marked = edges.iter().filter(|edge| **edge > 0).count();
         println!("{name}: {marked} edge pixels; {differ} other surfaces so far");
         assert!(unmarked.is_empty(), "{name}: {unmarked:?}");
-        // Twice as many for each bit less.
+        // Each sub-pixel bit less doubles the number of edge pixels.
         let most = (edges.len() / 100) << (8 - sub_pixel_bits().min(8));
         assert!(marked < most, "{name}");
     }

@@ -15,7 +15,7 @@ const SCENE: BoundingSphere = BoundingSphere {
     radius_m: 2.5,
 };
 
-/// Inner and outer half angles, degrees: narrow to wide, each with a hard edge, a full ramp and something between.
+/// Inner and outer half angles, degrees: narrow to wide, with a hard edge, a full ramp or something between.
 const CONES: [(f64, f64); 18] = [
     (0.0, 0.001),
     (0.001, 0.001),
@@ -37,7 +37,7 @@ const CONES: [(f64, f64); 18] = [
     (180.0, 180.0),
 ];
 
-/// An axis that is in no way special.
+/// An axis in general position.
 const AXIS: DVec3 = DVec3::new(0.3, -1.0, 0.2);
 
 fn spot(inner_half_angle_deg: f64, outer_half_angle_deg: f64, direction: DVec3) -> Light {
@@ -61,7 +61,7 @@ fn sum_power_w(domain: &EmissionDomain) -> f64 {
     sum.value()
 }
 
-/// Every texel with its face and its place in it.
+/// Every texel with its face, column and row.
 fn placed_texels(
     domain: &EmissionDomain,
 ) -> impl Iterator<Item = (&EmissionFace, u32, u32, TexelEmission)> {
@@ -110,13 +110,13 @@ fn spot_light_texels_carry_the_power() {
     }
 }
 
-/// Texel by texel against subdivision into cells: shares nothing with the integrals along the edges.
+/// Compares each texel with a subdivision into cells, which shares nothing with the integrals along the edges.
 #[test]
 fn spot_light_texels_are_right_one_by_one() {
     const CELLS: u32 = 64;
     for (inner, outer) in CONES {
         let light = spot(inner, outer, AXIS);
-        // A hard rim cuts through cells: measured 1.9e-3 of the texel. Else the midpoint rule's second order: 2.4e-5.
+        // A hard rim cuts through cells: measured 1.9e-3 of the texel. Otherwise the midpoint rule's error is of second order: 2.4e-5.
         let hard_rim = inner > 0.99 * outer;
         let measure_bound = 4e-3;
         let weighted_bound = if hard_rim { 4e-3 } else { 5e-5 };
@@ -135,7 +135,7 @@ fn spot_light_texels_are_right_one_by_one() {
     }
 }
 
-/// Solid angle inside the cone, the same weighted by the falloff, and the texel's own solid angle, by k² cells.
+/// The texel's solid angle inside the cone, that angle weighted by the falloff, and the texel's whole solid angle, from k² cells.
 fn subdivided(
     light: &Light,
     face: &EmissionFace,
@@ -167,8 +167,8 @@ fn subdivided(
     (measure, weighted, whole)
 }
 
-/// A texel is the sum of the four texels of the next finer table, whose quadrature has other pieces: this bounds the
-/// error of the quadrature itself, which the sums over a whole table cannot show.
+/// A texel is the sum of four texels of the next finer table. Their quadrature has other pieces, so this bounds the
+/// quadrature error itself, which sums over a whole table do not show.
 #[test]
 fn finer_tables_add_up_to_coarser_ones() {
     for (inner, outer) in CONES {
@@ -197,7 +197,7 @@ fn finer_tables_add_up_to_coarser_ones() {
     }
 }
 
-/// The cone that is the whole sphere, by edge integrals, against the point light's table, by triangles.
+/// Compares a cone over the whole sphere, by edge integrals, with a point light's table, by triangles.
 #[test]
 fn a_spot_light_without_a_rim_is_a_point_light() {
     let point = Light::Point {
@@ -210,7 +210,7 @@ fn a_spot_light_without_a_rim_is_a_point_light() {
         assert_eq!(point.texels.len(), spot.texels.len());
         for (point, spot) in point.texels.iter().zip(&spot.texels) {
             let relative = spot.measure / point.measure - 1.0;
-            // The edges' rounding error grows against a texel with size²: measured 6.5e-13 at 64.
+            // Relative to a texel, the edges' rounding error grows with size²: measured 6.5e-13 at 64.
             let bound = 2e-15 + 4.8e-16 * f64::from(size * size);
             assert!(relative.abs() < bound, "size {size}: {relative:e}");
             assert!((spot.falloff - 1.0).abs() < 1e-15);
@@ -277,8 +277,8 @@ fn frames_are_orthonormal_for_every_axis() {
     );
 }
 
-/// Small texels must agree with the light along the ray through their centre, wherever they lie: a table that belongs
-/// to another face, or is mirrored, would not.
+/// Small texels must agree with the light along the ray through their centre. A mirrored table, or the table of
+/// another face, would not.
 #[test]
 fn tables_and_rays_belong_together() {
     let size = 64;
@@ -289,7 +289,7 @@ fn tables_and_rays_belong_together() {
             let direction = texel_direction(&domain, face, x, y);
             let intensity = radiant_intensity(&light, direction).unwrap()[0];
             let falloff = intensity / domain.axial_intensity[0];
-            // A mean over a texel against its middle: measured 6.7e-3 at the rim, where the falloff has its kink.
+            // The mean over a texel differs from the value in its middle: measured 6.7e-3 at the rim, where the falloff has a kink.
             assert!(
                 (texel.falloff - falloff).abs() < 1.4e-2,
                 "{outer} ({x}, {y})"
@@ -324,7 +324,7 @@ fn texels_outside_the_cone_are_exactly_zero() {
     for (inner, outer) in CONES {
         let domain = EmissionDomain::new(&spot(inner, outer, AXIS), size, &SCENE);
         for (face, x, y, texel) in placed_texels(&domain) {
-            // Farther from the rim than half a texel's diagonal, which is its angle or more.
+            // The half diagonal is at least the angle that it subtends.
             let half_diagonal = 2f64.sqrt() * face.half_extent / f64::from(size);
             let theta = angle(texel_direction(&domain, face, x, y), AXIS);
             if theta > outer.to_radians() + half_diagonal {
@@ -377,7 +377,7 @@ fn a_directional_light_covers_the_disc_over_the_scene() {
         assert!((domain.total_measure() / disc_m2 - 1.0).abs() < 3e-15);
         assert!((sum_power_w(&domain) / (10.0 * disc_m2) - 1.0).abs() < 3e-15);
 
-        // The plane lies before the scene and the depth range ends behind it.
+        // The plane is in front of the scene, and the depth range ends behind the scene.
         let to_centre_m = SCENE.centre_m - domain.origin_m;
         let depth_m = to_centre_m.dot(domain.faces[0].forward);
         assert!(depth_m > SCENE.radius_m);
@@ -390,7 +390,8 @@ fn a_directional_light_covers_the_disc_over_the_scene() {
     }
 }
 
-/// The irradiance straight below, as the mean over the points of an area: of a disc π L R²/(R² + h²), of a rectangle four times that of a quarter.
+/// The irradiance straight below an area light, as the mean over its points: π L R²/(R² + h²) for a disc, four times that of a quarter
+/// for a rectangle.
 #[test]
 fn points_of_an_area_make_its_closed_form() {
     let (height_m, power_w) = (0.7, 5.0);
@@ -429,7 +430,7 @@ fn points_of_an_area_make_its_closed_form() {
         (rectangle / due - 1.0).abs() < 1e-6,
         "{rectangle} for {due}"
     );
-    // Nothing goes to its back.
+    // An area light emits nothing backwards.
     let above_m = below_m + 2.0 * DVec3::Y * height_m;
     let point = light(AreaShape::Disc { radius_m }).area_point([0.2, 0.6]);
     assert_eq!(

@@ -1,7 +1,6 @@
-//! The result does not depend on the machinery: kernel, submissions, order, how lights are put together.
+//! The result does not depend on the kernel, the submissions, the order of meshes, or how lights are split.
 //!
-//! Images are compared by [`apart`]: the largest difference of a value over the mean of the image, in which a single wrong
-//! pixel shows.
+//! [`apart`] compares images: the largest difference of a value, divided by the mean of the image. A single wrong pixel shows.
 
 use std::time::Duration;
 
@@ -13,8 +12,8 @@ use camlux::{
     scene::{Bands, IndirectLight, Light, PixelFilter, PixelSampling, VplSum},
 };
 
-/// Sums in another order: measured 0 almost everywhere on lavapipe, 4.3e-7 for half lights on glossy surfaces. The bar that
-/// was set is 1e-5.
+/// Rounding of sums in another order. Measured on lavapipe: 0 almost everywhere, 4.3e-7 for half lights on glossy surfaces.
+/// The requirement is 1e-5.
 const BOUND: f64 = 1.3e-6;
 
 /// max |a − b| / mean b over all pixels and bands.
@@ -40,7 +39,7 @@ fn scale_emission(light: &mut Light, factor: f64) {
     *light = light.with_emission(light.emission().map(|value| value * factor));
 }
 
-/// Asserts that two frames hold the same light but for rounding.
+/// Asserts that two frames hold the same light up to rounding.
 #[track_caller]
 fn assert_same(what: &str, a: &Frame, b: &Frame) {
     for layer in [Layer::Direct, Layer::Indirect] {
@@ -74,7 +73,7 @@ fn every_gather_kernel_gives_the_same() {
     }
 }
 
-/// Each of them alone is what it is among all others, and those that nobody wants are not there.
+/// A requested layer has the same values alone as among all layers. Layers that are not requested are absent.
 #[test]
 fn a_frame_has_the_layers_that_are_wanted() {
     let mut gpu = Gpu::open();
@@ -136,7 +135,7 @@ fn a_layer_that_a_scene_does_not_have_is_refused() {
     }
 }
 
-/// The order of summation must not depend on how fast the device happens to be, nor the samples of a pixel.
+/// Neither the order of summation nor a pixel's samples may depend on the device's speed.
 #[test]
 fn submissions_do_not_show() {
     let mut gpu = Gpu::open();
@@ -144,7 +143,7 @@ fn submissions_do_not_show() {
         let sums = VplSum::ALL.map(|sum| IndirectLight::vpl_sum(sum, 64));
         for indirect in sums.into_iter().chain([IndirectLight::final_gather(0.05)]) {
             let mut scene = demo_scene(name, [160, 160]);
-            // More than the first submission takes, whose size is fixed, and VPLs for several dispatches.
+            // More work than fits the first submission, which has a fixed size, and VPLs for several dispatches.
             scene.indirect = Some(indirect);
             let mut render = |submission_target| {
                 let mut options = RenderOptions {
@@ -160,7 +159,7 @@ fn submissions_do_not_show() {
             let counts = [&few, &many].map(|frame| frame.stats.submissions);
             println!("{name}: {counts:?} submissions");
             assert!(counts[1] >= counts[0] + 3, "{name}: {counts:?}");
-            // How many these are depends on the device's speed.
+            // The number of these submissions depends on the device's speed.
             let some = render(Duration::from_millis(5));
             for other in [many, some] {
                 assert!(few.layers == other.layers, "{name}, {indirect:?}");
@@ -188,7 +187,7 @@ fn a_light_is_two_of_half_its_power() {
 fn lights_add_up() {
     let mut gpu = Gpu::open();
     for estimator in VplSum::ALL {
-        // A directional and a point light in the file, and a spot: one kind after another uses the same maps.
+        // A directional and a point light from the file, and a spot light: all kinds use the same maps, one after another.
         let mut all = scene("textured", estimator);
         all.lights
             .push(demo_scene("knot", [1, 1]).lights[0].clone());
@@ -202,7 +201,7 @@ fn lights_add_up() {
                 let values = frame.values(layer).expect("it is there");
                 sum.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
             }
-            // Over the pixel's own value where that is larger: a spike of 1/d² is rounded like any other value.
+            // Relative to the pixel's own value where it exceeds the mean: a spike of 1/d² is rounded like any other value.
             let mean = sum.iter().map(|&v| f64::from(v)).sum::<f64>() / sum.len() as f64;
             assert!(mean > 0.0, "a black image proves nothing");
             let values = together.values(layer).expect("it is there").iter();
@@ -233,7 +232,7 @@ fn meshes_have_no_order() {
         let edges = reference.ids(Layer::Edge).expect("a reference marks edges");
         let [scene, turned] = [&scene, &turned].map(|scene| gpu.render(scene));
         for layer in [Layer::Direct, Layer::Indirect] {
-            // On an edge whichever surface is drawn first may stay.
+            // On an edge, the surface that is drawn first may stay.
             let [a, b] = [&turned, &scene].map(|frame| away_from(edges, frame, layer));
             let apart = apart_values(&a, &b);
             println!("{}, {}: {apart:.1e}", estimator.name(), layer.name());

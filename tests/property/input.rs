@@ -1,4 +1,4 @@
-//! What was written comes back: camlux's own files, and other programs' layouts.
+//! OpenEXR files are read back as written: camlux's own files, and other programs' layouts.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn value(channel: usize, pixel: usize) -> f32 {
     channel as f32 * 512.0 + pixel as f32
 }
 
-/// Writes channels of these names, which are in the order of the alphabet: floats, of 16 bits where the name ends in "half".
+/// Writes channels of these names, which must be in alphabetical order. Values are f32, or f16 where the name ends in "half".
 fn write(path: &Path, names: &[&str], encoding: Encoding, attributes: LayerAttributes) {
     let channels = names.iter().enumerate().map(|(channel, name)| {
         let values = (0..WIDTH * HEIGHT).map(move |pixel| value(channel, pixel));
@@ -132,7 +132,7 @@ fn channels_find_their_layers() {
     assert!(image.layer("direct").is_none());
 }
 
-/// Our layers are those of three channels: with another one, what `values` promises would not hold.
+/// `values` promises three channels for this layer, so a layer with a fourth channel is not camlux's.
 #[test]
 fn a_layer_with_more_channels_is_not_taken_for_ours() {
     let folder = tempfile::tempdir().unwrap();
@@ -189,7 +189,7 @@ fn whole_numbers_and_halves_become_floats() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let mut ids = vec![7_u32; WIDTH * HEIGHT];
-    // 2^24 + 1 is the first whole number that f32 does not have.
+    // 2^24 + 1 is the first whole number that f32 cannot hold.
     ids[1] = (1 << 24) + 1;
     let mut halves = vec![f16::from_f32(-0.5); WIDTH * HEIGHT];
     halves[1] = f16::INFINITY;
@@ -211,7 +211,7 @@ fn whole_numbers_and_halves_become_floats() {
     assert!(depth[2].is_nan());
 }
 
-/// `valid` before `id.instance` before `depth`; all where there is none.
+/// `valid` takes precedence over `id.instance`, and that over `depth`. Without any of them, all pixels count.
 #[test]
 fn surfaces_are_told_by_the_first_layer_that_knows() {
     let folder = tempfile::tempdir().unwrap();
@@ -228,7 +228,7 @@ fn surfaces_are_told_by_the_first_layer_that_knows() {
         surface.iter().filter(|&&is_surface| is_surface).count()
     };
     let all = WIDTH * HEIGHT;
-    // The first channel counts the pixels from 0; so only the first is 0.
+    // The first channel counts the pixels from 0, so only the first pixel is 0.
     assert_eq!(
         count(&["id.instance", "valid.B"]),
         all,

@@ -1,4 +1,4 @@
-//! What a renderer keeps from frame to frame shows in no image, and spares the passes whose input has not changed.
+//! The data that a renderer keeps between frames changes no image, and saves the passes whose input has not changed.
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use crate::common::instances::{crowd, slabs};
@@ -24,8 +24,8 @@ fn refined(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Passes that gather take as much longer as there are more rays, to a factor of 2, for more pixels and for less error; the others, as there
-/// are more pixels.
+/// The prediction scales gathering passes with the rays that more pixels or less error need, accurate to a factor of 2. It scales the
+/// other passes with the pixels.
 #[test]
 fn the_time_of_a_frame_is_foretold_by_the_last_one() {
     let mut gpu = Gpu::open();
@@ -86,7 +86,7 @@ fn brighten(light: &mut Light) {
 
 type Change = fn(&mut Scene);
 
-/// One change after the other, each of which leaves something of the frame before and takes something away.
+/// Successive changes. Each keeps part of the previous frame's data and invalidates part.
 fn changes() -> Vec<(&'static str, Change)> {
     vec![
         ("nothing", |_| {}),
@@ -162,14 +162,14 @@ fn scenes() -> [Scene; 4] {
     ]
 }
 
-/// Memory that a driver hands out may hold anything.
+/// Memory from a driver may hold anything.
 #[test]
 fn what_new_memory_holds_does_not_show() {
     let mut poisoned = Gpu::open();
     for mut scene in scenes() {
         for shadow in [Shadow::Map, Shadow::Rays] {
             scene.direct.shadow = Some(shadow);
-            // Of its own, for no memory to hold what was written before.
+            // A device of its own, so that no memory holds earlier data.
             let mut plain =
                 Renderer::new(&Device::open(&DeviceOptions::default()).expect("a device"))
                     .expect("a renderer");
@@ -191,21 +191,21 @@ fn what_is_kept_does_not_show() {
     }
 }
 
-/// One change after the other, against a renderer that has kept nothing.
+/// Applies the changes one after another and compares each frame with that of a renderer that has kept nothing.
 fn assert_changes_leave_nothing(gpu: &mut Gpu, mut scene: Scene, changes: &[(&str, Change)]) {
     let mut anew = Renderer::new(&gpu.device).expect("a renderer");
     for (what, change) in changes {
         change(&mut scene);
         let frame = gpu.render(&scene);
         assert_is_lit(&frame, Layer::Direct);
-        // All but its pipelines.
+        // Keeps only its pipelines.
         anew.forget();
         let other = anew.render(&scene, &mut Default::default());
         assert_same(what, &frame, &other.expect("it renders"));
     }
 }
 
-/// Instances move, come and go, by rays and by maps, for which each has a copy of its mesh.
+/// Instances move, appear and disappear, with rays and with maps. For maps, each instance has a copy of its mesh.
 #[test]
 fn what_is_kept_of_instances_does_not_show() {
     let move_last: Change = |scene| {
@@ -254,7 +254,7 @@ fn what_is_kept_of_instances_does_not_show() {
     assert_changes_leave_nothing(&mut Gpu::open(), scene, &changes);
 }
 
-/// A tree is refitted or built; and of two surfaces at one place a ray hits the same one, whatever its way through the tree.
+/// A ray tree is refitted or rebuilt. Of two coincident surfaces, a ray hits the same one, whatever its path through the tree.
 #[test]
 fn what_is_kept_of_meshes_that_change_their_shape_does_not_show() {
     let bend: Change = |scene| {
@@ -314,7 +314,7 @@ fn a_moved_camera_draws_no_maps_and_lists_no_vpls() {
     }
     assert_eq!(first.stats.vpl_count, second.stats.vpl_count);
     assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
-    // A light that moves takes them along.
+    // A light that moves needs new maps.
     shift(&mut moved.lights[0], DVec3::new(0.1, -0.05, 0.02));
     assert!(passes(&gpu.render(&moved)).contains(&"rsm"));
 }
@@ -356,7 +356,7 @@ fn a_brighter_light_draws_no_maps() {
     assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
 }
 
-/// Its VPLs are drawn anew for each gather.
+/// Final gathering samples its VPLs again for each gather.
 #[test]
 fn final_gathering_draws_no_maps() {
     let mut gpu = Gpu::open();
@@ -369,7 +369,7 @@ fn final_gathering_draws_no_maps() {
 
 #[test]
 fn a_frame_in_reused_buffers_is_the_same() {
-    // Much background beside the box, which values of other frames must not fill.
+    // The box leaves much background, which values of other frames must not fill.
     let mut scene = demo_scene("cornell", [24, 16]);
     let mut gpu = Gpu::open();
     for shift_m in [0.0, 1.5, -1.5, 30.0] {
@@ -379,7 +379,7 @@ fn a_frame_in_reused_buffers_is_the_same() {
         let other = anew.render(&scene, &mut Default::default());
         assert_same("reused", &frame, &other.expect("it renders"));
         gpu.renderer.return_buffers(frame);
-        // Another size finds nothing that fits.
+        // Another shape with the same number of pixels.
         if shift_m < 0.0 {
             scene.camera.resolution_px = [16, 24];
         }

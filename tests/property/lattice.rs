@@ -1,4 +1,4 @@
-//! The points from which the bounce draws, and those of areas that shine.
+//! The sample points of the bounce, and those of area lights.
 
 use camlux::internals::{scrambled, sequence};
 
@@ -12,7 +12,7 @@ fn points_keep_their_distance() {
     let points = sequence(4096);
     assert_eq!(points.len(), 4096);
     assert!(points.iter().flatten().all(|x| (0.0..1.0).contains(x)));
-    // The first ones, and those that a receiver goes on with.
+    // The first points, and those that a receiver continues with.
     for (first, count) in [
         (0, 64),
         (64, 64),
@@ -28,7 +28,7 @@ fn points_keep_their_distance() {
                 nearest = nearest.min(around(a[0], b[0]).hypot(around(a[1], b[1])));
             }
         }
-        // The hexagonal lattice, the best there is, has sqrt(2/√3) = 1.07; points at random have 0.01 to 0.1.
+        // The hexagonal lattice, which is optimal, has sqrt(2/√3) = 1.07; random points have 0.01 to 0.1.
         let spacing = nearest * (count as f32).sqrt();
         println!("{first} + {count}: {spacing}");
         assert!(spacing > 0.75);
@@ -65,7 +65,7 @@ fn neighbours_in_a_packet_are_neighbours_on_the_square() {
     assert!(mean < 0.2, "{mean}");
 }
 
-/// The first 2ⁿ, and the next, are one in each stratum of any shape, wherever in it; another seed is other points.
+/// The first 2ⁿ points, and the next 2ⁿ, put one point at a random position in each stratum of any shape. Another seed gives other points.
 #[test]
 fn scrambled_points_are_one_in_each_stratum() {
     for (seed, first, count) in [(1, 0, 8), (1, 8, 8), (7, 0, 64), (7, 64, 64), (9, 512, 512)] {

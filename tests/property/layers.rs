@@ -1,4 +1,4 @@
-//! How the layers of a frame hang together: sums, energy, background.
+//! Relations between the layers of a frame: sums, energy, background.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
@@ -43,7 +43,7 @@ fn without_indirect_light_radiance_is_direct() {
     let frame = gpu.render(&scene);
     assert!(frame.values(Layer::Indirect).is_none());
     assert_is_lit(&frame, Layer::Direct);
-    // The shadow map is the same plain one: 16² texels of an RSM would be too few.
+    // Both frames use the same plain shadow map: the 16² texels of an RSM would be too few.
     assert_eq!(values(&frame, Layer::Radiance), direct);
     assert_eq!(values(&frame, Layer::Direct), direct);
 }
@@ -77,7 +77,7 @@ fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
     }
 }
 
-/// By the layers depth and range, at every pixel.
+/// Compares every pixel with the cosine from the layers depth and range.
 #[test]
 fn behind_an_aperture_energy_falls_by_the_fourth_power_of_the_cosine() {
     let mut gpu = Gpu::open();
@@ -125,7 +125,7 @@ fn behind_an_aperture_energy_falls_by_the_fourth_power_of_the_cosine() {
 fn background_is_black_and_infinitely_far() {
     let mut gpu = Gpu::open();
     let mut scene = coarse("glossy");
-    // From farther away there is room around the scene.
+    // From farther away, background surrounds the scene.
     scene.camera.position_m *= 2.0;
     let frame = gpu.render(&scene);
     let ids = frame.ids(Layer::InstanceId).expect("every frame has them");
@@ -162,12 +162,12 @@ fn background_is_black_and_infinitely_far() {
     }
 }
 
-/// A texture of one colour is that colour, at each precision and by each encoding.
+/// A texture of one colour acts as that colour, at each precision and in each encoding.
 #[test]
 fn an_even_texture_is_a_factor() {
     let mut gpu = Gpu::open();
     let scene = plain_sum(demo_scene("textured", [32, 32]), 32);
-    // Of sRGB one value on the linear part.
+    // One sRGB value is on the linear part.
     let in_8_bits = [188, 9, 255];
     let in_16_bits = [40_000, 2_000, 65_535];
     for texels in [

@@ -1,4 +1,4 @@
-//! What must hold for any input, and closed forms.
+//! Properties that hold for any input, and closed forms.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -4,7 +4,7 @@ use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::Scene;
 use glam::{DMat3, DVec3};
 
-/// Positions of a few metres through a rotation: a handful of roundings of 1e-16 each.
+/// Rotated positions of a few metres: a handful of roundings of 1e-16 each.
 const ROUNDING: f64 = 1e-14;
 
 fn load_obj(obj: &str) -> Scene {
@@ -130,7 +130,7 @@ vt 0.25\nvt 0.5 1 0\nvt -1 2\nf 1/3 2/2 3/1\nf 1 2 3\n";
     assert_eq!(first, [[-1.0, 2.0], [0.5, 1.0], [0.25, 0.0]]);
 }
 
-/// A polyline is no face, a comment or colour no number, a backslash continues a line but no comment.
+/// A polyline is not a face. Comments and colours are not coordinates. A backslash continues a line but not a comment.
 #[test]
 fn obj_statements_beside_triangles() {
     let obj =
@@ -152,8 +152,8 @@ fn comments_that_are_not_utf8() {
     assert_eq!(scene.meshes[0].triangles.len(), 1);
 }
 
-/// Whichever corner the file begins with, the triangles cover the polygon once: their areas add up to its area, and
-/// none is turned over.
+/// Whichever corner comes first, the triangles cover the polygon once: their areas add up to its area, and none is
+/// flipped.
 #[test]
 fn polygons_are_filled_without_folds() {
     // An arrow head: concave at the fourth corner, area 2·(½·2·1) = 2.

@@ -1,5 +1,5 @@
-//! What must happen to the image when the scene is changed in a way whose effect is known, on random rooms: no truth is needed for
-//! that. Here of direct light and of both estimators as plain sums.
+//! Metamorphic tests on random rooms: a change of the scene must have its known effect on the image, so no reference is needed. Here
+//! for direct light and for both estimators as plain sums.
 #![cfg(feature = "reference")]
 
 use crate::common::gpu::Gpu;
@@ -16,17 +16,17 @@ use camlux::{
     scene::{Bands, VplSum},
 };
 
-/// The rounding of other sums.
+/// The rounding of different sums.
 const ROUNDING: Nearness = Nearness::Within(1e-6);
 
-/// A change that leaves the image as it is, but for rounding.
+/// Asserts that a change leaves the image as it is, up to rounding.
 fn assert_without_effect(change: impl Fn(&Scene) -> Scene, direct: Nearness, indirect: Nearness) {
     on_random(room(), |gpu, scene| {
         Effect::none(direct, indirect).assert(gpu, [&scene, &change(&scene)])
     });
 }
 
-/// Nothing is compared with a constant of the dimension of light, and powers of two round nothing.
+/// The engine compares no light with a constant, and factors that are powers of two round nothing.
 #[test]
 fn four_times_the_power_is_four_times_the_image_bit_for_bit() {
     on_random(room(), |gpu, scene| {
@@ -36,8 +36,8 @@ fn four_times_the_power_is_four_times_the_image_bit_for_bit() {
     });
 }
 
-/// So has rsm-average, whose light on Q alone falls with the square. The device computes in the same space for both scenes, and the
-/// powers in it are apart by a power of two.
+/// This includes rsm-average, where only the light on Q falls with the square of the distance. The device computes in the same space
+/// for both scenes, with powers that differ by a power of two.
 #[test]
 fn a_scene_of_twice_the_size_has_a_quarter_of_the_light_bit_for_bit() {
     on_random(room(), |gpu, scene| {
@@ -47,8 +47,8 @@ fn a_scene_of_twice_the_size_has_a_quarter_of_the_light_bit_for_bit() {
     });
 }
 
-/// Other coordinates are rounded otherwise. Of sums this is 1e-7 over the distance of P and Q, squared, which is less than a tenth of
-/// the room for few of the pairs only.
+/// Other coordinates round differently. For sums, the error is 1e-7 over the squared distance of P and Q. Few pairs are closer than a
+/// tenth of the room.
 #[test]
 fn a_scene_of_any_size_has_its_light() {
     on_random((room(), 1e-3..1e3), |gpu, (scene, size)| {
@@ -68,35 +68,35 @@ fn bands_that_change_places_do_so_in_the_image_bit_for_bit() {
     });
 }
 
-/// No sum is over meshes; what is seen does not depend on which comes first.
+/// No sum runs over meshes, and visibility does not depend on their order.
 #[test]
 fn the_order_of_meshes_does_not_matter() {
     let reversed = relations::with_meshes_reversed;
     assert_without_effect(reversed, Nearness::BitForBit, Nearness::BitForBit);
 }
 
-/// A half is the exact half of everything, bit for bit, but the sum of two halves is rounded once more, and so are sums of VPLs.
+/// A light of half the power gives exactly half of every value. The sum of two halves is rounded once more, and so are sums over VPLs.
 #[test]
 fn two_halves_of_a_light_are_the_light() {
     assert_without_effect(relations::with_light_in_two, ROUNDING, ROUNDING);
 }
 
-/// Planes through other corners are rounded otherwise, as above. A texel of the RSM whose centre lies on an edge shows either of two
-/// surfaces, too: it is one of 1536.
+/// Planes through other corners round differently. An RSM texel whose centre is on an edge may show the other surface: it is one of
+/// 1536 texels.
 #[test]
 fn triangles_cut_in_two_look_the_same() {
     let cut = relations::with_triangles_in_two;
     assert_without_effect(cut, of_pieces(), Nearness::Within(1e-3));
 }
 
-/// As in two.
+/// As with two pieces.
 #[test]
 fn triangles_cut_in_four_look_the_same() {
     let cut = relations::with_triangles_in_four;
     assert_without_effect(cut, of_pieces(), Nearness::Within(1e-3));
 }
 
-/// The origin moves with the scene, in f64, and nothing is rounded on the way there.
+/// The origin moves with the scene, in f64, and the shift rounds nothing.
 #[test]
 fn a_scene_moved_far_away_looks_the_same_bit_for_bit() {
     let shifts_m = [
@@ -112,8 +112,8 @@ fn a_scene_moved_far_away_looks_the_same_bit_for_bit() {
     }
 }
 
-/// Where the shift rounds the scene's own coordinates, by up to 1e-9 m 10⁷ m away, a few of those in f32 are rounded to the other
-/// side: to 6e-8 m, as above. A texel on an edge may show the other surface.
+/// The shift rounds the scene's own coordinates, by up to 1e-9 m at 10⁷ m. So a few f32 coordinates round to the other side, by 6e-8 m.
+/// A texel on an edge may show the other surface.
 #[test]
 fn a_scene_moved_anywhere_looks_the_same() {
     on_random(
@@ -125,11 +125,10 @@ fn a_scene_moved_anywhere_looks_the_same() {
     );
 }
 
-/// Places are rounded otherwise, as above. The texels of an RSM, though, lie along the world's axes or those of the spot's frame, and
-/// do not turn with the scene: sums remain as far as texels do not matter. How far they do is seen from half as many along an edge, whose
-/// error is about twice as large: either image is as far from the truth as from the one of fewer texels. Twice that, for both of the
-/// latter may be off to one side. Two turns that are both askew are compared, for in the upright room whole rows of texels end on
-/// edges, in both sizes alike.
+/// Positions round differently. The texels of an RSM follow the world's axes or the spot's frame and do not turn with the scene, so
+/// sums agree only up to the effect of texels. An RSM of half the size shows that effect: its error is about twice as large, so an image
+/// is about as far from the ground truth as from the coarser image. The bound is twice that, because the coarse images may err to the
+/// same side. Both scenes are turned askew: in the upright room, whole rows of texels end on edges in both sizes.
 #[test]
 fn a_scene_turned_anyhow_looks_the_same_but_for_texels() {
     const RSM_SIZE: u32 = 64;

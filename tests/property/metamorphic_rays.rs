@@ -1,6 +1,6 @@
-//! What must happen to the image when the scene is changed in a way whose effect is known, on random rooms: no truth is needed for
-//! that. Here of the bounce by rays, which is random but the same at every turn: where a change leaves draws and decisions alone it
-//! holds bit for bit, and elsewhere as far as either image says that it is true.
+//! Metamorphic tests on random rooms: a change of the scene must have its known effect on the image, so no reference is needed. Here
+//! for the bounce by rays, which is random but repeats in every run. Where a change leaves draws and decisions alone, the effect is
+//! exact bit for bit. Elsewhere it holds within the images' estimated errors.
 #![cfg(feature = "reference")]
 
 use crate::relations::{
@@ -14,7 +14,7 @@ use camlux::{
     glam::DVec3,
 };
 
-/// Every decision is about a share of the image's light, and powers of two round nothing.
+/// Every decision uses a share of the image's light, and powers of two round nothing.
 #[test]
 fn four_times_the_power_is_four_times_the_image_bit_for_bit() {
     on_random(room_by_rays(), |gpu, scene| {
@@ -23,7 +23,7 @@ fn four_times_the_power_is_four_times_the_image_bit_for_bit() {
     });
 }
 
-/// The device computes in the same space for both scenes; rays start off their surfaces by a share of it.
+/// The device computes in the same space for both scenes, and offsets the starts of rays by a share of it.
 #[test]
 fn a_scene_of_twice_the_size_has_a_quarter_of_the_light_bit_for_bit() {
     on_random(room_by_rays(), |gpu, scene| {
@@ -32,7 +32,7 @@ fn a_scene_of_twice_the_size_has_a_quarter_of_the_light_bit_for_bit() {
     });
 }
 
-/// The same draws, but other roundings turn a decision here and there.
+/// The draws are the same, but rounding changes a few decisions.
 #[test]
 fn a_scene_of_any_size_has_its_light() {
     on_random((room_by_rays(), 1e-3..1e3), |gpu, (scene, size)| {
@@ -42,8 +42,8 @@ fn a_scene_of_any_size_has_its_light() {
     });
 }
 
-/// Decisions are about all bands, whose sum is rounded otherwise in another order. The VPLs' shares of the draws are, too, so that now
-/// and then a draw falls to the tile beside, which is one of a hundred and more in a pixel of 576.
+/// Decisions use the sum of all bands, which rounds differently in another order. So do the VPLs' shares of the draws: now and then a
+/// draw falls to the neighbouring tile. That is one of more than a hundred draws, in one of 576 pixels.
 #[test]
 fn bands_that_change_places_do_so_in_the_image() {
     on_random(room_by_rays(), |gpu, scene| {
@@ -65,7 +65,7 @@ fn the_order_of_meshes_does_not_matter() {
     });
 }
 
-/// Both halves have VPLs of their own, and so other draws.
+/// Each half light has its own VPLs, and so other draws.
 #[test]
 fn two_halves_of_a_light_are_the_light() {
     on_random(room_by_rays(), |gpu, scene| {
@@ -74,7 +74,7 @@ fn two_halves_of_a_light_are_the_light() {
     });
 }
 
-/// Rays meet other triangles in other planes, to rounding.
+/// Rays meet other triangles, whose planes round differently.
 #[test]
 fn triangles_cut_in_two_look_the_same() {
     on_random(room_by_rays(), |gpu, scene| {
@@ -83,7 +83,7 @@ fn triangles_cut_in_two_look_the_same() {
     });
 }
 
-/// As in two.
+/// As with two pieces.
 #[test]
 fn triangles_cut_in_four_look_the_same() {
     on_random(room_by_rays(), |gpu, scene| {
@@ -92,7 +92,7 @@ fn triangles_cut_in_four_look_the_same() {
     });
 }
 
-/// Directions are drawn around normals from axes that do not turn with them, and VPLs lie elsewhere: all draws are others.
+/// The axes for sampling directions around normals do not turn with the scene, and the VPLs are elsewhere, so all draws differ.
 #[test]
 fn a_scene_turned_anyhow_has_its_light() {
     on_random((room_by_rays(), turn()), |gpu, (scene, turn)| {
@@ -105,7 +105,7 @@ fn a_scene_turned_anyhow_has_its_light() {
     });
 }
 
-/// The origin moves with the scene, in f64, and nothing is rounded on the way there.
+/// The origin moves with the scene, in f64, and the shift rounds nothing.
 #[test]
 fn a_scene_moved_far_away_looks_the_same_bit_for_bit() {
     let shifts_m = [

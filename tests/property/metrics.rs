@@ -1,8 +1,8 @@
-//! Metrics, against values worked out by hand, and the noise correction against noise that was put in.
+//! Metrics against values worked out by hand, and the noise correction against known noise.
 
 use camlux::metrics::{Comparison, CorrectedRmse, Pixels, RelativeErrors};
 
-/// Pixels of one channel, all valid, without noise.
+/// Pixels of one channel, without noise or edges.
 fn plain<'a>(image: &'a [f32], reference: &'a [f32], valid: &'a [bool]) -> Pixels<'a> {
     Pixels {
         image,
@@ -19,7 +19,7 @@ fn compare(pixels: &Pixels) -> Comparison {
     Comparison::new(pixels).expect("the slices fit")
 }
 
-/// The figures are exact in f32 or rounded to 2^-24 of themselves, the expected ones to 7 digits.
+/// Inputs are exact in f32 or have a relative rounding error of 2^-24; expected values have 7 digits.
 #[track_caller]
 fn assert_near(actual: f64, expected: f64) {
     assert!(
@@ -50,7 +50,7 @@ fn errors_of_four_pixels() {
     assert_eq!(comparison.z_scores, None);
 }
 
-/// Nothing is judged on edges, whatever the values there are.
+/// Edge pixels are only counted, whatever their values.
 #[test]
 fn edges_count_for_nothing_but_their_number() {
     let image = [1.5, 2.0, f32::NAN, 1.0, 5.0, 7.0];
@@ -77,7 +77,7 @@ fn edges_count_for_nothing_but_their_number() {
     };
     assert_eq!(comparison, expected);
 
-    // With them.
+    // With the edge pixels.
     let comparison = compare(&Pixels {
         edges: None,
         ..masked
@@ -100,7 +100,7 @@ fn edges_count_for_nothing_but_their_number() {
 
 #[test]
 fn percentile_leaves_out_one_in_a_hundred() {
-    // 200 pixels of 1, of which two are far off and one is off by half: the 198th of 200 is the third largest.
+    // 200 pixels of 1: two are far off and one is off by half. The 198th of 200 errors is the third largest.
     let reference = [1.0; 200];
     let mut image = reference;
     image[3] = 9.0;
@@ -130,7 +130,7 @@ fn the_noise_hides_an_error() {
     );
     // R² = (2.25 − 0.25)/(25 − 0.25) = 0.0808081. σu = 0.0580808, 0.0323232, −0.1676768, 0.5292929, squared and summed
     // 0.3126847; variance (4·0.3126847 − 2·0.9191919²·Σσ⁴)/24.75² with Σσ⁴ = 0.0289, its root 0.0442955: R² is less than
-    // twice of that.
+    // twice that.
     let CorrectedRmse::Below(bound) = noise.rmse else {
         panic!("{:?}", noise.rmse);
     };
@@ -227,7 +227,7 @@ fn what_is_no_number_is_counted_and_left_out() {
     // d = 0, −1, 1 and t = 2, 2, 4.
     assert_near(comparison.errors.unwrap().rmse, (2.0_f64 / 24.0).sqrt());
 
-    // A standard error that is none takes its value out, too.
+    // An invalid standard error excludes its value, too.
     sigma[1] = nan;
     sigma[2] = -0.1;
     pixels.reference_standard_error = Some(&sigma);
@@ -238,7 +238,7 @@ fn what_is_no_number_is_counted_and_left_out() {
         (2, 4)
     );
 
-    // Where a pixel does not count, its NaN does not either.
+    // A NaN in an invalid pixel is not counted.
     let valid = [false, true, true, true, false, false];
     let comparison = compare(&plain(&image, &reference, &valid));
     assert_eq!(comparison.value_count, 3);
@@ -349,7 +349,7 @@ fn slices_that_do_not_fit_are_refused() {
     }
 }
 
-/// Normal numbers (Box–Muller).
+/// Normally distributed numbers (Box–Muller).
 struct Normal(fastrand::Rng);
 
 impl Normal {
@@ -366,7 +366,8 @@ impl Normal {
 const BANDS: usize = 3;
 const PIXELS: usize = 1200;
 
-/// An experiment: the true reference is 1 to 3, the true image `1 + error` times that, with more of it in the first half.
+/// An experiment with known values: the true reference is 1 to 3, the true image `1 + error` times that on average, with more error in
+/// the first half.
 struct Experiment {
     error: f64,
     /// Relative standard errors.
@@ -422,8 +423,8 @@ impl Experiment {
     }
 }
 
-/// Errors of two thirds of the noise to many times the noise, with and without noise in the image: the corrected value is the
-/// true one within its own standard error, and that standard error is how far it really scatters.
+/// Errors are two thirds of the noise to many times the noise, with and without noise in the image. The corrected value is the true
+/// error within its own standard error, and that standard error matches the actual scatter.
 #[test]
 fn correction_finds_the_error_under_the_noise() {
     const DRAWS: usize = 300;
@@ -458,7 +459,7 @@ fn correction_finds_the_error_under_the_noise() {
         let scatter = (squares / (DRAWS - 1) as f64).sqrt();
         let truth = experiment.true_rmse();
         println!("true {truth:.5}, mean {mean:.5}, scatter {scatter:.6}, claimed {claimed:.6}");
-        // The mean of 300 draws is four of its standard errors away once in 16 000 such tests; the root of an unbiased
+        // The mean of 300 draws is off by four of its standard errors once in 16 000 such tests. The root of an unbiased
         // square is low by scatter²/(2·value).
         let slack = 4.0 * scatter / (DRAWS as f64).sqrt() + scatter.powi(2) / truth;
         assert!(
@@ -473,7 +474,7 @@ fn correction_finds_the_error_under_the_noise() {
     }
 }
 
-/// Without an error there is no claim of one, but for the 2.3 % of two standard errors; and the z-scores are normal.
+/// Without an error, only the 2.3 % of draws beyond two standard errors claim one. The z-scores are normally distributed.
 #[test]
 fn noise_alone_is_no_error() {
     const DRAWS: usize = 400;
@@ -493,7 +494,7 @@ fn noise_alone_is_no_error() {
             CorrectedRmse::ReferenceIsNoise => panic!("there is light"),
         }
         let errors = comparison.errors.unwrap();
-        // Means of 1200 normal numbers: 5 standard errors. |d| scatters by 0.76 of its mean.
+        // Means of 1200 normally distributed numbers: 5 standard errors. |d| scatters by 0.76 of its mean.
         assert!((errors.mean_absolute / noise.mean_absolute_floor - 1.0).abs() < 5.0 * 0.76 / 34.6);
         assert!(
             errors.bias.abs() < 5.0 * noise.bias_standard_error,
@@ -510,6 +511,6 @@ fn noise_alone_is_no_error() {
         );
     }
     println!("{claims} claims of {DRAWS}");
-    // 9 are due; a binomial count of that mean is over 24 once in 10^5.
+    // 9 are expected; a binomial count of that mean is over 24 once in 10^5.
     assert!(claims < 24, "{claims}");
 }

@@ -1,5 +1,5 @@
-//! A room that is its own mirror image about x = 0 is lit that way, but for what depends on which of two walls a ray through their
-//! common edge is said to meet.
+//! A room that is symmetric about x = 0 is lit symmetrically. The exception is a ray through the common edge of two walls: rounding
+//! decides which wall it hits.
 
 use camlux::{
     DeviceKind, RenderOptions, Scene,
@@ -14,10 +14,10 @@ use crate::common::gpu::Gpu;
 
 const SIZE_PX: usize = 64;
 const RSM_SIZE: usize = 64;
-/// Metres, and a component of a unit vector: rounding.
+/// Tolerance for rounding, in metres and for unit vectors.
 const CLOSE: f64 = 1e-5;
 
-/// Five walls of 2 m by 2 m, and the camera in front of the open side; all on the plane x = 0.
+/// Five walls of 2 m by 2 m, symmetric about x = 0. The camera is on that plane, in front of the open side.
 fn room(light_m: DVec3) -> Scene {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
     let low = DVec3::new(-1.0, 0.0, -1.0);
@@ -65,7 +65,7 @@ fn is_mirrored(one: Option<SurfacePoint>, other: Option<SurfacePoint>) -> bool {
     }
 }
 
-/// Texels of the RSM that differ from those on the other side of the mirror: where they are seen.
+/// Positions of RSM texels that differ from their mirror images.
 fn asymmetric_texels(kept: &Intermediates) -> Vec<DVec3> {
     let rsm = &kept.lights[0].rsm;
     let point = |face: usize, y: usize, x: usize| {
@@ -74,7 +74,7 @@ fn asymmetric_texels(kept: &Intermediates) -> Vec<DVec3> {
     };
     let mut found = Vec::new();
     for face in 0..6 {
-        // Those along x change places; the columns of all run the other way.
+        // The faces along x swap; the columns of every face run backwards.
         let other_face = if face < 2 { 1 - face } else { face };
         for y in 0..RSM_SIZE {
             for x in 0..RSM_SIZE {
@@ -88,7 +88,7 @@ fn asymmetric_texels(kept: &Intermediates) -> Vec<DVec3> {
     found
 }
 
-/// The largest difference of indirect light between a pixel and its mirror image, where both show the same surface, over the mean.
+/// The largest difference of indirect light between a pixel and its mirror image, where both show the same surface, divided by the mean.
 fn asymmetry(values: &[f32], kept: &Intermediates) -> f64 {
     let mean = values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64;
     assert!(mean > 0.0, "the room is dark");
@@ -114,7 +114,7 @@ fn asymmetry(values: &[f32], kept: &Intermediates) -> f64 {
 #[test]
 fn a_mirror_symmetric_room_is_lit_symmetrically_but_for_rays_along_edges() {
     let mut gpu = Gpu::open();
-    // As far from the side walls as from the back wall, the light sends the rays of whole diagonals of texels along their edges.
+    // At z = 0 the light is as far from the side walls as from the back wall, so whole diagonals of texels have rays to the walls' edges.
     let lights = [(-0.03, false), (0.0, true)];
     for (z, meets_edges) in lights {
         let scene = room(DVec3::new(0.0, 1.9, z));
@@ -129,7 +129,7 @@ fn a_mirror_symmetric_room_is_lit_symmetrically_but_for_rays_along_edges() {
                 .max((place_m.z.abs() - 1.0).abs());
             assert!(off_edge < CLOSE, "{place_m} is on no edge between walls");
         }
-        // Which of the two walls such a ray hits is a matter of rounding: on an H100 of the same one.
+        // Rounding decides which of the two walls such a ray hits. On an H100 no texel differs.
         if !meets_edges || gpu.device.info().kind == DeviceKind::Cpu {
             assert_eq!(!texels.is_empty(), meets_edges, "{} texels", texels.len());
         }

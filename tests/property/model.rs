@@ -82,7 +82,7 @@ fn sphere_vpls(size: u32) -> Vec<Vpl> {
     vpls
 }
 
-/// A point of the sphere that is no texel centre of any size.
+/// A point of the sphere that is not a texel centre at any size.
 fn sphere_receiver() -> Receiver {
     let position_m = DVec3::new(0.3, -0.71, 0.2).normalize();
     Receiver {

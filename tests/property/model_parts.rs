@@ -23,7 +23,7 @@ fn small_rectangles_keep_their_digits() {
     assert!(relative.abs() < 2e-15, "{relative:e}");
 }
 
-/// The closed forms meet where the code changes from one to the other and across the removable singularity w = ½π.
+/// The closed forms agree where the code switches between them, and across the removable singularity w = ½π.
 #[test]
 fn both_forms_agree_where_they_meet() {
     for inner_deg in [0.0, 1.0, 30.0, 85.0] {

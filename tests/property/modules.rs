@@ -1,4 +1,4 @@
-//! The modules of the library stand in an order, which docs/architecture.md writes down: each uses those before it alone.
+//! docs/architecture.md gives the order of the library's modules. Each module uses only those before it.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -32,7 +32,7 @@ fn code_of(path: &Path) -> String {
         .join("\n")
 }
 
-/// The code of each module under `src`, by its name; the program is not one of them.
+/// The code of each module under `src`, by name, without the program.
 fn modules() -> BTreeMap<String, String> {
     let mut modules = BTreeMap::new();
     let mut open = vec![Path::new(ROOT).join("src")];
@@ -98,7 +98,7 @@ fn modules_use_those_before_them_alone() {
     assert_eq!(written, modules.keys().collect(), "modules and their order");
     let place = |name: &str| order.iter().position(|module| module == name);
 
-    // What the library shows at its root lies in a module.
+    // Names that the library re-exports at its root belong to a module.
     let root = code_of(&Path::new(ROOT).join("src/lib.rs"));
     let mut homes = BTreeMap::new();
     for module in &order {
@@ -116,7 +116,7 @@ fn modules_use_those_before_them_alone() {
             }
         }
     }
-    // Which shows that the reader above finds what there is: in braces, and by a name of the root.
+    // These edges check the parser above: names in braces, and names of the root.
     for edge in [("frame", "passes"), ("capi", "frame"), ("plan", "scene")] {
         assert!(edges.contains(&edge), "{edge:?} is not found");
     }

@@ -115,7 +115,7 @@ fn attribute(image: &FlatImage, name: &str) -> Option<AttributeValue> {
     attributes.get(&Text::from(name)).cloned()
 }
 
-/// An attribute of the format's types that the `exr` crate hands over as bytes.
+/// An attribute of a type that the `exr` crate returns as bytes.
 fn doubles(image: &FlatImage, name: &str, expected_kind: &str) -> Vec<f64> {
     let Some(AttributeValue::Custom { kind, bytes }) = attribute(image, name) else {
         panic!("{name} is {:?}", attribute(image, name));
@@ -148,7 +148,7 @@ fn every_layer_comes_back_bit_for_bit() {
     let frame = frame();
     let image = write(&frame, &ExrOptions::default(), &folder.path().join("a.exr"));
     assert_eq!(image.layer_data[0].size.0, WIDTH as usize);
-    // Those of a frame, of depths of samples, of half the path, of a sequence, and of four frequencies.
+    // Channels of a frame, of the samples' depths, of the half path, of a sequence, and of four frequencies.
     assert_eq!(channel_names(&image).len(), 26 + 2 + 1 + 5 + 4 * 29);
     for layer in Layer::all() {
         let names = layer.channel_names();
@@ -198,7 +198,7 @@ fn half_is_for_radiance_and_normals_and_saturates() {
     let folder = tempfile::tempdir().unwrap();
     let mut frame = frame();
     let mut radiance = vec![0.1; (WIDTH * HEIGHT * 3) as usize];
-    // Channel R of the first pixels: over the range, just under where rounding would reach infinity, below zero, infinite.
+    // Channel R of the first pixels: above the range, just below the values that round to infinity, below the range, infinite.
     radiance[0] = 1e6;
     radiance[3] = 65_519.0;
     radiance[6] = -1e6;
@@ -275,7 +275,7 @@ fn header_tells_how_the_frame_was_made() {
         ("camlux.estimator", "instant-radiosity"),
         ("camlux.scene_hash", "0123abcd"),
         ("camlux.version", env!("CARGO_PKG_VERSION")),
-        // The format has no encoding for what is not ASCII.
+        // The format has no encoding for non-ASCII characters.
         ("camlux.device", "Arc? 770"),
         ("camlux.driver", "Mesa 22.3.6"),
         ("camlux.light.0.kind", "point"),
@@ -301,7 +301,7 @@ fn header_tells_how_the_frame_was_made() {
         attribute(&image, "camlux.sensor.duty_cycle"),
         Some(AttributeValue::F32(0.5))
     );
-    // Every digit, in types that readers show as vectors.
+    // All digits, in types that readers show as vectors.
     let intrinsics = camera().intrinsics_px();
     for (name, kind, numbers) in [
         ("camera.position_m", "v3d", &[0.5, 1.0, 3.0][..]),
@@ -381,7 +381,7 @@ fn header_matrices_take_points_to_their_pixels() {
         std::array::from_fn(|column| (0..4).map(|row| point[row] * m[4 * row + column]).sum())
     };
     let camera = camera();
-    // 3 m along the view axis, behind a pixel right of and above the centre.
+    // 3 m along the view axis, seen in a pixel right of and above the centre.
     let [x_px, y_px] = [5.25, 1.5];
     let point = camera.position_m + camera.ray_direction(x_px, y_px) * 3.0;
 
@@ -392,7 +392,7 @@ fn header_matrices_take_points_to_their_pixels() {
             .unwrap()
             .map(f64::from),
     );
-    // f32 matrices of entries around 1: a few times 2⁻²⁴ each, over w = 3.
+    // f32 matrices have entries around 1: errors of a few times 2⁻²⁴ each, divided by w = 3.
     let tolerance = 1e-6;
     assert!(
         (x / w - x_px / f64::from(WIDTH)).abs() < tolerance,
@@ -541,9 +541,9 @@ fn preview_shows_the_panels_in_one_exposure() {
     set(&mut frame, Layer::Direct, vec![1.5; values]);
     set(&mut frame, Layer::Indirect, vec![0.5; values]);
     let mut radiance = vec![2.0; values];
-    // One burnt-out pixel of 35 must not darken the others, for it lies above the 99th percentile.
+    // One burnt-out pixel of 35 must not darken the others: it is above the 99th percentile.
     radiance[0] = 1e9;
-    // Not a number is black, not a crash.
+    // NaN becomes black and does not crash.
     radiance[3] = f32::NAN;
     radiance[4] = 0.0;
     radiance[5] = 0.0;
@@ -607,7 +607,7 @@ fn pair_rate_is_that_of_the_gather_pass() {
     assert_eq!(stats.pairs_per_second(), None);
 }
 
-/// The map that the `exr` crate keeps attributes in has another order each time.
+/// The `exr` crate keeps attributes in a map whose order differs each time.
 #[test]
 fn the_same_frame_gives_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A file appears whole or not at all, and a bad place is refused at once.
+//! A file appears whole or not at all, and an unwritable path is refused on creation.
 
 use std::fs;
 use std::path::Path;
@@ -77,7 +77,7 @@ fn unwritable_places_are_refused_on_creation() {
     assert_eq!(file_names(folder.path()), ["file", "read_only.exr"]);
 }
 
-/// Others may read what was written, as far as the user's umask has it.
+/// A written file has the permissions that the user's umask gives.
 #[cfg(unix)]
 #[test]
 fn a_file_has_the_permissions_of_any_other() {

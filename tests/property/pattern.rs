@@ -12,7 +12,7 @@ use camlux::{
 };
 use glam::DVec3;
 
-/// A scene with this file as its lamp's pattern.
+/// The light of a scene whose pattern is this file.
 fn load(name: &str, file: &str, power: &str) -> Result<Light, String> {
     let folder = SceneFolder::new();
     folder.write(name, file);
@@ -46,7 +46,7 @@ fn measured(light: &Light) -> &Pattern {
     }
 }
 
-/// The form of the standard's examples, of a downlight: planes from 0 to 90 degrees.
+/// A downlight in the form of the standard's examples: planes from 0 to 90 degrees.
 const QUADRANT: &str = "IESNA:LM-63-2002
 [TEST] none
 [MANUFAC] nobody
@@ -62,14 +62,14 @@ TILT=NONE
 100 50 30 5 0
 ";
 
-/// A lamp that is alike all round, of the first version of the standard: no first line, numbers run on, a factor of the ballast.
+/// A rotationally symmetric lamp in the standard's first version: no version line, numbers across line ends, a ballast factor.
 const ROTATIONAL: &str = "Some lamp, measured long ago
 TILT=NONE
 1, 800, 1, 3, 1, 1, 1, 0, 0, 0, 0.5, 0.8, 100, 0, 90, 180, 0,
 200, 100, 50
 ";
 
-/// Four planes of a whole turn, none like another.
+/// Four different planes over a whole turn.
 const WHOLE: &str = "IESNA:LM-63-1995
 [TEST] none
 TILT=NONE
@@ -91,7 +91,7 @@ fn ies_files_are_spread_over_all_planes() {
     let at = |gamma_deg: f64, plane_deg: f64| {
         pattern.intensity(gamma_deg.to_radians(), plane_deg.to_radians())
     };
-    // Between two angles and two planes, and its mirror images.
+    // A direction between two angles and two planes, and its mirror images.
     let due = 0.25 * (0.7 + 0.6 + 0.5 + 0.4);
     assert!((at(33.75, 45.0) - 0.25 * (0.7 + 0.5 + 0.6 + 0.4)).abs() < 1e-6);
     for plane_deg in [45.0, 135.0, 225.0, 315.0] {
@@ -119,7 +119,7 @@ fn ies_files_are_spread_over_all_planes() {
     }
 }
 
-/// As the format has it: a line for each value, with one set of lamps.
+/// A EULUMDAT file: one line per value, one set of lamps.
 fn eulumdat(symmetry: u32, planes: &[f64], gammas: &[f64], intensities: &[f64]) -> String {
     let head = format!(
         "nobody\n1\n{symmetry}\n{}\n90\n{}\n45\nreport\nlamp\nnumber\nfile\ndate\n100\n100\n50\n90\n90\n0\n0\n0\n0\n100\n100\n2,0\n0\n1\n",
@@ -140,7 +140,7 @@ fn eulumdat_files_are_spread_over_all_planes() {
     let at = |pattern: &Pattern, plane_deg: f64| {
         pattern.intensity(FRAC_PI_2 / 2.0, plane_deg.to_radians())
     };
-    // Values at 45 degrees of the planes 0, 90, 180, 270, over the peak of 20 (10 times the factor of 2).
+    // Values at 45 degrees of the planes 0, 90, 180, 270, relative to the peak of 20 (10 times the factor 2).
     for (symmetry, intensities, due) in [
         (
             0,
@@ -272,7 +272,7 @@ fn files_that_are_none_are_refused() {
     assert!(error.contains("is parallel to direction"), "{error}");
 }
 
-/// Looking down with x up, a quarter of a turn counterclockwise is -z.
+/// Looking down with x up, a quarter turn counterclockwise from x is -z.
 #[test]
 fn planes_turn_counterclockwise_for_one_who_looks_along_the_direction() {
     let axes = PatternAxes::new(-DVec3::Y, DVec3::X + 3.0 * DVec3::Y);
@@ -305,7 +305,7 @@ fn the_integral_is_the_closed_form() {
     let due = TAU * (1.0 - 2.0 / PI);
     let total = PatternIntegral::new(&pattern).total();
     assert!((total / due - 1.0).abs() < 1e-14, "{total} {due}");
-    // The same light by its power, and by its file: 200 in W/sr.
+    // The same light, given by its power and by its file (200 W/sr).
     let Ok(by_power) = load("a.ies", &file, &format!("power_w = {}", 200.0 * due)) else {
         panic!("it loads");
     };
@@ -321,7 +321,7 @@ fn the_integral_is_the_closed_form() {
     }
 }
 
-/// A beam of 25 degrees has one face, whatever zeros its file goes on with; its light lies where the pattern has it.
+/// A beam of 25 degrees has one face, even if its file continues with zeros. Its texels have the intensities of the pattern.
 #[test]
 fn a_narrow_beam_has_one_face() {
     let file = WHOLE
@@ -361,7 +361,7 @@ fn a_narrow_beam_has_one_face() {
     }
 }
 
-/// Each texel against a sum over a fine grid in it, and all of them against the whole.
+/// Compares each texel with a sum over a fine grid in it, and all texels with the whole.
 #[test]
 fn texels_hold_the_pattern_exactly() {
     let light = lamps::measured(DVec3::ZERO, DVec3::new(0.3, -1.0, 0.2), [1.0; 3]);
@@ -383,7 +383,7 @@ fn texels_hold_the_pattern_exactly() {
         let end = pattern.gammas_rad[4];
         let cap = TAU * (1.0 - end.cos());
         assert!((domain.total_measure() / cap - 1.0).abs() < 1e-12);
-        // The centres of finer texels are a quadrature of this one.
+        // The centres of finer texels are quadrature points of this texel.
         let parts = 240 / size;
         let fine = EmissionDomain {
             size: size * parts,

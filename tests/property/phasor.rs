@@ -69,7 +69,7 @@ fn phase_images_give_the_phasor_back() {
             close(found.im, 0.6 * phasor.im, 1e-15),
             "{phase_count}: {found:?}"
         );
-        // Noise that is alike in all of them has no phase.
+        // Noise that is equal in all phase images has no phase.
         let alike = sampling.demodulate((0..phase_count).map(|_| 1.0));
         assert_eq!(alike, Phasor::default(), "{phase_count}");
         if let [d0, d1, d2, d3] = differences[..] {
@@ -91,12 +91,12 @@ fn photons_free_electrons() {
     assert!(close(of_a_photon, 2.337e-19, 1e-22));
 }
 
-/// A Lambertian sphere of radius R with the light at its centre: the bounce over the direct light is ρ·G(x) for every point and camera, G(x) =
-/// 2[e^{ix}(1 − ix) − 1]/x², x = 2kR.
+/// A Lambertian sphere of radius R with the light at its centre: the ratio of bounce to direct light is ρ·G(x) for every point and camera,
+/// G(x) = 2[e^{ix}(1 − ix) − 1]/x², x = 2kR.
 #[test]
 fn the_bounce_in_a_sphere_has_its_closed_form() {
     let albedo = 0.5;
-    // Frequency, range bias in mm for R = 1 m, |Z| over the light at f = 0.
+    // Frequency, range bias in mm for R = 1 m, |Z| relative to the light at f = 0.
     let known = [
         (1.0, 222.222, 1.0),
         (10e6, 220.921, 0.98974),
@@ -105,9 +105,9 @@ fn the_bounce_in_a_sphere_has_its_closed_form() {
         (100e6, 23.287, 0.47414),
     ];
     for (frequency_hz, bias_mm, share) in known {
-        // The chord from P to a point of the sphere is s with a density of s/2 from 0 to 2.
+        // The chord length s from P to points of the sphere has the density s/2 from 0 to 2.
         let part = |is_im: bool| {
-            // Shifted, for the quadrature is for integrands of one sign.
+            // Shifted, because the quadrature needs integrands of one sign.
             unit_interval(1e-10, |t| {
                 let path = Phasor::of_path(2.0 * t, 2.0 * t, frequency_hz);
                 2.0 * t + if is_im { path.im } else { path.re }
@@ -142,8 +142,8 @@ fn the_bounce_in_a_sphere_has_its_closed_form() {
     }
 }
 
-/// Sums over paths in a room of two plates: P lies on the lower one at the foot of the light, at a height a; the upper one is at a height H. Against
-/// E_P = 2ρI₀bH²∫ r(b² + r²)^{−3/2}(r² + H²)^{−2}·e^{ik(√(b² + r²) + √(r² + H²))} dr, b = H − a.
+/// Compares sums over paths between two plates with an integral. P is on the lower plate, below the light at height a. The upper plate is at
+/// height H. E_P = 2ρI₀bH²∫ r(b² + r²)^{−3/2}(r² + H²)^{−2}·e^{ik(√(b² + r²) + √(r² + H²))} dr, b = H − a.
 #[test]
 fn the_bounce_between_plates_has_its_integral() {
     let (albedo, height_m, gap_m, frequency_hz) = (0.6, 0.7_f64, 2.0_f64, 30e6);

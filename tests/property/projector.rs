@@ -21,7 +21,7 @@ fn load(folder: &SceneFolder, light: &str) -> Result<Light, String> {
 
 const PLACE: &str = "position = [0, 2, 0]\ndirection = [0, -1, 0]\nup = [1, 0, 0]\n";
 
-/// Looking down with x up, right is z. Each pixel lights a floor evenly, with the flux that its value has of the whole.
+/// Each pixel lights a floor evenly, with its value's share of the flux. Looking down with x up, right is z.
 #[test]
 fn each_pixel_lights_a_screen_evenly() {
     let light = lamps::projector(DVec3::ZERO, DVec3::NEG_Y, [6.0; 3]);
@@ -59,7 +59,7 @@ fn each_pixel_lights_a_screen_evenly() {
     );
 }
 
-/// However the image is cut into texels: all of the power, over the solid angle of the image.
+/// For any number of texels, their sum is all of the power, over the solid angle of the image.
 #[test]
 fn texels_hold_the_image_exactly() {
     let light = lamps::projector(DVec3::ZERO, DVec3::new(0.3, -1.0, 0.2), [3.0; 3]);
@@ -136,7 +136,7 @@ fn projectors_are_read() {
     assert!((lens.fx - 1.0).abs() < 1e-12 && (lens.fy - 1.0).abs() < 1e-12);
     assert_eq!([lens.cx, lens.cy], [2.0, 1.0]);
     assert!((f64::from(image.values[7]) - 190.0 / 255.0).abs() < 1e-7);
-    // Linear whatever the encoding of others, and over the largest.
+    // OpenEXR values are linear and are divided by the largest one.
     let exr = |name: &str, value: fn(usize, usize) -> [f32; 3]| {
         let values = |x, y| <(f32, f32, f32)>::from(value(x, y));
         exr::prelude::write_rgb_file(folder.path(name), 3, 2, values).expect("it is written");
@@ -210,7 +210,7 @@ fn projectors_are_read() {
     }
 }
 
-/// An even map emits alike in all directions; one that is white above the horizon of γ = 90° into half of them.
+/// An even map emits equally in all directions. A map that is white above the horizon of γ = 90° emits into half of them.
 #[test]
 fn maps_are_patterns_of_all_directions() {
     let folder = SceneFolder::new();
@@ -220,7 +220,7 @@ fn maps_are_patterns_of_all_directions() {
     GrayImage::from_fn(360, 1800, |_, y| Luma([if y < 900 { 255 } else { 0 }]))
         .save(folder.path("half.png"))
         .unwrap();
-    // A column is a plane C: 0 in the middle between the last and the first.
+    // Each column is a C plane. Plane 0 is midway between the last and the first column.
     GrayImage::from_fn(4, 3, |x, _| Luma([[255, 0, 0, 0][x as usize]]))
         .save(folder.path("side.png"))
         .unwrap();
@@ -253,7 +253,7 @@ fn maps_are_patterns_of_all_directions() {
     }
 }
 
-/// An even map behind a spot's opening is the spot.
+/// An even map behind a spot light's opening equals the spot light.
 #[test]
 fn a_pattern_may_lie_in_an_opening() {
     let folder = SceneFolder::new();
@@ -277,7 +277,7 @@ fn a_pattern_may_lie_in_an_opening() {
         let axial = radiant_intensity(&spot, DVec3::NEG_Y).expect("it has one")[0];
         assert!((a - b).abs() < 1e-3 * axial, "{gamma_deg}: {a} {b}");
     }
-    // A sharp edge: the cone.
+    // With a sharp edge, the integral is the cone's solid angle.
     let sharp = within("inner_half_angle_deg = 30\nouter_half_angle_deg = 30\n").expect("it loads");
     let Light::Pattern {
         pattern: RadiationPattern::Measured(pattern),

@@ -1,4 +1,4 @@
-//! What must hold of a reference whatever the scene.
+//! Properties of a reference that hold for any scene.
 
 use crate::common::rooms;
 use std::ops::ControlFlow;
@@ -30,7 +30,7 @@ fn values(frame: &Frame, layer: Layer) -> Vec<f64> {
     values.map(|&value| value.into()).collect()
 }
 
-/// How many values do not agree within this share of the mean.
+/// Number of values that differ by more than this share of the mean.
 #[track_caller]
 fn count_different(a: &[f64], b: &[f64], share: f64) -> usize {
     let mean = a.iter().sum::<f64>() / a.len() as f64;
@@ -51,8 +51,8 @@ fn one_and_two_threads_give_the_same_image() {
     assert!(with_threads(1) == with_threads(2));
 }
 
-/// A scene of 1 mm and one of 10 km send the same rays: no length is built in. 1e-3 and 1e4 are no powers of two, so that
-/// everything is rounded otherwise; a ray that meets an edge may fall on its other side.
+/// Scenes of 1 mm and 10 km trace the same rays, because no length is built in. 1e-3 and 1e4 are not powers of two, so all
+/// values round differently. A ray that meets an edge may fall on its other side.
 #[test]
 fn scale_does_not_matter() {
     for name in ["cornell", "glossy"] {
@@ -117,18 +117,18 @@ fn going_on_is_never_having_stopped() {
     assert_eq!(second.samples_per_pixel(), 320);
     let (resumed, whole) = (second.frame(), sampled(&scene, 5));
     for layer in [Layer::Indirect, Layer::StandardError] {
-        // f32 in between.
+        // The file stores f32.
         let different = count_different(&values(&resumed, layer), &values(&whole, layer), 5e-6);
         assert_eq!(different, 0, "{layer:?}");
     }
     assert_eq!(resumed.ids(Layer::Edge), whole.ids(Layer::Edge));
 
-    // Another resolution, another light: another scene.
+    // Another resolution makes another scene.
     let mut other = scene.clone();
     other.camera.resolution_px = [8, 8];
     let refused = Reference::resume(&other, &path).expect_err("it is another image");
     assert!(refused.to_string().contains("another scene"), "{refused}");
-    // How the engine would compute indirect light, and what the sensor makes of it, is not in it.
+    // The engine's settings for shadows and indirect light, and the sensor, do not.
     let mut same = scene.clone();
     same.direct.shadow = Some(Shadow::Rays);
     same.indirect = None;
@@ -169,7 +169,7 @@ fn goals_are_met() {
     assert!(by_error.rounds() >= 8);
 }
 
-/// One round says nothing of its error, and says so; it can be gone on from all the same.
+/// One round gives no standard error, but can be resumed.
 #[test]
 fn a_single_round_has_no_standard_error() {
     let scene = demo_scene("cornell", [16, 16]);
@@ -189,7 +189,7 @@ fn a_single_round_has_no_standard_error() {
     }
 }
 
-/// Without a bounce there is nothing to sample, and no goal that is never reached.
+/// Without a bounce there is nothing to sample, so the goal is met.
 #[test]
 fn convex_bodies_get_no_bounce() {
     let floor = rooms::quad(

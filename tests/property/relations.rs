@@ -1,5 +1,5 @@
-//! Random rooms (proptest), what is done to them, and how two images of a room are compared. Always the same rooms, so that a failure
-//! stays.
+//! Random rooms (proptest), changes to them, and the comparison of two images of a room. The rooms are always the same, so that
+//! failures repeat.
 
 use std::cell::{Cell, RefCell};
 
@@ -24,14 +24,14 @@ use crate::common::{
     rmse::relative_rmse,
 };
 
-/// Random rooms of each relation.
+/// Number of random rooms per relation.
 const ROOMS: u32 = 12;
-/// relRMSE that rays are asked for.
+/// Target error (relRMSE) of the bounce by rays.
 const TARGET_ERROR: f64 = 0.05;
-/// Of two such images, each of which may be 1.3 times as far off as was asked (`compare::bounce`): what they say of themselves is
-/// believed up to here.
+/// Limit on the sum of the estimated errors of two such images. Each true error may be 1.3 times the target error
+/// (`tests/compare/final_gather.rs`).
 const MAX_NOISE: f64 = 2.0 * 1.3 * TARGET_ERROR;
-/// Of the random rooms so many must have light in view: with the light in a block, an image is black, and nothing is held against it.
+/// At least this many rooms must have light in view. With the light inside a block, the image is black.
 const LIT_ROOMS: u32 = ROOMS / 2;
 
 /// How near two images must be.
@@ -40,10 +40,10 @@ pub enum Nearness {
     BitForBit,
     /// As relRMSE.
     Within(f64),
-    /// As light does whose source and surfaces are rounded otherwise: see [`rounding`].
+    /// Within the effect of rounding the positions of light and surfaces: see [`rounding`].
     Rounding,
-    /// The sum of what both images say that their own error is, and at most [`MAX_NOISE`]: the triangle inequality, so that it does not
-    /// matter what their errors have in common.
+    /// Within the sum of both images' estimated upper bounds, at most [`MAX_NOISE`]. By the triangle inequality this holds even if their
+    /// errors are correlated.
     Noise,
 }
 
@@ -57,7 +57,7 @@ pub struct Effect {
 }
 
 impl Effect {
-    /// None, but for how near direct and indirect light remain.
+    /// No effect: direct and indirect light must remain this near.
     pub fn none(direct: Nearness, indirect: Nearness) -> Effect {
         Effect {
             on_bands: |bands| bands,
@@ -74,7 +74,7 @@ impl Effect {
         }
     }
 
-    /// Asserts it of two images, of the scene as it was and of the changed one. Whether there was direct and indirect light in them.
+    /// Asserts the effect on the images of the scene before and after the change. Returns whether they have direct and indirect light.
     #[must_use]
     pub fn assert(&self, gpu: &mut Gpu, [before, after]: [&Scene; 2]) -> bool {
         let frames = [before, after].map(|scene| gpu.render(scene));
@@ -128,8 +128,8 @@ impl Effect {
         is_lit
     }
 
-    /// A pixel whose centre lies on an edge, as near as the device rounds corners, shows either of two surfaces, or the edge itself. All others show
-    /// the same surface; where the image must be the same bit for bit, so do those.
+    /// The pixels to compare. Where the image need not be the same bit for bit, pixels are left out whose centre is on an edge, as near as the
+    /// device rounds corners: they may show either surface or the edge itself. All other pixels must show the same surface.
     fn same_surfaces(&self, scene: &Scene, frames: &[Frame; 2]) -> Vec<bool> {
         let truth = Reference::new(scene, 1).expect("the scene is valid");
         let truth = truth.with_sub_pixel_bits(sub_pixel_bits()).frame();
@@ -150,15 +150,15 @@ impl Effect {
     }
 }
 
-/// relRMSE of direct light where triangles are cut: blocks are 5 cm wide and more, and the corners of their pieces, of 2.5 cm, are
-/// rounded to 6e-8 m, which turns normals by up to 5e-6. A lobe of exponent 20 changes by twenty times as much. And a pixel shows a point of the
-/// piece that covers it, which is not the one on its ray where corners are rounded to a part of a pixel: twice as far off for each bit less.
+/// relRMSE of direct light where triangles are cut. Blocks are at least 5 cm wide. The corners of their pieces, of 2.5 cm, are rounded to
+/// 6e-8 m, which turns normals by up to 5e-6. A lobe of exponent 20 changes by twenty times that. Corners are also rounded to a part of a
+/// pixel, so a pixel shows a point of its piece beside the one on its ray. Each sub-pixel bit less doubles that distance.
 pub fn of_pieces() -> Nearness {
     Nearness::Within(1e-4 * f64::from(8 - sub_pixel_bits().min(8)).exp2())
 }
 
-/// relRMSE of direct light where all places are rounded: to 6e-8 of half the room, 1 m, each. Light has the square of its way and a
-/// cosine, thrice that over the way to what is nearest; and as far away it is the bound of the engine's direct light, 4e-6.
+/// relRMSE of direct light where all positions are rounded, each to 6e-8 of half the room, 1 m. Light depends on its squared path and a
+/// cosine: three times that rounding over the distance to the nearest surface. 4e-6 is the error bound of the engine's direct light.
 fn rounding(room: &Scene, frame: &Frame) -> f64 {
     let nearest_m = room.lights.iter().flat_map(|light| {
         let (Light::Point { position_m, .. } | Light::Spot { position_m, .. }) = *light else {
@@ -167,7 +167,7 @@ fn rounding(room: &Scene, frame: &Frame) -> f64 {
         let seen = values(frame, Layer::Position).as_chunks::<3>().0.iter();
         seen.map(move |place| DVec3::from(place.map(f64::from)).distance(position_m))
     });
-    // No room has its light closer to what is seen than 8 cm.
+    // In no room is the light closer than 8 cm to a visible surface.
     4e-6 + 3.0 * 1.2e-7 / nearest_m.fold(f64::INFINITY, f64::min).max(0.05)
 }
 
@@ -198,7 +198,7 @@ fn light() -> impl Strategy<Value = Light> {
     ]
 }
 
-/// A room of 2 m, blocks in it, a camera and a light somewhere; without indirect light.
+/// A room of 2 m with blocks, and a camera and a light at random positions; without indirect light.
 fn bare_room() -> impl Strategy<Value = Scene> {
     (
         prop::collection::vec(block(), 0..4),
@@ -223,7 +223,7 @@ pub fn room_by_rays() -> impl Strategy<Value = Scene> {
     bare_room().prop_map(|scene| with_rays(&scene, TARGET_ERROR))
 }
 
-/// Any turn.
+/// A random rotation.
 pub fn turn() -> impl Strategy<Value = DMat3> {
     let component = || -1.0..1.0;
     [component(), component(), component(), component()]
@@ -232,7 +232,7 @@ pub fn turn() -> impl Strategy<Value = DMat3> {
         .prop_map(|q| DMat3::from_quat(q.normalize()))
 }
 
-/// Runs a relation on random rooms, or what else is random. It says whether there was light to compare.
+/// Runs a relation on random rooms or other random values. The relation returns whether there was light to compare.
 pub fn on_random<S: Strategy>(rooms: S, relation: impl Fn(&mut Gpu, S::Value) -> bool) {
     let config = Config {
         cases: ROOMS,
@@ -254,7 +254,7 @@ pub fn on_random<S: Strategy>(rooms: S, relation: impl Fn(&mut Gpu, S::Value) ->
     assert!(lit_rooms.get() >= LIT_ROOMS, "the rooms are dark");
 }
 
-/// With its light this many times as bright, each band by its own factor.
+/// The scene with each band of its lights multiplied by its own factor.
 pub fn brightened(scene: &Scene, factors: Bands) -> Scene {
     let mut scene = scene.clone();
     for light in &mut scene.lights {
@@ -263,7 +263,7 @@ pub fn brightened(scene: &Scene, factors: Bands) -> Scene {
     scene
 }
 
-/// Red, green and blue of lights and materials in each other's place.
+/// The scene with red, green and blue of lights and materials permuted.
 pub fn with_bands_swapped(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     for material in &mut scene.materials {
@@ -283,21 +283,21 @@ pub fn swapped([r, g, b]: Bands) -> Bands {
     [b, r, g]
 }
 
-/// The last mesh first.
+/// The scene with its meshes in reverse order.
 pub fn with_meshes_reversed(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.meshes.reverse();
     scene
 }
 
-/// Two lights of half the power in place of the one.
+/// The scene with two lights of half the power in place of one.
 pub fn with_light_in_two(scene: &Scene) -> Scene {
     let mut scene = brightened(scene, [0.5; 3]);
     scene.lights.push(scene.lights[0].clone());
     scene
 }
 
-/// Each triangle in two, at the middle of its longest edge. Neighbours that share it are cut in the same point.
+/// The scene with each triangle cut in two at the middle of its longest edge. Neighbours that share that edge are cut at the same point.
 pub fn with_triangles_in_two(scene: &Scene) -> Scene {
     with_triangles_cut(scene, |mesh, [a, b, c]| {
         let length = |i: u32, j: u32| {
@@ -313,7 +313,7 @@ pub fn with_triangles_in_two(scene: &Scene) -> Scene {
     })
 }
 
-/// Each triangle in four, at the middles of its edges.
+/// The scene with each triangle cut in four at the middles of its edges.
 pub fn with_triangles_in_four(scene: &Scene) -> Scene {
     with_triangles_cut(scene, |mesh, [a, b, c]| {
         let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[i, j]| push_middle(mesh, i, j));
@@ -321,7 +321,7 @@ pub fn with_triangles_in_four(scene: &Scene) -> Scene {
     })
 }
 
-/// A vertex between two of a mesh, the same from either side.
+/// Adds a vertex midway between two, the same for either order of the two.
 fn push_middle(mesh: &mut Mesh, i: u32, j: u32) -> u32 {
     let [p, q] = [i.min(j), i.max(j)].map(|index| mesh.positions_m[index as usize]);
     mesh.positions_m.push(0.5 * (p + q));
@@ -342,7 +342,7 @@ fn with_triangles_cut(scene: &Scene, cut: impl Fn(&mut Mesh, [u32; 3]) -> Vec<[u
     scene
 }
 
-/// With every place on a grid of 2⁻²⁰ m. 10⁷ m away it still is: 44 of the 53 bits of f64, so that nothing is rounded on the way.
+/// The scene with every position on a grid of 2⁻²⁰ m. A position 10⁷ m away needs 44 of the 53 bits of f64, so a shift rounds nothing.
 pub fn on_a_grid(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let place = |point_m: &mut DVec3| {

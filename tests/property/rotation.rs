@@ -1,5 +1,5 @@
-//! The faces of the cube map do not show. A scene that is turned as a whole, camera and lights included, shows the same
-//! picture while the cube stays aligned with the world's axes: that is to turn the cube against the scene.
+//! The faces of the cube map do not show. The cube stays aligned with the world's axes, so turning the scene with its camera
+//! and lights turns the cube relative to the scene. The image must stay the same.
 
 #![cfg(feature = "reference")]
 
@@ -59,9 +59,9 @@ fn mean_difference(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(difference).sum::<f64>() / sum
 }
 
-/// Faces map to faces and texels to texels, so that only rounding differs: of positions, where a VPL lies near a pixel and
-/// 1/d² magnifies it, and of sums, for the VPLs come in another order. Measured 6.5e-6 at one such pixel of Cornell, 3.9e-7
-/// as relRMSE; 1e-5 is the bar that was set. An H100, which interpolates positions in another way, has 3.8e-5 at one pixel of the glossy scene.
+/// Faces map to faces and texels to texels, so only rounding differs. Rounding of positions counts where a VPL is near a pixel and 1/d²
+/// magnifies it. Sums round differently because the VPLs are in another order. Measured 6.5e-6 at one such pixel of Cornell, 3.9e-7 as
+/// relRMSE; the requirement is 1e-5. An H100 interpolates positions differently and has 3.8e-5 at one pixel of the glossy scene.
 #[test]
 fn quarter_turns_change_nothing() {
     let mut gpu = Gpu::open();
@@ -88,14 +88,14 @@ fn quarter_turns_change_nothing() {
     }
 }
 
-/// Other turns lay the texels elsewhere; what is left of that must vanish as the RSM is refined. Two turns that are both
-/// askew are compared, for in the upright one whole rows of texels end on the walls' edges.
+/// Other turns place the texels elsewhere; the effect must vanish as the RSM is refined. Both scenes are turned askew: in the
+/// upright scene, whole rows of texels end on the walls' edges.
 #[test]
 fn other_turns_converge() {
     use VplSum::{InstantRadiosity, RsmAverage};
     const RSM_SIZES: [u32; 3] = [16, 64, 256];
-    // Twice the measured mean difference, as the comments say it. `instant-radiosity` has 1/d² spikes where a texel lies
-    // near a pixel, which stay apart longest.
+    // Twice the measured mean differences, which the comments give. `instant-radiosity` has 1/d² spikes where a texel is
+    // near a pixel; they converge last.
     let cases = [
         ("cornell", RsmAverage, [2e-2, 4e-3, 1.3e-3]), // 9.8e-3, 2.2e-3, 6.5e-4
         ("cornell", InstantRadiosity, [1.4e-1, 4e-2, 3e-3]), // 7.2e-2, 1.9e-2, 1.5e-3

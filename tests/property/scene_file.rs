@@ -293,7 +293,7 @@ fn lights_are_placed_relative_to_what_carries_them() {
         );
     };
     assert_at(&scene.lights[0], [1.125, 1.75, 3.5], [1.0, 0.0, 0.0]);
-    // Twice as far, z turned to x and x to -z, and then 10 m on.
+    // Scaled by 2, z turned to x and x to -z, then moved by 10 m.
     assert_at(&scene.lights[1], [10.25, 0.5, -1.0], [1.0, 0.0, 0.0]);
 
     // The camera steps back and looks along -x: its right is -z.
@@ -333,7 +333,7 @@ fn area_lights_are_read() {
     let radius_m = 0.1;
     let disc = load("up = [1, 0, 0]\nradius = 0.1").unwrap();
     assert_eq!(disc, light(DVec3::X, AreaShape::Disc { radius_m }));
-    // However a disc is turned.
+    // A disc needs no `up`.
     assert!(load("radius = 0.1").is_ok());
     for (more, part) in [
         ("size = [0.6, 0.4]", "has no \"up\""),

@@ -136,7 +136,7 @@ fn hash_changes_with_everything_but_names() {
     }
 }
 
-/// The target error counts, whether it is written or not.
+/// The hash includes the target error, whether the file gives it or not.
 #[test]
 fn hash_is_of_the_target_error_in_force() {
     let folder = SceneFolder::new();

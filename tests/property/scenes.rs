@@ -1,4 +1,4 @@
-//! What must hold for generated scenes: files under `scenes/` are what the generator makes, and all meshes are sound.
+//! Generated scenes: files under `scenes/` are what the generator makes, and all meshes are sound.
 
 #[path = "../../examples/generate_scenes/knot.rs"]
 mod knot;
@@ -68,7 +68,7 @@ fn the_knot_is_what_the_generator_makes() {
 
 #[test]
 fn the_textures_are_what_the_generator_makes() {
-    // Pixels, not bytes: how tightly a PNG is packed depends on the version of the encoder.
+    // Compares pixels, because the bytes of a PNG depend on the version of the encoder.
     for (file, made) in [
         ("tiles.png", textures::tiles().into()),
         ("bricks.png", textures::bricks().into()),
@@ -118,7 +118,7 @@ fn the_knot_has_no_degenerate_triangle_and_no_lone_vertex() {
         let [a, b, c] = corners.map(|index| &positions[index]);
         let u: [i64; 3] = std::array::from_fn(|i| b[i] - a[i]);
         let v: [i64; 3] = std::array::from_fn(|i| c[i] - a[i]);
-        // Exact in whole numbers: only a triangle without area has a zero here.
+        // Exact in whole numbers: only a triangle without area gives zero.
         let double_area = [
             u[1] * v[2] - u[2] * v[1],
             u[2] * v[0] - u[0] * v[2],
@@ -148,8 +148,8 @@ fn the_knot_faces_outwards() {
         })
         .sum();
     let volume_m3 = six_volumes as f64 / 6.0 * 1e-15;
-    // The tube's cross-section, π·(0.115² + 0.012²/2) m², along 7.21 m of centre line: 0.301 m³; its 52 sides take off
-    // 0.2 %. Negative, were the faces turned inwards.
+    // The tube's cross-section, π·(0.115² + 0.012²/2) m², times 7.21 m of centre line: 0.301 m³. Its 52 sides reduce this by
+    // 0.2 %. Inward faces would make it negative.
     assert!((0.298..0.302).contains(&volume_m3), "{volume_m3} m³");
 }
 
@@ -194,7 +194,7 @@ fn the_knot_has_as_many_triangles_as_asked() {
     }
 }
 
-/// What a scene file names again is loaded once, and placed.
+/// A mesh that a scene file names several times is loaded once and instanced.
 #[test]
 fn a_hundred_knots_share_a_mesh() {
     let folder = tempfile::tempdir().expect("there is room for temporary files");
@@ -219,7 +219,7 @@ fn load(folder: &Path, name: &str) -> Scene {
     Scene::load(&folder.join(format!("{name}.toml"))).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Number of triangles, each of which has an area and normals of length 1.
+/// Checks that each triangle has an area and unit normals. Returns the number of triangles.
 fn check_surfaces(scene: &Scene, name: &str) -> usize {
     let mut triangle_count = 0;
     for mesh in &scene.meshes {

@@ -30,7 +30,7 @@ fn reading(pixel: u32) -> Reading {
     }
 }
 
-/// Mean and variance within three of their standard errors.
+/// Asserts that mean and variance are within three of their standard errors.
 #[track_caller]
 fn assert_moments(what: &str, values: &[f64], mean: f64, variance: f64) {
     let n = values.len() as f64;
@@ -49,7 +49,7 @@ fn assert_moments(what: &str, values: &[f64], mean: f64, variance: f64) {
 #[test]
 fn electrons_are_those_of_poisson_and_gauss() {
     let dark = NOISE.dark_e_per_s * EXPOSURE_S;
-    // Below and above the mean from which on other ways of drawing are taken.
+    // Below and above the mean at which the sampling method changes.
     for expected in [0.0, 3.0, 800.0, 20_000.0] {
         let read = |pixel| NOISE.electrons(expected, EXPOSURE_S, reading(pixel));
         let values: Vec<f64> = (0..READINGS).map(read).collect();
@@ -89,7 +89,7 @@ fn a_full_well_holds_no_more() {
     assert_eq!(without.electrons(0.0, EXPOSURE_S, reading(0)), 0.0);
 }
 
-/// σ_range = c/(4πfK·N_s)·√((N_s + N_b + 2σ_r²)/2), N_s and N_b being the electrons of modulated and of other light, of both taps of a phase image.
+/// σ_range = c/(4πfK·N_s)·√((N_s + N_b + 2σ_r²)/2), with N_s and N_b the electrons of modulated and other light in both taps of a phase image.
 #[test]
 fn a_range_scatters_as_it_should() {
     let noise = SensorNoise {
@@ -132,7 +132,7 @@ fn a_range_scatters_as_it_should() {
     assert_moments("range", &ranges, 3.1, sigma_m.powi(2));
 }
 
-/// Neighbours in any part of the key share nothing: correlations of 10⁴ pairs are within 3.5/√n.
+/// Readings whose keys differ in one part are uncorrelated: correlations of 10⁴ pairs are within 3.5/√n.
 #[test]
 fn readings_are_independent_of_each_other() {
     let all = |change: &dyn Fn(&mut Reading)| -> Vec<f64> {

@@ -1,4 +1,4 @@
-//! Textures arrive as linear reflectance, and each file once.
+//! Textures are decoded to linear reflectance, and each file is loaded once.
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{Encoding, Texels};
@@ -77,13 +77,13 @@ fn one_texture_file_is_loaded_once() {
     );
 }
 
-/// A map of normals is linear; of a bump map grey stands for heights, and colours for normals whose slopes -bm multiplies.
+/// A normal map is linear. In a bump map, grey values are heights, and colours are normals whose slopes -bm multiplies.
 #[test]
 fn maps_of_normals_are_read() {
     let folder = SceneFolder::new();
     let bluish = image::RgbImage::from_pixel(2, 2, image::Rgb([153, 102, 230]));
     bluish.save(folder.path("normals.png")).unwrap();
-    // A ramp of 51/255 = 0.2 a column, which repeats; rows are alike.
+    // A ramp of 51/255 = 0.2 per column, which repeats; all rows are equal.
     let ramp = image::GrayImage::from_fn(5, 4, |x, _| image::Luma([51 * x as u8]));
     ramp.save(folder.path("ramp.png")).unwrap();
     folder.write(
@@ -122,7 +122,7 @@ fn maps_of_normals_are_read() {
         normal("map_bump -bm 0.5 normals.png", 0),
         [0.5 * x, 0.5 * y, z],
     );
-    // In the middle of the ramp it rises by 0.2 a texel, at its ends it falls by 0.8 over two.
+    // The ramp rises by 0.2 per texel in its middle and falls by 0.6 over two texels at its ends.
     close(normal("bump ramp.png", 2), [-0.2, 0.0, 1.0]);
     close(normal("map_Bump -bm 2 ramp.png", 7), [-0.4, 0.0, 1.0]);
     close(normal("map_Bump ramp.png", 5), [0.3, 0.0, 1.0]);
@@ -144,7 +144,7 @@ fn maps_of_normals_are_read() {
     }
 }
 
-/// `map_d`: an alpha channel counts before grey values, and what cuts nothing out is no texture.
+/// `map_d`: an alpha channel takes precedence over grey values. An image that cuts nothing out becomes no texture.
 #[test]
 fn where_a_material_is_comes_from_alpha_or_grey() {
     let folder = SceneFolder::new();

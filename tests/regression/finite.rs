@@ -1,4 +1,4 @@
-//! Where a direction is not defined, the image is still finite.
+//! The image is finite even where a direction is undefined.
 
 use crate::common::gpu::{Gpu, assert_is_lit};
 use camlux::{
@@ -8,7 +8,7 @@ use camlux::{
 };
 use glam::DVec3;
 
-/// A square of 2 m in the plane z = 0, seen from 4 m; an odd number of pixels puts one on its middle.
+/// A square of 2 m in the plane z = 0, seen from 4 m. With an odd number of pixels, one is on its middle.
 fn square(light_position_m: DVec3) -> Scene {
     let corners = [
         [-1.0, -1.0, 0.0],
@@ -60,7 +60,7 @@ fn normals_that_cancel() {
     let frame = Gpu::open().render(&scene);
     assert_finite(&frame);
     assert_is_lit(&frame, Layer::Direct);
-    // On the diagonal that the triangles share, in the middle, the normals of its ends cancel: the face's own is there.
+    // In the middle of the triangles' shared diagonal, the normals of its ends cancel. The face's normal is used.
     let middle = 3 * (16 * 33 + 16);
     let normals = frame.values(Layer::Normal).expect("every frame has it");
     assert_eq!(normals[middle..middle + 3], [0.0, 0.0, 1.0]);

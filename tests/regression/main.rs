@@ -1,4 +1,4 @@
-//! What was wrong once.
+//! Tests of bugs that have been fixed.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,5 +1,5 @@
-//! Lights of one and of six faces take turns with one shadow map; each was once drawn at a size of its own into a map of the
-//! largest one's.
+//! Lights with one face and with six faces share one shadow map. Each was once drawn at its own size into a map of the largest
+//! light's size.
 
 use crate::common::gpu::{Gpu, demo_scene};
 use camlux::{Scene, output::Layer, scene::Light};
@@ -46,6 +46,6 @@ fn lights_of_different_kinds_share_a_shadow_map() {
     let difference: f32 = both.iter().zip(&sum).map(|(a, b)| (a - b).abs()).sum();
     let difference = difference / sum.iter().sum::<f32>();
     println!("mean difference {difference:.1e}");
-    // Alone, a light's map may have another size, which moves shadow edges on facets finer than its texels.
+    // Alone, a light may have another map size, which moves shadow edges on facets finer than its texels.
     assert!(difference < 5e-3, "{difference:e}");
 }

@@ -38,7 +38,7 @@ const TRIANGLE_GLTF: &str = r#"{"asset":{"version":"2.0"},
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
 "nodes":[{"mesh":0,"rotation":[0,0,0,1]}],"scenes":[{"nodes":[0]}]}"#;
 
-/// The repository's scenes but what is large.
+/// Copies the repository's scene files, without the large ones.
 fn copy_scenes(corpus: &Path, scenes: &Path) -> std::result::Result<(), Box<dyn Error>> {
     for entry in fs::read_dir(scenes)? {
         let path = entry?.path();

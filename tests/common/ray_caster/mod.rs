@@ -1,14 +1,14 @@
-//! A ray caster in f64 over a scene's triangles: the geometry that the rasterised maps are compared with.
+//! A ray caster in f64 over a scene's triangles, as the reference for the rasterised maps.
 
 pub mod pixel;
 
 use camlux::scene::Scene;
 use glam::DVec3;
 
-/// Triangles of a leaf.
+/// Maximum number of triangles of a leaf.
 const LEAF_TRIANGLES: usize = 4;
 
-/// Every triangle of a scene, two-sided, in a tree of boxes.
+/// All triangles of a scene, two-sided, in a BVH.
 pub struct RayCaster {
     triangles: Vec<Triangle>,
     nodes: Vec<Node>,
@@ -42,7 +42,7 @@ pub struct Hit {
 struct Node {
     min_m: DVec3,
     max_m: DVec3,
-    /// Leaf: its triangles. Else empty, and the children are the next node and `second_child`.
+    /// The triangles of a leaf. Empty for an inner node, whose children are the next node and `second_child`.
     triangles: std::ops::Range<usize>,
     second_child: usize,
 }
@@ -109,7 +109,7 @@ impl RayCaster {
             let [b1, b2] = barycentric;
             Hit {
                 distance,
-                // From the triangle and not along the ray: its rounding does not grow with the distance.
+                // Computed from the triangle, because rounding along the ray grows with the distance.
                 position_m: triangle.corner_m + b1 * triangle.edge1_m + b2 * triangle.edge2_m,
                 normal: if normal.dot(direction) > 0.0 {
                     -normal
@@ -185,7 +185,7 @@ impl Node {
     fn meets(&self, origin_m: DVec3, inverse_direction: DVec3, from: f64, to: f64) -> bool {
         let a = (self.min_m - origin_m) * inverse_direction;
         let b = (self.max_m - origin_m) * inverse_direction;
-        // NaN is 0·∞: the ray runs within a slab's face. `f64::min` passes over it, which keeps the box.
+        // A ray within a slab's face gives 0·∞, which is NaN. `f64::min` and `f64::max` ignore NaN, which keeps the box.
         let pick = |f: fn(f64, f64) -> f64, axis: usize| f(a[axis], b[axis]);
         let entry = (0..3).map(|axis| pick(f64::min, axis)).fold(from, f64::max);
         let exit = (0..3).map(|axis| pick(f64::max, axis)).fold(to, f64::min);
