@@ -44,7 +44,7 @@ pub enum Error {
 
     /// The device is lost. Everything made from it is unusable, and every later call returns this error at once.
     #[error(
-        "the device is lost ({call}), and {pass} was the last pass to begin: the driver has reset it, most likely after a submission that took longer than it allows; open the device again, and if it happens again set a shorter submission_target or render a smaller image or RSM"
+        "the device is lost ({call}), and {pass} was the last pass to begin: the driver probably reset the device because a submission took too long; open the device again, and if it is lost again, set a shorter submission_target or render a smaller image or RSM"
     )]
     DeviceLost {
         /// The last pass that is known to have begun; "none" before the first one.
@@ -55,7 +55,7 @@ pub enum Error {
 
     /// Device memory ran out or could not be bound.
     #[error(
-        "device memory for {what} ({bytes} bytes): {problem}; render a smaller image or RSM, or choose another device"
+        "memory for {what} ({bytes} bytes): {problem}; render a smaller image or RSM, or choose another device"
     )]
     Memory {
         what: String,
@@ -85,7 +85,7 @@ pub enum Error {
     Internal { problem: String },
 
     /// The caller's progress callback requested a stop.
-    #[error("cancelled before it was done; what it worked on can be used again")]
+    #[error("cancelled by the caller; all objects can be used again")]
     Cancelled,
 }
 

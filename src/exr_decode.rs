@@ -261,7 +261,7 @@ fn empty_layers(
         let all = header.layer_size.area() * channels.len();
         if values.try_reserve_exact(all).is_err() {
             let problem = format!("{all} values of layer {name} need too much memory");
-            return Err((problem, "compare smaller images"));
+            return Err((problem, "use smaller images"));
         }
         let channel_names = channels.into_iter().map(|(_, name, _)| name).collect();
         layers.push(ImageLayer {
@@ -328,7 +328,7 @@ fn check_dwa_block(chunk: &Chunk, header: &Header) -> Result<(), Refusal> {
     let unpacked = UNPACKED.iter().filter_map(|&index| numbers.get(index));
     match unpacked.map(|&bytes| u64::from_le_bytes(bytes)).max() {
         Some(claimed) if claimed > most => Err(damaged(format!(
-            "a block claims {claimed} values where {most} would be many"
+            "a block claims {claimed} values, but its pixels have at most {most}"
         ))),
         _ => Ok(()),
     }

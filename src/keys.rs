@@ -144,7 +144,7 @@ impl<'t> Keys<'t> {
         let (first, second) = (given.next(), given.next());
         match (first, second) {
             (Some((key, _)), Some((_, other))) => {
-                let problem = format!("stands beside \"{key}\"");
+                let problem = format!("conflicts with \"{key}\"");
                 Err(other.error(problem, "keep one of them"))
             }
             (first, _) => Ok(first),
@@ -183,7 +183,7 @@ impl<'t> Keys<'t> {
     }
 }
 
-/// "did you mean "fov_y_deg"? possible are ..."
+/// "did you mean "fov_y_deg"? choose one of: ..."
 pub fn did_you_mean(word: &str, known: &[&str]) -> String {
     // Below this likeness are words of another meaning; above it are words of two letters with one wrong.
     const LEAST_LIKENESS: f64 = 0.6;
@@ -192,7 +192,7 @@ pub fn did_you_mean(word: &str, known: &[&str]) -> String {
     let like = known
         .iter()
         .filter(|known| likeness(known) > LEAST_LIKENESS);
-    let possible = format!("possible are: {}", known.join(", "));
+    let possible = format!("choose one of: {}", known.join(", "));
     match like.max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
         Some(nearest) => format!("did you mean \"{nearest}\"? {possible}"),
         None if known.is_empty() => "remove it".into(),

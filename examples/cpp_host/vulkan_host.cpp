@@ -9,7 +9,7 @@ namespace {
 void check(VkResult result, const char *call)
 {
     if (result != VK_SUCCESS)
-        throw std::runtime_error(std::string(call) + " ended with " + std::to_string(result));
+        throw std::runtime_error(std::string(call) + " returned " + std::to_string(result));
 }
 
 VKAPI_ATTR VkBool32 VKAPI_CALL count_message(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,

@@ -34,7 +34,7 @@ def compare(image: Frame | Image | npt.ArrayLike, reference: Frame | Image | npt
         valid = np.ones(t.shape[:2], bool)
     x = _array(image[layer] if isinstance(image, (Frame, Image)) else image)
     if x.shape != t.shape or x.ndim not in (2, 3):
-        raise ValueError(f"the image has the shape {x.shape} and the reference {t.shape}; give two of one shape, (height, width, channels)")
+        raise ValueError(f"the image has the shape {x.shape} and the reference {t.shape}; give both the same shape, (height, width[, channels])")
     channels = x.shape[2] if x.ndim == 3 else 1
     return compare_arrays(x, t, channels, valid.reshape(-1), edges, standard_error)
 

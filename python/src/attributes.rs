@@ -78,7 +78,7 @@ impl<'py> Part<'py> {
     }
 
     pub fn text(&self, name: &str) -> PyResult<String> {
-        self.need(name, "give a text")
+        self.need(name, "give a string")
     }
 
     /// x, y, z.
@@ -106,7 +106,7 @@ impl<'py> Part<'py> {
         choices: &[T],
         name_of: fn(T) -> &'static str,
     ) -> PyResult<Option<T>> {
-        let Some(word) = self.optional::<String>(name, "give a text")? else {
+        let Some(word) = self.optional::<String>(name, "give a string")? else {
             return Ok(None);
         };
         let chosen = choices.iter().find(|&&choice| name_of(choice) == word);

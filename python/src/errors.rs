@@ -10,31 +10,31 @@ create_exception!(
     camlux,
     Error,
     PyException,
-    "What camlux raises: the message says what is wrong, where, and how to mend it."
+    "The base class of all camlux errors. The message says what is wrong, where, and how to mend it."
 );
 create_exception!(
     camlux,
     SceneError,
     Error,
-    "A scene, or a file that it names, is not usable."
+    "A scene, or a file that it names, cannot be used."
 );
 create_exception!(
     camlux,
     DeviceError,
     Error,
-    "There is no such device, it has too little memory or other limits, or a Vulkan call failed."
+    "There is no such device, its memory or a limit is too small, or a Vulkan call failed."
 );
 create_exception!(
     camlux,
     DeviceLostError,
     DeviceError,
-    "The driver gave the device up: open it again."
+    "The driver lost the device: open it again."
 );
 create_exception!(
     camlux,
     FileError,
     Error,
-    "An image cannot be read or compared, or a file not be written."
+    "An image cannot be read or compared, or a file cannot be written."
 );
 create_exception!(
     camlux,
@@ -46,7 +46,7 @@ create_exception!(
     camlux,
     CamluxWarning,
     PyUserWarning,
-    "What was rendered but is probably not meant."
+    "A probable mistake that does not prevent rendering."
 );
 
 /// The exception for an error of the engine.

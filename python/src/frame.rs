@@ -80,7 +80,7 @@ impl Frame {
         let found = frame.layers.iter().find(|(layer, _)| layer.name() == name);
         let Some((layer, data)) = found else {
             return Err(PyKeyError::new_err(format!(
-                "the frame has no layer \"{name}\", but {}",
+                "the frame has no layer \"{name}\"; it has {}",
                 slf.get().keys()?.join(", ")
             )));
         };

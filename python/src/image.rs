@@ -24,7 +24,7 @@ impl Image {
         let image = &slf.get().0;
         let Some(layer) = image.layer(name) else {
             return Err(PyKeyError::new_err(format!(
-                "the image has no layer \"{name}\", but {}",
+                "the image has no layer \"{name}\"; it has {}",
                 slf.get().keys().join(", ")
             )));
         };

@@ -33,7 +33,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     let meshes = part.parts("meshes", "mesh")?;
     let meshes = meshes.iter().map(|mesh| {
         let known = mesh.object.cast::<Mesh>();
-        let known = known.map_err(|_| mesh.error("is no camlux.Mesh", "give one"))?;
+        let known = known.map_err(|_| mesh.error("is not a camlux.Mesh", "give one"))?;
         Ok(known.get().instance.clone())
     });
     let mut scene = camlux::Scene {
@@ -86,8 +86,8 @@ fn camera_from(part: &Part) -> PyResult<Camera> {
         },
         _ => {
             return Err(part.error(
-                "the lens is not clear",
-                "give one of fov_y_deg and intrinsics_px, and a distortion beside intrinsics_px alone",
+                "the lens is missing or ambiguous",
+                "give one of fov_y_deg and intrinsics_px; distortion needs intrinsics_px",
             ));
         }
     };
@@ -167,7 +167,7 @@ fn light_from(part: &Part) -> PyResult<Light> {
                     RadiationPattern::Projected(image.get().0.clone())
                 } else {
                     let hint = "give a camlux.Pattern or a camlux.ProjectedImage";
-                    return Err(part.error("pattern is none", hint));
+                    return Err(part.error("pattern is of another class", hint));
                 },
                 power_w: part.bands("power_w")?,
             }
@@ -188,7 +188,7 @@ fn light_from(part: &Part) -> PyResult<Light> {
                 }
                 _ => {
                     return Err(part.error(
-                        "its area is not clear",
+                        "its shape is missing or ambiguous",
                         "give size_m=(width, height) and up, or radius_m",
                     ));
                 }
@@ -257,7 +257,7 @@ fn sensor_from(part: &Part) -> PyResult<Sensor> {
             }),
             _ => {
                 return Err(part.error(
-                    "has one of wavelength_nm and quantum_efficiency",
+                    "has only one of wavelength_nm and quantum_efficiency",
                     "give both or neither",
                 ));
             }
@@ -268,7 +268,8 @@ fn sensor_from(part: &Part) -> PyResult<Sensor> {
 
 fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
     let frequencies_hz: Vec<f64> = part.need("frequencies_hz", "give a list of numbers")?;
-    let contrasts: Vec<f64> = part.need("contrasts", "give a list of numbers, one a frequency")?;
+    let contrasts: Vec<f64> =
+        part.need("contrasts", "give a list of numbers, one per frequency")?;
     let output = part.choice("output", &ChargeUnit::ALL, ChargeUnit::name)?;
     let noise = part.part("noise")?;
     let noise = noise.map(|noise| {

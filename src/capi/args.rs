@@ -72,7 +72,7 @@ unsafe fn struct_bytes<T: CStruct>(pointer: *const T) -> Outcome<usize> {
     }
     let (name, macro_prefix) = (T::NAME, T::NAME.to_uppercase());
     Err(Failure::argument(format!(
-        "struct_size of the {name} is {bytes}; begin with {macro_prefix}_INIT, which sets it to sizeof({name})"
+        "struct_size of the {name} is {bytes}; initialise it with {macro_prefix}_INIT, which sets struct_size to sizeof({name})"
     )))
 }
 
@@ -93,8 +93,8 @@ pub(super) unsafe fn read<T: CStruct>(pointer: *const T) -> Outcome<T> {
     };
     if beyond.iter().any(|&byte| byte != 0) {
         return Err(Failure::argument(format!(
-            "{} has {bytes} bytes and sets some beyond the {known} that this camlux knows: the program was built for a newer one; \
-             install that, or leave the new members 0",
+            "{} has {bytes} bytes, but this camlux knows only the first {known}, and others are not 0: the program was built for a newer camlux; \
+             install that version, or set the new members to 0",
             T::NAME
         )));
     }
@@ -191,7 +191,11 @@ pub(super) unsafe fn text(pointer: *const c_char, name: &str) -> Outcome<Option<
     }
     // SAFETY: the caller guarantees it.
     let text = unsafe { CStr::from_ptr(pointer) }.to_str();
-    let wrong = |error| Failure::argument(format!("{name} is no UTF-8: {error}; convert it"));
+    let wrong = |error| {
+        Failure::argument(format!(
+            "{name} is not valid UTF-8: {error}; convert it to UTF-8"
+        ))
+    };
     Ok(Some(text.map_err(wrong)?.to_owned()))
 }
 
@@ -292,11 +296,16 @@ impl Rows<'_> {
         let (name, count, size) = (self.name, self.count, size_of::<C>());
         let wrong = |problem: String| Err(Failure::argument(problem));
         if self.data.is_null() {
-            return wrong(format!("{name} is NULL, for {count} elements"));
+            return wrong(format!(
+                "{name} is NULL, but the count is {count}; give the array, or set the count to 0"
+            ));
         }
         check_pointer(self.data.cast::<C>(), name)?;
         let Some(tight_bytes) = self.length.checked_mul(size) else {
-            return wrong(format!("a row of {name} has {} components", self.length));
+            return wrong(format!(
+                "a row of {name} has {} components, more than memory can hold; check their number",
+                self.length
+            ));
         };
         let stride_bytes = match self.stride_bytes {
             0 => tight_bytes,
@@ -313,7 +322,7 @@ impl Rows<'_> {
             .and_then(|bytes| self.data.addr().checked_add(bytes));
         if end.is_none() {
             return wrong(format!(
-                "{count} elements of {name}, {stride_bytes} bytes apart, are more than memory has; check the count"
+                "{count} elements of {name}, {stride_bytes} bytes apart, are more than memory can hold; check the count"
             ));
         }
         Ok(stride_bytes)

@@ -221,7 +221,9 @@ unsafe fn options_from(options: camlux_device_options) -> Outcome<DeviceOptions>
         CAMLUX_DEVICE_PCI => name.map(DeviceChoice::Pci),
     ];
     let choice = args::one_of("choice", options.choice, &choices)?;
-    let no_name = || Failure::argument("choice takes a name, but name is NULL");
+    let no_name = || {
+        Failure::argument("choice needs a name, but name is NULL; set name, or give another choice")
+    };
     Ok(DeviceOptions {
         choice: choice.ok_or_else(no_name)?,
         validation: args::flag("validation", options.validation)?,

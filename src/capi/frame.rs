@@ -152,7 +152,7 @@ impl FrameObject {
         let (on_device, layers) = match &self.rendered {
             Rendered::ToHost(frame) => return Ok(frame),
             Rendered::ToTargets(..) => {
-                let problem = "the frame has no layers: they went to the targets of camlux_render_options; leave those out for layers that stay with the frame";
+                let problem = "the frame has no layers: they were written to the targets of camlux_render_options; render without targets to keep the layers in the frame";
                 return Err(Failure::argument(problem));
             }
             Rendered::OnDevice(on_device, layers) => (on_device, layers),
@@ -172,7 +172,7 @@ impl FrameObject {
         let (_, data) = found.ok_or_else(|| {
             let name = kind.name();
             Failure::argument(format!(
-                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr its stderr_layer, depth_mean and depth_nearest samples of the camera, those of time of flight camlux_scene_set_tof, with as many frequencies and phase images"
+                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr needs stderr_layer of camlux_indirect, depth_mean and depth_nearest need samples of camlux_camera, time-of-flight layers need camlux_scene_set_tof with enough frequencies and phase images"
             ))
         })?;
         Ok((kind, data))
@@ -206,7 +206,7 @@ impl FrameObject {
         ] {
             if bits >> count != 0 {
                 return Err(Failure::argument(format!(
-                    "{name} is {bits:#x}, which has bits that stand for no layer"
+                    "{name} is {bits:#x}, which sets bits of layers that do not exist; see camlux_exr_options for the valid bits"
                 )));
             }
         }
@@ -250,7 +250,7 @@ impl FrameObject {
 pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
     // `of_frequency` of camlux.hpp returns this for a layer that does not exist.
     if number == CAMLUX_NONE as i32 {
-        let problem = "layer is -1: no frame has that frequency or phase image of time of flight";
+        let problem = "layer is -1, which stands for a time-of-flight frequency or phase image that does not exist; give a smaller index";
         return Err(Failure::argument(problem));
     }
     let of_tof = Layer::all().find(|&layer| tof_number(layer) == Some(number));

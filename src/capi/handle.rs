@@ -81,8 +81,8 @@ fn find<H: Handle>(table: &Table, handle: *mut H) -> Outcome<DefaultKey> {
     let problem = match table.get(key.into()) {
         _ if number == 0 => format!("the {wanted} is NULL"),
         // `from_ffi` maps small numbers to keys that differ from them.
-        _ if key.as_ffi() != number => format!("{number:#x} is no handle of camlux"),
-        None => format!("the {wanted} has been released, or never was one"),
+        _ if key.as_ffi() != number => format!("{number:#x} is not a handle of camlux"),
+        None => format!("the {wanted} has been released, or was never created"),
         Some(entry) if entry.kind != wanted => format!("the {wanted} is a {}", entry.kind),
         Some(_) => return Ok(key.into()),
     };

@@ -106,7 +106,7 @@ impl Absent {
     pub fn check(&self, index: u32, what: &str) -> Outcome {
         if self.removed.contains(&(index as usize)) {
             return Err(Failure::argument(format!(
-                "{what} {index} was removed; the next one that is added takes its index"
+                "{what} {index} was removed; give another index, or add a new one, which takes this index"
             )));
         }
         Ok(())

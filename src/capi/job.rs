@@ -114,7 +114,7 @@ impl JobObject {
         };
         let thread = thread::Builder::new().name("camlux job".into());
         let thread = thread.spawn(render).map_err(|error| {
-            let problem = format!("no thread can be started for the job ({error})");
+            let problem = format!("no thread can be started for the job ({error}); wait for other jobs, then try again");
             Failure::new(CAMLUX_ERROR_OUT_OF_MEMORY, problem)
         })?;
         let ended = || Failure::from(crate::Error::internal("a job ended before it began"));
@@ -160,7 +160,7 @@ impl JobObject {
                 Err(Failure::new(status, message))
             }
             State::Taken => Err(Failure::argument(
-                "the job's frame has been handed out; keep it",
+                "the job has already returned its frame; keep the frame of the first camlux_job_wait",
             )),
         }
     }

@@ -136,7 +136,7 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
         // A default exponent such as 1 would silently choose a very wide lobe.
         let place = format!("material \"{}\"", material.name);
         let problem = format!("ks is {:?}, but shininess is {}", raw.ks, raw.shininess);
-        return Err(Error::scene(place, problem, "set the exponent, such as 20").into());
+        return Err(Error::scene(place, problem, "set shininess to an exponent such as 20").into());
     }
     Ok(material)
 }

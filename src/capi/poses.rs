@@ -89,8 +89,11 @@ impl Pose {
         if self.scale == 1.0 {
             return Ok(self);
         }
-        let problem = format!("scale is {}, and cameras and lights have none", self.scale);
-        Err(Error::scene("pose", problem, "leave it 1").into())
+        let problem = format!(
+            "scale is {}, but cameras and lights cannot be scaled",
+            self.scale
+        );
+        Err(Error::scene("pose", problem, "set it to 1").into())
     }
 
     /// The transform from own space to world space.
@@ -255,7 +258,7 @@ fn one_camera(index: u32) -> Outcome {
         return Ok(());
     }
     Err(Failure::argument(format!(
-        "there is one camera, not a camera {index}; give index 0"
+        "there is no camera {index}: a scene has one camera; give index 0"
     )))
 }
 

@@ -159,7 +159,7 @@ pub unsafe extern "C" fn camlux_renderer_render_cameras(
             // SAFETY: the caller guarantees it.
             let request = unsafe { Request::read(options) }?;
             if !request.targets.is_empty() {
-                let problem = "targets are given, which are of one camera; render camera by camera, or copy layers by camlux_frame_copy";
+                let problem = "targets hold the layers of one camera only; render camera by camera, or copy layers with camlux_frame_copy";
                 return Err(Failure::argument(problem));
             }
             let lock = renderer.lock()?;
@@ -381,7 +381,7 @@ impl Request {
             }
         };
         if stays_on_device && !targets.is_empty() {
-            let problem = "targets are given for a frame that stays on the device; set one of targets and on_device";
+            let problem = "targets and on_device are both set; set only one of them";
             return Err(Failure::argument(problem));
         }
         let token = if options.cancel_token.is_null() {

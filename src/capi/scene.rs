@@ -244,7 +244,10 @@ pub(super) fn put<T>(
 /// Appends a part to a list of the scene, and returns its index.
 pub(super) fn push<T>(list: &mut Vec<T>, part: T, what: &str) -> Outcome<usize> {
     if list.len() >= args::CAMLUX_NONE as usize || list.try_reserve(1).is_err() {
-        let problem = format!("there is no room for another {what} after {}", list.len());
+        let problem = format!(
+            "the scene cannot hold another {what} after {}; use fewer",
+            list.len()
+        );
         return Err(Failure::new(CAMLUX_ERROR_OUT_OF_MEMORY, problem));
     }
     list.push(part);

@@ -45,7 +45,7 @@ impl Target {
         size_bytes: usize,
         row_stride_bytes: usize,
     ) -> Outcome<Target> {
-        args::check_pointer(data, "the place for the layer's rows")?;
+        args::check_pointer(data, "the memory for the layer")?;
         Ok(Target {
             layer,
             data,
@@ -65,7 +65,7 @@ impl Target {
         };
         if stride < row_bytes {
             return Err(Failure::argument(format!(
-                "row_stride_bytes is {stride}; a row has {row_bytes}"
+                "row_stride_bytes is {stride}, but a row has {row_bytes} bytes; give 0, or at least those"
             )));
         }
         let needed = stride
@@ -74,7 +74,7 @@ impl Target {
         if needed.is_none_or(|needed| needed > self.size_bytes) {
             let size_bytes = self.size_bytes;
             return Err(Failure::argument(format!(
-                "{rows} rows of {row_bytes} bytes, {stride} bytes apart, do not fit in {size_bytes} bytes"
+                "{rows} rows of {row_bytes} bytes, {stride} bytes apart, do not fit in {size_bytes} bytes; give more memory"
             )));
         }
         Ok([row_bytes, stride])

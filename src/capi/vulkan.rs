@@ -212,7 +212,7 @@ impl FrameObject {
 
 pub(super) fn not_on_device(layer: Layer) -> Failure {
     Failure::argument(format!(
-        "layer {} is not on the device; it is made on the way to the host, or the scene does not have it: see camlux_frame_view",
+        "layer {} is not on the device: camlux computes it during the copy to the host, or the scene does not have it; use camlux_frame_view",
         layer.name()
     ))
 }

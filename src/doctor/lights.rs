@@ -457,7 +457,7 @@ fn no_power(exam: &mut Examiner) -> Result<()> {
     let alone = lit_by(&room, vec![dark.clone()]);
     exam.all_black("alone", &alone)?;
     let is_told = alone.warnings().iter().any(|text| text.contains("light 0"));
-    exam.record("", "warnings that are missing", f64::from(!is_told), 0.0);
+    exam.record("", "missing warnings", f64::from(!is_told), 0.0);
     let beside = lit_by(&room, vec![dark, light.clone()]);
     exam.bounce("beside another light", &beside)
 }

@@ -86,10 +86,12 @@ fn vpls_shuffled(exam: &mut Examiner) -> Result<()> {
             Some(seed) => renderer.render_shuffled(scene, options, seed),
         }
     };
-    let errors = spread(exam, [None, Some(1), Some(2), Some(3)], render, SPREAD)?;
+    let name = |seed: &Option<_>| seed.map_or("in order".into(), |seed| format!("shuffle {seed}"));
+    let seeds = [None, Some(1), Some(2), Some(3)];
+    let errors = spread(exam, seeds, name, render, SPREAD)?;
     // A sum of some ten thousand terms in another order is never the same in every pixel.
     let unchanged = errors.iter().skip(2).filter(|&&error| error == 0.0).count();
-    exam.record("", "sums that no order changes", unchanged as f64, 0.0);
+    exam.record("", "sums unchanged by the order", unchanged as f64, 0.0);
     Ok(())
 }
 
@@ -117,9 +119,10 @@ fn same_sums(exam: &mut Examiner, one: &Scene, other: &Scene, rsm_size: u32) -> 
 }
 
 /// The errors of the indirect light for several ways to render it, relative to the first way.
-fn spread<W: std::fmt::Debug>(
+fn spread<W>(
     exam: &mut Examiner,
     ways: impl IntoIterator<Item = W>,
+    name: impl Fn(&W) -> String,
     render: impl Fn(&mut Renderer, &Scene, &W) -> Result<Frame>,
     bound: f64,
 ) -> Result<Vec<f64>> {
@@ -131,7 +134,7 @@ fn spread<W: std::fmt::Debug>(
             let frame = render(&mut exam.renderer, scene, &way)?;
             let image = values(&frame, Layer::Indirect);
             let error = error_of(image, first.get_or_insert_with(|| image.to_vec()));
-            exam.record(&format!("{way:?}"), sum.name(), error, bound);
+            exam.record(&name(&way), sum.name(), error, bound);
             errors.push(error);
         }
     }
@@ -149,7 +152,8 @@ fn tiles_of_every_size(exam: &mut Examiner) -> Result<()> {
         };
         renderer.render(scene, &mut options)
     };
-    spread(exam, kernels, render, SPREAD).map(drop)
+    let name = |kernel: &GatherKernel| kernel.name().into();
+    spread(exam, kernels, name, render, SPREAD).map(drop)
 }
 
 /// The results must be equal bit for bit.
@@ -162,7 +166,8 @@ fn submissions_of_every_length(exam: &mut Examiner) -> Result<()> {
         };
         renderer.render(scene, &mut options)
     };
-    spread(exam, targets, render, 0.0).map(drop)
+    let name = |target: &Duration| format!("submissions of {} ms", target.as_millis());
+    spread(exam, targets, name, render, 0.0).map(drop)
 }
 
 /// Grey surfaces under a light whose bands differ by factors of 1e9 up and down: every band must be the same image times its power.
@@ -203,7 +208,7 @@ fn half_floats(exam: &mut Examiner) -> Result<()> {
         ..ExrOptions::default()
     };
     let is_told = options.warnings(&frame).len() == 1;
-    exam.record("", "warnings that are missing", f64::from(!is_told), 0.0);
+    exam.record("", "missing warnings", f64::from(!is_told), 0.0);
     let path = std::env::temp_dir().join(format!("camlux-half-{}.exr", std::process::id()));
     write_exr(OutputFile::create(&path)?, &frame, &options)?;
     let read = LayeredImage::read(&path);

@@ -156,7 +156,7 @@ fn every_vpl_hidden(exam: &mut Examiner) -> Result<()> {
     let radiance = largest(values(&frame, Layer::Radiance));
     exam.record("", "radiance", radiance, 0.0);
     let claimed = f64::from(frame.stats.estimated_error.is_some());
-    exam.record("", "errors claimed of nothing", claimed, 0.0);
+    exam.record("", "errors stated without light", claimed, 0.0);
     Ok(())
 }
 

@@ -109,7 +109,7 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
             let phasor_layers = plan.tof.map_or(0, TofPlan::pair_count)
                 + plan.bounced_tof().map_or(0, TofPlan::pair_count);
             let bytes = plan.pixel_count() * PIXEL_BYTES * u64::from(1 + phasor_layers);
-            readback.buffer("image on its way to the host", bytes, BufferUse::Readback)
+            readback.buffer("readback buffer of the image", bytes, BufferUse::Readback)
         },
     )?;
     surfaces(plan, scene, requirements)
@@ -202,7 +202,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         let hint = format!("use {without}, or choose another device");
         let of_scene = of_scene().with_hint(hint);
         let count = most_storage_images(passes);
-        let what = format!("lists that a kernel of {name} reads (storage images)");
+        let what = format!("the number of storage images that a kernel of {name} reads");
         if is_there {
             of_scene.check(&what, count, |limits| limits.max_storage_images.into())?;
         }

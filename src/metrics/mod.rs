@@ -230,7 +230,7 @@ fn check<T>(pixels: &Pixels<T>) -> Result<()> {
     if let Some(edges) = pixels.edges.filter(|edges| edges.len() != count) {
         let length = edges.len();
         return refuse(format!(
-            "the edges have {length} pixels where {count} are due"
+            "the edge mask has {length} pixels instead of {count}"
         ));
     }
     let due = count.checked_mul(channels);
@@ -244,7 +244,7 @@ fn check<T>(pixels: &Pixels<T>) -> Result<()> {
     ] {
         if let Some(length) = length.filter(|&length| Some(length) != due) {
             return refuse(format!(
-                "the {name} has {length} values where {count} pixels of {channels} are due"
+                "the {name} has {length} values instead of {count} pixels x {channels} channels"
             ));
         }
     }

@@ -135,8 +135,8 @@ fn creation_error(path: &Path, error: &io::Error) -> Error {
             ("its folder does not exist", hint)
         }
         io::ErrorKind::NotADirectory => {
-            let hint = format!("{name} is a file: name a folder");
-            ("its folder is not a folder", hint)
+            let hint = format!("name a folder instead of {name}");
+            ("a part of its path is a file", hint)
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
             let hint = format!("allow writing to {name}, or name another one");

@@ -103,7 +103,7 @@ impl ExrOptions {
             }
             if over + below > 0 {
                 warnings.push(format!(
-                    "{} holds {over} values over 65504 and {below} below 6e-8, which 16 bits cannot: they are stored as 65504 and as 0; store 32 bits",
+                    "{} has {over} values above 65504 and {below} below 6e-8, which 16 bits cannot hold: the file has 65504 and 0 instead; store 32 bits",
                     layer.name()
                 ));
             }

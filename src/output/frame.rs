@@ -72,7 +72,7 @@ impl Frame {
         let counts = (0..tof.frequencies_hz.len() as u8).map(count);
         let most = counts.max().filter(|&count| count > 0)?;
         Some(format!(
-            "{most} pixels have a tap that is full, or nearly, and so a range that is wrong; lower the power of the lights or the exposure time, or raise full_well_e or bits"
+            "{most} pixels have a full or nearly full tap, so their range is wrong; lower the power of the lights or the exposure time, or raise full_well_e or bits"
         ))
     }
 
@@ -89,7 +89,7 @@ impl Frame {
                     .into(),
             );
         }
-        let no_flux = "the lights shine at no surface: their reflective shadow maps hold no flux";
+        let no_flux = "the lights shine at no surface that reflects, so there are no VPLs; check where the lights are and what they shine at";
         if is_black(Layer::Radiance) {
             let lights = &self.description.lights;
             let why = if lights.iter().all(|light| light.emission() == [0.0; 3]) {
@@ -97,7 +97,7 @@ impl Frame {
             } else if self.description.indirect.is_some() && self.stats.vpl_count == 0 {
                 no_flux
             } else {
-                "it lies in shadow, faces away from the lights or reflects nothing; check where the lights are and what they shine at"
+                "it is in shadow, faces away from the lights or reflects nothing; check where the lights are and what they shine at"
             };
             return Some(format!(
                 "no light reaches what is in view, the image is black: {why}"
@@ -113,7 +113,7 @@ impl Frame {
                 _ if vpl_count == 0 => no_flux.into(),
                 0 => format!("it faces away from all {vpl_count} VPLs, or reflects nothing"),
                 _ => format!(
-                    "{ray_count} rays between it and what is lit found no light, which is hidden, or too narrow to be found; its error is not estimated"
+                    "{ray_count} rays from it found no lit surface: these are hidden from it, or too small to be found; the error is not estimated"
                 ),
             };
             return Some(format!(
@@ -152,11 +152,13 @@ impl Frame {
             };
             if due != Some(count) {
                 return refuse(format!(
-                    "layer {name} has {count} values where {width} x {height} pixels of {channels} are due"
+                    "layer {name} has {count} values instead of {width} x {height} pixels x {channels} channels"
                 ));
             }
             if layer.is_id() != is_id {
-                return refuse(format!("layer {name} mixes up values and ids"));
+                return refuse(format!(
+                    "layer {name} has ids where values belong, or values where ids belong"
+                ));
             }
             let mut earlier = self.layers[..index].iter();
             if earlier.any(|(earlier, _)| earlier == layer) {
@@ -284,7 +286,7 @@ impl FrameStats {
                 )
             }
             StopReason::SamplesExhausted => format!(
-                "the target error was missed with the most samples there are: {error}; set a larger rsm_size, or raise target_error"
+                "the target error was missed with the maximum number of samples: {error}; set a larger rsm_size, or raise target_error"
             ),
         })
     }
@@ -298,7 +300,7 @@ impl FrameStats {
         let estimated = self.estimated_area_light_error.filter(|&e| e > requested)?;
         let [requested, estimated] = [requested, estimated].map(|error| 100.0 * error);
         Some(format!(
-            "the direct light of a light with an area is off by about {estimated:.2} %, with the most points that there are: requested {requested:.2} %; make the light smaller, or give the camera more samples"
+            "the direct light of an area light has an estimated error of {estimated:.2} % with the maximum number of points: requested {requested:.2} %; make the light smaller, or give the camera more samples"
         ))
     }
 

@@ -207,10 +207,10 @@ impl Layer {
             {
                 let last = tof.frequencies_hz.len() - 1;
                 let last_phase = tof.phase_count - 1;
-                format!("[tof] has tof0 to tof{last}, and phase0 to phase{last_phase} of each")
+                format!("choose from tof0 to tof{last}, and phase0 to phase{last_phase} of each")
             }
             (Layer::Indirect | Layer::Tof(..), _) => "add [indirect] to the scene".into(),
-            _ => "no render has it".into(),
+            _ => "take it from a reference or a sequence".into(),
         };
         Err(Error::Scene {
             at: "layers".into(),

@@ -45,7 +45,7 @@ impl fmt::Display for Plan {
                 Some(_) => writeln!(f, "  vpl        texels with flux, compacted")?,
                 None => writeln!(
                     f,
-                    "  light_rays VPLs, through {}² tiles a face, divided where they matter",
+                    "  light_rays VPLs from {}² tiles per face, subdivided where they matter",
                     indirect.emission_size
                 )?,
             }
@@ -55,7 +55,7 @@ impl fmt::Display for Plan {
                 None => writeln!(f, "  receivers  every pixel with a surface")?,
                 Some(_) => writeln!(
                     f,
-                    "  predict    one of {stride} x {stride} pixels, and those between where they vary"
+                    "  predict    one pixel in each block of {stride} x {stride}, and more where the light varies"
                 )?,
             }
             let (gather, error) = match indirect.gather {
@@ -99,7 +99,7 @@ impl fmt::Display for Plan {
             let filter = filter.name();
             writeln!(
                 f,
-                "  pixel_filter  {samples} samples a pixel, {filter}: gbuffer and direct of each, and the gather where no pixel's centre shows its surface"
+                "  pixel_filter  {samples} samples a pixel, {filter}: gbuffer and direct for each sample, gather for samples of a surface that no pixel's centre shows"
             )?;
         }
         if let Some(tof) = self.tof {
@@ -130,20 +130,20 @@ impl fmt::Display for Plan {
             ),
             (
                 self.has_cutouts,
-                "cut-outs: no such material has an alpha texture",
+                "cut-outs: no material on a mesh with texcoords has an alpha texture",
             ),
             (
                 self.has_shared_meshes,
-                "shared meshes: no larger mesh is placed several times, or away from its own space",
+                "shared meshes: no large mesh has several instances or an instance with a transform",
             ),
             (has_maps, "shadow maps: rays find shadows"),
             (
                 self.ray_kernel().is_some(),
-                "tree of boxes: nothing casts rays",
+                "ray tree (BVH): nothing casts rays",
             ),
             (
                 self.ray_kernel() != Some(RayKernel::Query),
-                "tree of boxes: the device has its own",
+                "ray tree (BVH): the device has its own",
             ),
             (
                 self.indirect.is_some(),

@@ -42,7 +42,7 @@ impl RayKernel {
         if self == RayKernel::Query && !device.has_ray_query {
             return Err(Error::NoDevice {
                 problem: format!(
-                    "{} has no VK_KHR_ray_query for the tracer query",
+                    "{} has no VK_KHR_ray_query, which the tracer query needs",
                     device.name
                 ),
                 hint: "leave the choice to the renderer, or choose another device".into(),
@@ -119,7 +119,7 @@ fn fitting<K>(kernel: K, runs: bool, what: &str, name: &str, device: &DeviceInfo
     };
     Err(Error::NoDevice {
         problem: format!(
-            "the {what} kernel {name} does not fit {lanes} of {}",
+            "the {what} kernel {name} cannot run with {lanes} of {}",
             device.name
         ),
         hint: "leave the choice to the renderer, or choose another device".into(),

@@ -93,7 +93,7 @@ impl Reference {
         pixels.try_reserve_exact(count).map_err(|_| Error::Memory {
             what: format!("a reference of {width} x {height} pixels"),
             bytes: (count as u64).saturating_mul(size_of::<Pixel>() as u64),
-            problem: "there is not so much memory".into(),
+            problem: "there is not enough host memory".into(),
         })?;
         pixels.par_extend((0..count).into_par_iter().map(|index| {
             let (x, y) = (index % width as usize, index / width as usize);

@@ -250,7 +250,7 @@ impl Assets {
 
     /// Records once a feature of a file that is not modelled.
     pub fn leave_out(&mut self, file: &Path, what: &str) {
-        let text = format!("{} has what camlux leaves out: {what}", file.display());
+        let text = format!("{}: camlux ignores {what}", file.display());
         if !self.left_out.contains(&text) {
             self.left_out.push(text);
         }

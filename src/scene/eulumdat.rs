@@ -38,7 +38,10 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<Pattern> {
         parsed.ok_or_else(|| {
             error(
                 line,
-                format!("\"{}\" is no number for the {what}", text.trim()),
+                format!(
+                    "found \"{}\" instead of a number for the {what}",
+                    text.trim()
+                ),
             )
         })
     };
@@ -79,7 +82,9 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<Pattern> {
         }
     };
     if symmetry >= 2.0 && plane_count % 4 != 0 {
-        let problem = format!("{plane_count} C planes do not fit symmetry {symmetry}");
+        let problem = format!(
+            "{plane_count} C planes do not fit symmetry {symmetry}, which needs a multiple of 4"
+        );
         return Err(error(PLANE_COUNT, problem));
     }
     let at = first + plane_count + gamma_count;

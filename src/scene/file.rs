@@ -48,7 +48,7 @@ impl Scene {
         if let Some(lens) = optional("lens")? {
             let sensor = sensor.as_mut().ok_or_else(|| {
                 lens.error(
-                    "[lens] says nothing without [sensor]",
+                    "[lens] has no effect without [sensor]",
                     "remove it, or add a [sensor] table",
                 )
             })?;
@@ -68,7 +68,7 @@ impl Scene {
         }
         if let (None, Some(Some(modulated))) = (&tof, modulated.iter().find(|m| m.is_some())) {
             let hint = "remove it, or add a [tof] table";
-            return Err(modulated.error("says nothing without [tof]", hint));
+            return Err(modulated.error("has no effect without [tof]", hint));
         }
         let mut tof = tof
             .map(|keys| tof::from_keys(keys, &modulated))

@@ -34,7 +34,7 @@ pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
     }
     keys.refuse(
         "name",
-        "is that of a camera in a glTF file, and no file is named",
+        "names a camera of a glTF file, but there is no path",
         "add path = \"room.glb\", or remove it",
     )?;
     Ok(Camera {
@@ -406,7 +406,7 @@ fn opening(keys: &mut Keys) -> Result<Option<SpotCone>> {
         return match outer.or(inner) {
             None => Ok(None),
             Some(one) => Err(one.error(
-                "is one of the two angles of an opening",
+                "is only one of the two angles of an opening",
                 "give both inner_half_angle_deg and outer_half_angle_deg, or neither",
             )),
         };
@@ -420,12 +420,12 @@ fn opening(keys: &mut Keys) -> Result<Option<SpotCone>> {
         && cone.outer_half_angle_deg <= 180.0)
     {
         let problem = format!(
-            "is {}, beside an inner one of {}",
+            "is {}, and inner_half_angle_deg is {}",
             cone.outer_half_angle_deg, cone.inner_half_angle_deg
         );
         return Err(outer.error(
             problem,
-            "give degrees up to 180, of which the inner are no more than the outer",
+            "give degrees from 0 to 180, and an inner angle no larger than the outer",
         ));
     }
     Ok(Some(cone))

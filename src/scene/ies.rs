@@ -23,13 +23,19 @@ impl Numbers<'_> {
         self.line = line;
         let number: Option<f64> = word.parse().ok();
         let number = number.filter(|number| number.is_finite());
-        number.ok_or_else(|| self.error(format!("\"{word}\" is no number for the {what}")))
+        number.ok_or_else(|| {
+            self.error(format!(
+                "found \"{word}\" instead of a number for the {what}"
+            ))
+        })
     }
 
     fn count(&mut self, what: &str) -> Result<usize> {
         let number = self.next(what)?;
         if number.fract() != 0.0 || !(1.0..=MOST_ANGLES as f64).contains(&number) {
-            return Err(self.error(format!("the {what} is {number}")));
+            return Err(self.error(format!(
+                "the {what} is {number}, which camlux does not support"
+            )));
         }
         Ok(number as usize)
     }
@@ -61,11 +67,11 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<Pattern> {
         line: 1,
     };
     let Some((tilt_line, tilt)) = tilt else {
-        return Err(numbers.error("there is no line TILT=, as every IES file has"));
+        return Err(numbers.error("there is no TILT= line, which every IES file needs"));
     };
     numbers.line = tilt_line;
     if !tilt[5..].trim().eq_ignore_ascii_case("NONE") {
-        return Err(numbers.error(format!("{tilt} is not supported, but TILT=NONE")));
+        return Err(numbers.error(format!("{tilt} is not supported, only TILT=NONE is")));
     }
     // Some makers separate numbers by commas.
     let words = lines().skip(tilt_line).flat_map(|(line, text)| {
@@ -84,13 +90,13 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<Pattern> {
     let kind = numbers.next("photometric type")?;
     if kind != 1.0 {
         return Err(numbers.error(format!(
-            "photometry of type {kind} is not supported, but type 1 (C)"
+            "photometry of type {kind} is not supported, only type 1 (C) is"
         )));
     }
     numbers.list(4, "unit and size of the opening")?;
     let ballast = numbers.next("ballast factor")?;
     // Until 1991 this was the ballast's photometric factor; since then it has another meaning.
-    let behind = numbers.next("factor behind it")?;
+    let behind = numbers.next("factor after the ballast factor")?;
     let is_new = text.trim_start().starts_with("IESNA:LM-63");
     let photometric = if is_new { 1.0 } else { behind };
     numbers.next("input power")?;

@@ -313,8 +313,8 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
         "final-gather" => {
             keys.refuse(
                 "interpolation_error",
-                "counts against a sum over VPLs, which final-gather does not take",
-                "use target_error, which counts against the true bounce",
+                "is relative to a sum over VPLs, which final-gather does not compute",
+                "use target_error, which is relative to the true bounce",
             )?;
             let target_error = keys.optional("target_error", Value::number)?;
             let norm = |value: &Value| value.choice(&ErrorNorm::ALL, ErrorNorm::name);
@@ -331,8 +331,8 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
         "rsm-average" => {
             keys.refuse(
                 "target_error",
-                "counts against the true bounce, to which rsm-average does not converge",
-                "use interpolation_error, which counts against the sum at every pixel",
+                "is relative to the true bounce, to which rsm-average does not converge",
+                "use interpolation_error, which is relative to the sum at every pixel",
             )?;
             Ok(IndirectLight::RsmAverage {
                 rsm_size: keys.need("rsm_size", RSM_SIZE)?.count()?,
@@ -342,7 +342,7 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
         _ => {
             keys.refuse(
                 "target_error",
-                "counts against the true bounce, to which instant-radiosity does not converge",
+                "is relative to the true bounce, to which instant-radiosity does not converge",
                 &format!("remove it, or set {FINAL_GATHER}"),
             )?;
             keys.refuse(

@@ -88,7 +88,7 @@ impl Line<'_> {
     pub fn name(&self) -> Result<&str> {
         let name = self.text.trim()[self.keyword().len()..].trim();
         if name.is_empty() {
-            return Err(self.error("names nothing", "write a name behind it"));
+            return Err(self.error("names nothing", "write a name after it"));
         }
         Ok(name)
     }
@@ -110,7 +110,7 @@ impl Line<'_> {
         };
         let number = |word: &str| match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
-            _ => Err(self.error(format!("has \"{word}\" for a number"), expected())),
+            _ => Err(self.error(format!("has \"{word}\" instead of a number"), expected())),
         };
         let numbers: Vec<f64> = self.words().map(number).collect::<Result<_>>()?;
         if counts.contains(&numbers.len()) {

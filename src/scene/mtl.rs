@@ -176,7 +176,7 @@ fn named_normal_map(keyword: &str, line: &Line) -> Result<NormalMap> {
             .filter(|s: &f64| s.abs() <= 1e3)
             .ok_or_else(|| {
                 line.error(
-                    "has a -bm that is no number up to 1000",
+                    "has a -bm that is not a number from -1000 to 1000",
                     "write it as -bm 0.5 bumps.png",
                 )
             })?;
@@ -194,13 +194,13 @@ fn texture_path(path: &str, line: &Line) -> Result<String> {
     if path.is_empty() {
         return Err(line.error(
             "names no file",
-            "write the path of a PNG or JPEG file behind it",
+            "write the path of a PNG or JPEG file after it",
         ));
     }
     if path.starts_with('-') {
         return Err(line.error(
-            "has options, which are not read",
-            "leave the path only, and bake the options into image or texture coordinates",
+            "has options, which camlux does not read",
+            "keep only the path, and bake the options into the image or the texture coordinates",
         ));
     }
     Ok(path.to_owned())

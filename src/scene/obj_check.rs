@@ -108,7 +108,7 @@ impl Checker {
             keyword if IGNORED.split(' ').any(|ignored| ignored == keyword) => {}
             _ => {
                 return Err(line.error(
-                    "is not a statement that is read here",
+                    "is not a statement that camlux reads",
                     "export the mesh as polygons, or remove the line",
                 ));
             }
@@ -155,8 +155,8 @@ impl Checker {
         let outline: Vec<DVec3> = positions.map(|v| self.positions[v]).collect();
         let apex = fan_apex(&outline).ok_or_else(|| {
             line.error(
-                "is a concave polygon that no fan of triangles fills",
-                "triangulate the mesh where it is made",
+                "is a concave polygon that camlux cannot split into a fan of triangles",
+                "triangulate the mesh before you export it",
             )
         })?;
         corners.rotate_left(apex);
@@ -207,7 +207,7 @@ impl Checker {
             if !part.is_empty() {
                 *index = Some(zero_based(part, count).ok_or_else(|| {
                     line.error(
-                        format!("refers to {part} of {count} {what} above it"),
+                        format!("refers to {part}, but there are {count} {what} above it"),
                         "indices begin at 1, or at -1 for the last one",
                     )
                 })?);

@@ -114,7 +114,7 @@ impl Pattern {
             _ => {
                 return Err(Error::scene(
                     named_at,
-                    format!("pattern {} is of no known format", path.display()),
+                    format!("pattern {} has an unknown format", path.display()),
                     "give an IES file (.ies), a EULUMDAT file (.ldt), or a map of all directions (.png, .exr)",
                 ));
             }
@@ -292,13 +292,13 @@ impl Pattern {
             ),
             (
                 intensities.len() == gammas_rad.len() * planes_rad.len(),
-                "there is not one intensity for each vertical and horizontal angle",
+                "there must be one intensity for each pair of a vertical and a horizontal angle",
             ),
             (
                 intensities.iter().all(is_relative)
                     && intensities.iter().any(|&value| value > 0.0)
                     && (0.0..=1e30).contains(peak),
-                "the intensities are not finite values of 0 or more, of which one is above",
+                "the intensities must be finite values of 0 or more, and at least one above 0",
             ),
         ] {
             if !is_right {
@@ -310,7 +310,7 @@ impl Pattern {
         match PatternIntegral::new(self).total() {
             total if total >= NARROWEST_SR => Ok(()),
             total => Err(format!(
-                "the beam has a solid angle of {total:e} sr, and 1e-11 are the least"
+                "the beam has a solid angle of {total:e} sr, below the minimum of 1e-11 sr"
             )),
         }
     }

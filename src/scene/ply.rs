@@ -96,8 +96,7 @@ impl Assets {
         };
         let Some(material) = request.material_override else {
             let problem = format!("{} has no materials", path.display());
-            let hint =
-                "give the [[mesh]] a material = \"...\", and the file a [material....] table";
+            let hint = "add material = \"NAME\" to the [[mesh]], and a [material.NAME] table to the scene file";
             return Err(Error::scene(&request.named_at, problem, hint));
         };
         let bytes = input_file::read(path).map_err(|error| {
@@ -107,7 +106,7 @@ impl Assets {
         })?;
         let mut ply: Ply<Element> = match Parser::new().read_ply(&mut bytes.as_slice()) {
             Ok(ply) => ply,
-            Err(error) => return refuse(format!("no PLY: {error}"), "export it again"),
+            Err(error) => return refuse(format!("not valid PLY: {error}"), "export it again"),
         };
         let properties = ply.header.elements.get("vertex");
         let properties = properties.map(|vertex| &vertex.properties);
@@ -151,7 +150,8 @@ impl Assets {
                     Ok(index) if (index as usize) < vertices.len() => corners.push(index),
                     _ => {
                         let count = vertices.len();
-                        let problem = format!("a face has the vertex {corner} of {count}");
+                        let problem =
+                            format!("a face uses vertex {corner}, but there are {count} vertices");
                         return refuse(problem, "export it again");
                     }
                 }

@@ -34,11 +34,11 @@ impl ProjectedImage {
             (
                 self.values.iter().all(|value| (0.0..=1.0).contains(value))
                     && self.values.iter().any(|&value| value > 0.0),
-                "the image's values are not 0 to 1, with one above 0",
+                "the image's values must be from 0 to 1, and at least one above 0",
             ),
             (
                 is_positive(fx) && is_positive(fy) && cx.is_finite() && cy.is_finite(),
-                "the focal lengths fx, fy are not above 0, or cx, cy are no numbers",
+                "the focal lengths fx, fy are not above 0, or cx, cy are not finite",
             ),
         ] {
             if !is_right {
@@ -48,7 +48,7 @@ impl ProjectedImage {
         let widest = self.corner_tangent();
         if widest > WIDEST_TANGENT {
             return Err(format!(
-                "a corner of the image is {:.1} degrees off the axis, and 84 are the most",
+                "a corner of the image is {:.1} degrees off the axis, above the maximum of 84",
                 widest.atan().to_degrees()
             ));
         }
@@ -124,7 +124,7 @@ impl GreyImage {
             Error::scene(
                 named_at,
                 format!("the image {} is not grey", file.display()),
-                "save it as a grey PNG, and give the bands by power_w; or a light for each band",
+                "save it as a grey PNG and set the bands with power_w, or use one light for each band",
             )
         })?;
         Ok(GreyImage {
@@ -159,12 +159,15 @@ impl GreyImage {
             let problem = "it is not grey".into();
             (
                 problem,
-                "save one channel, and give the bands by power_w; or a light for each band",
+                "save one channel and set the bands with power_w, or use one light for each band",
             )
         })?;
         let is_light = |&value: &f32| value >= 0.0 && value.is_finite();
         if let Some(value) = grey.iter().find(|value| !is_light(value)) {
-            return Err((format!("a pixel is {value}"), "save values from 0 on"));
+            return Err((
+                format!("a pixel is {value}"),
+                "save finite values of 0 or more",
+            ));
         }
         let most = grey.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
         Ok(GreyImage {

@@ -150,7 +150,7 @@ impl TimeOfFlight {
         )?;
         part.require(
             sensor.is_some_and(|sensor| sensor.photodetector.is_some()),
-            "what a pixel detects is not known",
+            "the quantum efficiency of the pixels is not known",
             "give [sensor] a wavelength_nm and a quantum_efficiency",
         )?;
         part.require_each(
@@ -230,7 +230,7 @@ impl SensorNoise {
         part.require(
             self.black_level_dn <= most,
             format_args!(
-                "black_level_dn is {}, and {} bits hold {most}",
+                "black_level_dn is {}, but {} bits hold at most {most}",
                 self.black_level_dn, self.bits
             ),
             "give more bits, or a lower black level",
@@ -251,7 +251,7 @@ impl SensorNoise {
         Ok(SensorNoise {
             dark_e_per_s: number("dark_e_per_s", "dark_e_per_s = 0.0")?,
             read_noise_e: number("read_noise_e", "read_noise_e = 10.0")?,
-            full_well_e: number("full_well_e", "full_well_e = 100000, of a tap")?,
+            full_well_e: number("full_well_e", "full_well_e = 100000, electrons per tap")?,
             gain_dn_per_e: number("gain_dn_per_e", "gain_dn_per_e = 0.04")?,
             black_level_dn: number("black_level_dn", "black_level_dn = 0")?,
             bits: keys.need("bits", "bits = 12")?.count()?,

@@ -6,7 +6,8 @@ use std::fmt::Display;
 use glam::DVec3;
 
 use super::{
-    BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene, Sensor, Shadow,
+    AreaShape, BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene,
+    Sensor, Shadow,
 };
 use crate::{Error, Result};
 
@@ -54,8 +55,8 @@ impl Scene {
             let part = Part("sensor".into());
             let fitting = part.require(
                 !(is_fisheye && has_aperture),
-                "f_number stands beside a fisheye lens, whose vignetting is not cos⁴",
-                "leave f_number out; E_C is then the radiance by number",
+                "f_number is given for a fisheye lens, whose vignetting is not cos⁴",
+                "remove f_number: E_C is then numerically equal to the radiance",
             );
             placed("sensor", 0, fitting)?;
         }
@@ -92,7 +93,7 @@ impl Scene {
         }
         let direct = Part("direct".into()).require(
             self.direct.shadow != Some(Shadow::Map) || !self.has_cutouts(),
-            "a map cannot tell the shadows of surfaces with cut-outs (map_d)",
+            "a shadow map cannot find the shadows of surfaces with cut-outs (map_d)",
             "set shadow to \"rays\", or leave it out",
         );
         placed("direct", 0, direct)?;
@@ -101,14 +102,14 @@ impl Scene {
             let part = Part(format!("light {index} (area)"));
             let fitting = part.require(
                 self.direct.shadow != Some(Shadow::Map),
-                "a map cannot tell the shadows of a light with an area",
+                "a shadow map cannot find the shadows of an area light",
                 "set shadow to \"rays\", or leave it out",
             );
             placed("light", index, fitting)?;
             let fitting = part.require(
                 self.indirect
                     .is_none_or(|indirect| indirect.sum().is_none()),
-                "a sum over VPLs takes those that one point sees, and this light has an area",
+                "rsm-average and instant-radiosity do not support area lights",
                 "choose the estimator \"final-gather\", or a spot light",
             );
             placed("light", index, fitting)?;
@@ -248,7 +249,7 @@ impl Camera {
             format_args!(
                 "the distorted image folds over, or ends, between the principal point and pixel ({x_px}, {y_px})"
             ),
-            "check the coefficients and fx, fy; where the calibration does not hold as far out as the image's corners, crop the resolution",
+            "check the coefficients and fx, fy; if the calibration does not reach the image's corners, crop the resolution",
         )
     }
 }
@@ -316,8 +317,12 @@ impl Light {
             )?;
         }
         if let Light::Area { shape, .. } = self {
-            for size_m in shape.half_extents_m() {
-                part.require_above_zero(shape.name(), size_m)?;
+            let lengths_m = match shape {
+                AreaShape::Rectangle { size_m } => *size_m,
+                AreaShape::Disc { radius_m } => [*radius_m; 2],
+            };
+            for length_m in lengths_m {
+                part.require_above_zero(shape.name(), length_m)?;
             }
         }
         if let Light::Pattern { pattern, .. } = self

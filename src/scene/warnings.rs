@@ -68,7 +68,7 @@ impl Scene {
             let is_at_light = |corners| is_in_triangle(position_m, corners, tolerance_m);
             if let Some(mesh) = self.meshes.iter().find(|m| m.corners_m().any(is_at_light)) {
                 warnings.push(format!(
-                    "light {i} ({kind}) lies in a surface of mesh \"{}\", which may keep all of its light; move it off the surface",
+                    "light {i} ({kind}) is in a surface of mesh \"{}\", which may block all of its light; move it off the surface",
                     mesh.name
                 ));
             }

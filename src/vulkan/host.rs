@@ -78,7 +78,7 @@ impl HostVulkan {
             if function.is_none() {
                 let name = name.to_string_lossy();
                 return Err(lacking(format!(
-                    "it has no {name}: is the instance of Vulkan 1.3?"
+                    "it has no {name}: create the instance for Vulkan 1.3"
                 )));
             }
         }
@@ -87,7 +87,7 @@ impl HostVulkan {
         let families = instance.queue_families(self.physical_device);
         if !families.contains(&family) {
             return Err(lacking(format!(
-                "queue family {family} does not draw and compute"
+                "queue family {family} does not support graphics and compute"
             )));
         }
         Ok((instance, device))
@@ -98,7 +98,7 @@ fn lacking(problem: impl Display) -> Error {
     let problem = format!("the host's device cannot be used: {problem}");
     no_device(
         problem,
-        "see the list of what it must have in the documentation of HostVulkan and of camlux_vulkan_device",
+        "see the requirements in the documentation of HostVulkan and camlux_vulkan_device",
     )
 }
 

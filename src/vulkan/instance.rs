@@ -22,7 +22,7 @@ use super::{
 };
 use crate::Result;
 
-const INSTALL_DRIVER: &str = "install a Vulkan driver, on Debian: apt-get install libvulkan1 mesa-vulkan-drivers; if there is one, VK_LOADER_DEBUG=error,driver says why it was not taken";
+const INSTALL_DRIVER: &str = "install a Vulkan driver, on Debian: apt-get install libvulkan1 mesa-vulkan-drivers; if one is installed, set VK_LOADER_DEBUG=error,driver to see why the loader does not use it";
 
 /// Describes a Vulkan device, and whether camlux can use it.
 #[derive(Debug, Clone, PartialEq)]

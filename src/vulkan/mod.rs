@@ -73,7 +73,7 @@ fn failed(call: &'static str) -> impl FnOnce(ash::vk::Result) -> Error {
         call,
         result,
         hint: match result {
-            Vk::ERROR_DEVICE_LOST => "the driver gave the device up while it was opened: try again",
+            Vk::ERROR_DEVICE_LOST => "the driver lost the device while it was opened: try again",
             Vk::ERROR_OUT_OF_DEVICE_MEMORY | Vk::ERROR_OUT_OF_HOST_MEMORY => {
                 "render a smaller image or RSM, or choose another device"
             }

@@ -67,7 +67,7 @@ impl SharedMemory {
         }
         let features = device.exported_buffer_features(USAGE, HANDLE);
         if !features.contains(vk::ExternalMemoryFeatureFlags::EXPORTABLE) {
-            return Err(lacking("exports no memory of buffers"));
+            return Err(lacking("cannot export the memory of buffers"));
         }
         let is_dedicated = features.contains(vk::ExternalMemoryFeatureFlags::DEDICATED_ONLY);
         let mut external = vk::ExternalMemoryBufferCreateInfo::default().handle_types(HANDLE);
@@ -135,18 +135,18 @@ impl SharedMemory {
         let allocated = self.owned.info.allocation_bytes;
         let end = offset_bytes.checked_add(bytes);
         let problem = if !device.is_same(&self.owned.device) {
-            "it is of another device than the frame".into()
+            "it is on another device than the frame".into()
         } else if !offset_bytes.is_multiple_of(PIXEL_BYTES) {
-            format!("the offset is {offset_bytes}, which is no multiple of {PIXEL_BYTES}")
+            format!("the offset is {offset_bytes}, which is not a multiple of {PIXEL_BYTES}")
         } else if end.is_none_or(|end| end > allocated) {
-            format!("{bytes} bytes at {offset_bytes} do not fit in its {allocated}")
+            format!("{bytes} bytes at offset {offset_bytes} do not fit in its {allocated} bytes")
         } else {
             return Ok(());
         };
         Err(Error::Input {
             at: "shared memory".into(),
             problem,
-            hint: "an image takes 16 bytes a pixel".into(),
+            hint: "create it on the frame's device, with 16 bytes for each pixel".into(),
         })
     }
 }

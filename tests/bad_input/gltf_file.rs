@@ -75,7 +75,7 @@ fn files_that_are_none() {
 fn parts_that_are_missing_or_beyond() {
     refuses(
         &format!("{},{NODE}", mesh(r#","indices":1"#)),
-        &["index 3 among 3 positions"],
+        &["index 3, but only 3 positions"],
     );
     refuses(
         &format!("{},{NODE}", mesh(r#","indices":0"#)),
@@ -83,14 +83,17 @@ fn parts_that_are_missing_or_beyond() {
     );
     refuses(
         &format!("{},{NODE}", mesh(r#","indices":7"#)),
-        &["no glTF 2.0"],
+        &["not valid glTF 2.0"],
     );
     let absent = r#""meshes":[{"primitives":[{"attributes":{"POSITION":9}}]}]"#;
-    refuses(&format!("{absent},{NODE}"), &["accessor 9 of 2"]);
+    refuses(
+        &format!("{absent},{NODE}"),
+        &["accessor 9, but the file has 2"],
+    );
     let scalar = r#""meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1}}]}]"#;
     refuses(
         &format!("{scalar},{NODE}"),
-        &["accessor 1 has 1 components where 3 are due"],
+        &["accessor 1 has 1 components instead of 3"],
     );
     let twice = r#""nodes":[{"mesh":0,"children":[1]},{"children":[0]}],"scenes":[{"nodes":[0]}]"#;
     refuses(
@@ -99,7 +102,7 @@ fn parts_that_are_missing_or_beyond() {
     );
     let light =
         r#""nodes":[{"extensions":{"KHR_lights_punctual":{"light":2}}}],"scenes":[{"nodes":[0]}]"#;
-    refuses(light, &["light 2 of 0"]);
+    refuses(light, &["light 2, but the file has 0"]);
     let image = r#""images":[{}],"scenes":[{"nodes":[]}]"#;
     refuses(image, &["image 0 has neither"]);
 }
@@ -113,7 +116,7 @@ fn what_is_not_known() {
     refuses(
         &required,
         &[
-            "cannot be read without KHR_draco_mesh_compression",
+            "requires the extension KHR_draco_mesh_compression",
             "export it without",
         ],
     );

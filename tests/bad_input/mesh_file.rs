@@ -67,21 +67,42 @@ fn unreadable_texture() {
 fn bad_obj_files() {
     let three = "mtllib mesh.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
     for (statement, parts) in [
-        ("v nan 0 0", ["\"v\" has \"nan\" for a number", "finite"]),
-        ("v 0 inf 0", ["\"v\" has \"inf\" for a number", "finite"]),
+        (
+            "v nan 0 0",
+            ["\"v\" has \"nan\" instead of a number", "finite"],
+        ),
+        (
+            "v 0 inf 0",
+            ["\"v\" has \"inf\" instead of a number", "finite"],
+        ),
         (
             "v 0 1e999 0",
-            ["\"v\" has \"1e999\" for a number", "finite"],
+            ["\"v\" has \"1e999\" instead of a number", "finite"],
         ),
         ("v 0 0", ["\"v\" has 2 numbers", "3 to 7"]),
-        ("v 0 zero 0", ["\"v\" has \"zero\" for a number", "finite"]),
-        ("vn 0 nan 1", ["\"vn\" has \"nan\" for a number", "finite"]),
-        ("vt nan 1", ["\"vt\" has \"nan\" for a number", "finite"]),
-        ("f 1 2 4", ["\"f\" refers to 4 of 3 vertices", "begin at 1"]),
-        ("f 1 2 0", ["\"f\" refers to 0 of 3 vertices", "begin at 1"]),
+        (
+            "v 0 zero 0",
+            ["\"v\" has \"zero\" instead of a number", "finite"],
+        ),
+        (
+            "vn 0 nan 1",
+            ["\"vn\" has \"nan\" instead of a number", "finite"],
+        ),
+        (
+            "vt nan 1",
+            ["\"vt\" has \"nan\" instead of a number", "finite"],
+        ),
+        (
+            "f 1 2 4",
+            ["\"f\" refers to 4, but there are 3 vertices", "begin at 1"],
+        ),
+        (
+            "f 1 2 0",
+            ["\"f\" refers to 0, but there are 3 vertices", "begin at 1"],
+        ),
         (
             "f 1 2 -4",
-            ["\"f\" refers to -4 of 3 vertices", "begin at 1"],
+            ["\"f\" refers to -4, but there are 3 vertices", "begin at 1"],
         ),
         (
             "f 1 2 9223372036854775807",
@@ -95,14 +116,20 @@ fn bad_obj_files() {
             "f 1 2 99999999999999999999",
             ["refers to 99999999999999999999", "begin at 1"],
         ),
-        ("f 1 2 x", ["\"f\" refers to x of 3 vertices", "begin at 1"]),
+        (
+            "f 1 2 x",
+            ["\"f\" refers to x, but there are 3 vertices", "begin at 1"],
+        ),
         (
             "f 1//1 2//1 3//1",
-            ["\"f\" refers to 1 of 0 normals", "begin at 1"],
+            ["\"f\" refers to 1, but there are 0 normals", "begin at 1"],
         ),
         (
             "f 1/-1 2/-1 3/-1",
-            ["\"f\" refers to -1 of 0 texture coordinates", "begin at 1"],
+            [
+                "\"f\" refers to -1, but there are 0 texture coordinates",
+                "begin at 1",
+            ],
         ),
         (
             "f 1/1/1/1 2 3",
@@ -193,7 +220,10 @@ fn bad_materials_of_meshes() {
         ),
         (
             "newmtl white\nKd spectral a.rfl\n",
-            ["mesh.mtl:2: \"Kd\" has \"spectral\" for a number", "1 to 3"],
+            [
+                "mesh.mtl:2: \"Kd\" has \"spectral\" instead of a number",
+                "1 to 3",
+            ],
         ),
         (
             "newmtl white\nKd 1 nan 1\n",

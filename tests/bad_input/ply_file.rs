@@ -28,24 +28,27 @@ fn a_triangle_loads() {
 
 #[test]
 fn what_is_no_mesh_is_refused() {
-    refuses("ply\n", &["scan.ply: no PLY", "export it again"]);
-    refuses(&TRIANGLE.replace("3 0 1 2\n", ""), &["scan.ply: no PLY"]);
+    refuses("ply\n", &["scan.ply: not valid PLY", "export it again"]);
+    refuses(
+        &TRIANGLE.replace("3 0 1 2\n", ""),
+        &["scan.ply: not valid PLY"],
+    );
     refuses(
         &TRIANGLE.replace("3 0 1 2", "3 0 1 3"),
-        &["a face has the vertex 3 of 3"],
+        &["a face uses vertex 3, but there are 3 vertices"],
     );
     refuses(
         &TRIANGLE.replace("3 0 1 2", "3 0 -1 2"),
-        &["a face has the vertex -1 of 3"],
+        &["a face uses vertex -1, but there are 3 vertices"],
     );
     refuses(&TRIANGLE.replace("float x", "float a"), &["no x, y and z"]);
     refuses(
         &TRIANGLE.replace("list uchar int vertex", "list uchar float vertex"),
-        &["scan.ply: no PLY"],
+        &["scan.ply: not valid PLY"],
     );
     refuses(
         &TRIANGLE.replace("vertex 3", "vertex 3000000000"),
-        &["scan.ply: no PLY"],
+        &["scan.ply: not valid PLY"],
     );
     let (folder, loaded) = load(TRIANGLE, "[[mesh]]\npath = \"scan.ply\"\n");
     assert_says(

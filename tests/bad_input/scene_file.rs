@@ -21,11 +21,11 @@ fn time_of_flight_that_is_not_all_there() {
     let tof = "[tof]\nfrequencies_mhz = [20]\ncontrast = 0.75\nband = \"R\"\n";
     refuses_toml(
         &scene(tof, ""),
-        &["scene.toml:11, tof: what a pixel detects is not known"],
+        &["scene.toml:11, tof: the quantum efficiency of the pixels is not known"],
     );
     refuses_toml(
         &scene("", "modulated = true\n"),
-        &["scene.toml:11: \"modulated\" in [[light]] says nothing without [tof]"],
+        &["scene.toml:11: \"modulated\" in [[light]] has no effect without [tof]"],
     );
     refuses_toml(
         &scene(tof, "modulated = 1\n"),
@@ -90,14 +90,14 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
             camera_with("look_at", "positions"),
             [
                 "scene.toml:4: unknown key \"positions\" in [camera]",
-                "possible are: look_at, intrinsics_px, distortion, fisheye",
+                "choose one of: look_at, intrinsics_px, distortion, fisheye",
             ],
         ),
         (
             format!("{CAMERA}{}", LIGHT.replace("power_w", "intensity")),
             [
                 "scene.toml:10: unknown key \"intensity\" in [[light]]",
-                "; possible are: power_w",
+                "; choose one of: power_w",
             ],
         ),
         (
@@ -148,7 +148,7 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
         (
             format!("{CAMERA}[lens]\nf_number = 2.8\n{LIGHT}{MESH}"),
             [
-                "scene.toml:7: [lens] says nothing without [sensor]",
+                "scene.toml:7: [lens] has no effect without [sensor]",
                 "add a [sensor] table",
             ],
         ),
@@ -156,7 +156,7 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
             format!("{CAMERA}{LIGHT}relative_to = \"robot\"\n"),
             [
                 "scene.toml:11: unknown relative_to \"robot\" in [[light]]",
-                "possible are: camera, mesh",
+                "choose one of: camera, mesh",
             ],
         ),
         (
@@ -275,7 +275,7 @@ fn missing_keys() {
         (
             format!("{CAMERA}intrinsics_px = {{ fx = 9, fy = 9, cx = 4, cy = 3 }}\n{LIGHT}"),
             [
-                "scene.toml:7: \"intrinsics_px\" in [camera] stands beside \"fov_y_deg\"",
+                "scene.toml:7: \"intrinsics_px\" in [camera] conflicts with \"fov_y_deg\"",
                 "keep one",
             ],
         ),
@@ -445,7 +445,7 @@ fn wrong_types() {
             ),
             [
                 "scene.toml:13: unknown error_norm \"locally\" in [indirect]",
-                "did you mean \"local\"? possible are: image, local",
+                "did you mean \"local\"? choose one of: image, local",
             ],
         ),
     ] {
@@ -562,13 +562,13 @@ fn keys_of_another_estimator_and_removed_keys_name_what_replaces_them() {
         (
             "rsm-average",
             "target_error = 0.05",
-            "\"target_error\" in [indirect] counts against the true bounce, to which rsm-average does not converge",
+            "\"target_error\" in [indirect] is relative to the true bounce, to which rsm-average does not converge",
             "use interpolation_error",
         ),
         (
             "instant-radiosity",
             "target_error = 0.05",
-            "\"target_error\" in [indirect] counts against the true bounce, to which instant-radiosity does not converge",
+            "\"target_error\" in [indirect] is relative to the true bounce, to which instant-radiosity does not converge",
             "set estimator = \"final-gather\"",
         ),
         (
@@ -604,7 +604,7 @@ fn keys_of_another_estimator_and_removed_keys_name_what_replaces_them() {
         (
             "final-gather",
             "interpolation_error = 0.05",
-            "\"interpolation_error\" in [indirect] counts against a sum over VPLs, which final-gather does not take",
+            "\"interpolation_error\" in [indirect] is relative to a sum over VPLs, which final-gather does not compute",
             "use target_error",
         ),
     ] {

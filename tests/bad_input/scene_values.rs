@@ -178,10 +178,10 @@ fn scenes_from_slices_are_validated() {
         ),
         (
             Box::new(move |s| {
-                let size_m = [0.5, 0.0];
+                let size_m = [-2.0, 1.0];
                 s.lights[0] = area(DVec3::X, AreaShape::Rectangle { size_m });
             }),
-            "light 0 (area): size",
+            "light 0 (area): size is -2",
         ),
         (
             Box::new(move |s| {
@@ -195,14 +195,14 @@ fn scenes_from_slices_are_validated() {
                 s.lights[0] = area(DVec3::X, disc);
                 s.direct.shadow = Some(Shadow::Map);
             }),
-            "light 0 (area): a map cannot tell the shadows of a light with an area",
+            "light 0 (area): a shadow map cannot find the shadows of an area light",
         ),
         (
             Box::new(move |s| {
                 s.lights[0] = area(DVec3::X, disc);
                 s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
             }),
-            "light 0 (area): a sum over VPLs",
+            "light 0 (area): rsm-average and instant-radiosity",
         ),
         (
             Box::new(|s| s.camera.resolution_px = [8, 0]),
@@ -282,7 +282,7 @@ fn scenes_from_slices_are_validated() {
         ),
         (
             Box::new(|s| s.tof = Some(tof())),
-            "tof: what a pixel detects is not known; give [sensor] a wavelength_nm and a quantum_efficiency",
+            "tof: the quantum efficiency of the pixels is not known; give [sensor] a wavelength_nm and a quantum_efficiency",
         ),
         (
             Box::new(|s| detects(s).frequencies_hz.clear()),
@@ -349,7 +349,7 @@ fn scenes_from_slices_are_validated() {
         ),
         (
             Box::new(|s| noise(s).black_level_dn = 5000.0),
-            "tof noise: black_level_dn is 5000, and 12 bits hold 4095",
+            "tof noise: black_level_dn is 5000, but 12 bits hold at most 4095",
         ),
         (
             Box::new(|s| photodetector(s).quantum_efficiency = 0.0),
@@ -554,7 +554,7 @@ fn scenes_from_slices_are_validated() {
                 s.meshes[0].texcoords = vec![[0.0; 2]; s.meshes[0].positions_m.len()];
                 s.direct.shadow = Some(Shadow::Map);
             }),
-            "a map cannot tell the shadows of surfaces with cut-outs",
+            "a shadow map cannot find the shadows of surfaces with cut-outs",
         ),
         (
             Box::new(|s| s.materials[0].kd_texture = Some(1)),

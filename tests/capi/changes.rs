@@ -135,7 +135,7 @@ fn many_poses_are_each_pose() {
     fails(
         set(CAMLUX_PART_LIGHT, &large, stride_bytes),
         SCENE,
-        "leave it 1",
+        "set it to 1",
     );
     fails(
         set(CAMLUX_PART_CAMERA, &far, stride_bytes),

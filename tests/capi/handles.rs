@@ -178,11 +178,11 @@ fn wrong_handles_are_found_out() {
                 }
             }
             for made_up in [1, 7, 0xdead_beef, 0x7ffe_0000_1234, live[kind] ^ 1 << 32] {
-                fails(call(made_up), HANDLE, "no handle");
+                fails(call(made_up), HANDLE, "not a handle");
             }
             // A slot of the table, or a generation, that never existed.
             for made_up in [usize::MAX, live[kind] ^ 0x00ff_0000, live[kind] ^ 1 << 40] {
-                fails(call(made_up), HANDLE, "released, or never was one");
+                fails(call(made_up), HANDLE, "released, or was never created");
             }
             assert!(last_error().starts_with(name), "{}", last_error());
         }

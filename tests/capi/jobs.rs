@@ -129,7 +129,7 @@ fn a_job_renders_the_scene_as_it_was() {
     ok(status);
     assert!(layers(frame) == layers(expected));
     let (status, none) = wait(job);
-    fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, "handed out");
+    fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, "already returned");
     assert!(none.is_null() && is_done(job));
     ok(camlux_job_release(job));
     // The frame outlives the job, and the renderer is free.

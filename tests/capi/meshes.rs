@@ -71,12 +71,12 @@ fn meshes_are_checked() {
     room.refuses(
         |m| m.positions_m.data = null(),
         ARGUMENT,
-        "positions_m is NULL, for 4",
+        "positions_m is NULL, but the count is 4",
     );
     room.refuses(
         |m| m.indices.data = null(),
         ARGUMENT,
-        "indices is NULL, for 2",
+        "indices is NULL, but the count is 2",
     );
     room.refuses(
         |m| off(&mut m.positions_m, 2),
@@ -119,12 +119,12 @@ fn meshes_are_checked() {
     room.refuses(
         |m| m.positions_m.stride_bytes = usize::MAX - 3,
         ARGUMENT,
-        "more than memory has",
+        "more than memory can hold",
     );
     room.refuses(
         |m| m.positions_m.stride_bytes = 1 << 61,
         ARGUMENT,
-        "more than memory has",
+        "more than memory can hold",
     );
     room.refuses(|m| m.material = 1, SCENE, "material 1 of 1");
     room.refuses(|m| m.vertex_count = 3, SCENE, "vertices [0, 2, 3] of 3");

@@ -84,7 +84,11 @@ fn layers_go_to_the_hosts_memory_and_others_stay_away() {
         unsafe {
             ok(camlux_frame_get_stats(frame, &mut stats));
             let status = camlux_frame_view(frame, CAMLUX_LAYER_DEPTH, &mut seen);
-            fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, "went to the targets");
+            fails(
+                status,
+                CAMLUX_ERROR_INVALID_ARGUMENT,
+                "were written to the targets",
+            );
         }
         assert!(stats.pass_count > 0 && stats.wall_ms > 0.0);
         ok(camlux_frame_release(frame));

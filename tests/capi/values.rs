@@ -599,7 +599,10 @@ fn frames_are_checked() {
             ARGUMENT,
             "energy needs camlux_scene_set_sensor",
         );
-        for (tof_layers, words) in [(1, "no layer tof0.phasor"), (1 << 16, "no layer")] {
+        for (tof_layers, words) in [
+            (1, "no layer tof0.phasor"),
+            (1 << 16, "layers that do not exist"),
+        ] {
             fails(
                 exr(init!(camlux_exr_options {
                     tof_layers: tof_layers

@@ -123,7 +123,7 @@ fn a_frame_goes_to_shared_memory() {
     let plain = render(renderer, scene);
     for (frame, layer, offset_bytes, words) in [
         (frame, CAMLUX_LAYER_DEPTH, 0, "depth is not on the device"),
-        (frame, CAMLUX_LAYER_DIRECT, 4, "no multiple of 16"),
+        (frame, CAMLUX_LAYER_DIRECT, 4, "not a multiple of 16"),
         (frame, CAMLUX_LAYER_DIRECT, 1 << 20, "do not fit"),
         (frame, 63, 0, "layer is 63"),
         (plain, CAMLUX_LAYER_DIRECT, 0, "on_device"),

@@ -394,11 +394,11 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[camera]\nposes = [{ position = [0, 0, 1], rotation = [0, 0, 0, 2] }]\n",
-            "job.toml:4: \"rotation\" in [[poses]] cannot be: the quaternion [0.0, 0.0, 0.0, 2.0] has length 2.0000",
+            "job.toml:4: \"rotation\" in [[poses]] is not a rotation: the quaternion [0.0, 0.0, 0.0, 2.0] has length 2.0000",
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[camera]\nkeyframes = [\n{ frame = 2, position = [0, 0, 1] },\n{ frame = 2, position = [0, 0, 1] }]\n",
-            "job.toml:6: \"frame\" in [[keyframes]] is 2, not behind",
+            "job.toml:6: \"frame\" in [[keyframes]] is 2, not after",
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[camera]\ntrajectory = \"bad.txt\"\n",
@@ -410,7 +410,7 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[camera]\npath = \"a.txt\"\n",
-            "job.toml:4: unknown key \"path\" in [camera]; possible are: poses, keyframes, trajectory, random",
+            "job.toml:4: unknown key \"path\" in [camera]; choose one of: poses, keyframes, trajectory, random",
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 1\npower_factors = [1]\n",
@@ -418,7 +418,7 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[[mesh]]\nindex = 0\n",
-            "job.toml:3: [[mesh]] says nothing of a motion",
+            "job.toml:3: [[mesh]] has no motion",
         ),
         (
             "[job]\nscene = \"scene.toml\"\nframes = 2\n[[material]]\nname = \"whit\"\nkd_min = 0\nkd_max = 1\n",
@@ -430,15 +430,15 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 0\npower_factor_range = [1, 2]\n",
-            "job.toml:1: nothing says how many frames are drawn",
+            "job.toml:1: the number of random frames is missing",
         ),
         (
             "[job]\nscene = \"scene.toml\"\nframes = 3\n[[light]]\nindex = 0\npower_factors = [1, 2]\n",
-            "job.toml:3: \"frames\" in [job] is 3, but a list has 2",
+            "job.toml:3: \"frames\" in [job] is 3, but a list has only 2 frames",
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 0\npower_factors = [1, 2]\nposes = [{ position = [0, 0, 1] }]\n",
-            "lists of 1 and of 2 frames",
+            "the lists have 1 and 2 frames",
         ),
         (
             "[job]\nscene = \"scene.toml\"\nlayers = [\"indirect\"]\n",
@@ -446,7 +446,7 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\ncompression = \"dwaa\"\n",
-            "job.toml:3: unknown compression \"dwaa\" in [job]; possible are: none, rle, zips, zip, piz",
+            "job.toml:3: unknown compression \"dwaa\" in [job]; choose one of: none, rle, zips, zip, piz",
         ),
         (
             "version = 2\n[job]\nscene = \"scene.toml\"\n",
@@ -527,7 +527,7 @@ fn frames_that_fail_are_recorded() {
     jobs.write("job.toml", &job.replace("1.5", "0.5"));
     let stderr = jobs.succeed("set", &[]);
     assert!(
-        stderr.contains("2 of 3 frames are there and sound"),
+        stderr.contains("2 of 3 frames are already complete"),
         "{stderr}"
     );
     assert_eq!(jobs.hashes("set").len(), 3);

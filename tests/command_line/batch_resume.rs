@@ -189,7 +189,7 @@ fn a_signal_ends_a_run_in_order() {
         sleep(Duration::from_millis(5));
     }
     let stderr = jobs.fail("set", &[]);
-    let says = "set/manifest.jsonl: another run is at work on it";
+    let says = "set/manifest.jsonl: another run uses it";
     assert!(stderr.contains(says), "{stderr}");
     // A shard has a manifest of its own.
     jobs.succeed("set", &["--frames", "0..1", "--shard", "1/2"]);

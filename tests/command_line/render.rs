@@ -233,10 +233,10 @@ fn estimator_turns_indirect_light_on() {
     assert_eq!(text_attribute(&image, "camlux.estimator"), "none");
 
     for (estimator, filled_in) in [
-        ("rsm-average", "no rsm_size for rsm-average: it is 64"),
+        ("rsm-average", "no rsm_size for rsm-average: using 64"),
         (
             "instant-radiosity",
-            "no rsm_size for instant-radiosity: it is 64",
+            "no rsm_size for instant-radiosity: using 64",
         ),
         ("final-gather", "target 2.00 %"),
     ] {
@@ -305,7 +305,7 @@ fn an_interpolation_error_counts_against_the_sum() {
     for part in [
         "rsm-average, no visibility",
         "interpolation error 0.05",
-        "tree of boxes: nothing casts rays",
+        "ray tree (BVH): nothing casts rays",
         "target 5.00 % (relRMSE against the sum at every pixel)",
     ] {
         assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");

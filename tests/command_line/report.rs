@@ -98,12 +98,12 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert!(page.contains("not_there failed"));
 
     assert_eq!(scene["resolution_px"], serde_json::json!([24, 20]));
-    assert_eq!(scene["truth"]["was_there"], false);
-    let noise = scene["truth"]["noise_floor"].as_f64().unwrap();
+    assert_eq!(scene["reference"]["was_there"], false);
+    let noise = scene["reference"]["noise_floor"].as_f64().unwrap();
     assert!(noise > 0.0 && noise <= 0.03, "{noise}");
     // The box's edges run through pixel centres at every image size.
-    let edge_pixels = scene["truth"]["edge_pixels"].as_u64().unwrap();
-    let share = scene["truth"]["edge_share"].as_f64().unwrap();
+    let edge_pixels = scene["reference"]["edge_pixels"].as_u64().unwrap();
+    let share = scene["reference"]["edge_share"].as_f64().unwrap();
     assert!(edge_pixels > 0 && edge_pixels < 30, "{edge_pixels}");
     assert!((share - edge_pixels as f64 / 480.0).abs() < 0.02, "{share}");
     assert!(page.contains(&format!("{edge_pixels} pixels (")));
@@ -126,8 +126,8 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
         }
     }
     let entries = series(&scene, "final-gather");
-    assert_eq!(entries.len(), 2, "10 and 5 %");
-    for (entry, requested) in entries.into_iter().zip([0.1, 0.05]) {
+    assert_eq!(entries.len(), 2, "5 and 2 %");
+    for (entry, requested) in entries.into_iter().zip([0.05, 0.02]) {
         assert_is_measured(entry);
         let engine = &entry["engine"];
         assert_eq!(engine["estimator"], "final-gather");
@@ -140,9 +140,9 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
         assert_eq!(engine["kernel_error"], Value::Null);
     }
     for part in [
-        "final-gather requested 10 %",
+        "final-gather requested 5 %",
         "the engine&#39;s estimate",
-        "judged by its own spread",
+        "is its own standard error",
     ] {
         assert!(page.contains(part), "{part:?} is missing in the page");
     }
@@ -193,7 +193,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
 {"peer":"refusal","unsupported":"it does not like boxes"}"#,
     );
     let (scene, page) = read(folder, &report(folder, &["--peers", &peers]));
-    assert_eq!(scene["truth"]["was_there"], true);
+    assert_eq!(scene["reference"]["was_there"], true);
     let copy = series(&scene, "copy");
     assert_eq!(copy.len(), 1);
     assert_eq!(copy[0]["kind"], "peer");
@@ -270,7 +270,7 @@ fn a_report_that_was_cut_goes_on() {
     fs::remove_file(folder.join("out/report.json")).unwrap();
     fs::remove_file(folder.join("out/index.html")).unwrap();
     fs::remove_file(measured.join("instant-radiosity-16.json")).unwrap();
-    let damaged = measured.join("final-gather-requested-10.json");
+    let damaged = measured.join("final-gather-requested-5.json");
     let text = fs::read_to_string(&damaged).unwrap();
     fs::write(&damaged, &text[..text.len() / 2]).unwrap();
     let output = report();
@@ -282,10 +282,10 @@ fn a_report_that_was_cut_goes_on() {
         Vec::from_iter(steps),
         [
             "cornell: instant-radiosity 16²",
-            "cornell: final-gather requested 10 %"
+            "cornell: final-gather requested 5 %"
         ]
     );
-    let note = format!("{} of {all} measurements are of an earlier run", all - 2);
+    let note = format!("{} of {all} measurements are from an earlier run", all - 2);
     assert!(stderr.contains(&note) && page.contains(&note), "{stderr}");
     assert_eq!(fs::read_to_string(&calls).unwrap().lines().count(), 1);
 
@@ -297,7 +297,7 @@ fn a_report_that_was_cut_goes_on() {
         let is_new = before["seconds"] != after["seconds"];
         let name = (before["series"].as_str(), before["label"].as_str());
         let was_missing = name == (Some("instant-radiosity"), Some("16²"))
-            || name == (Some("final-gather"), Some("requested 10 %"));
+            || name == (Some("final-gather"), Some("requested 5 %"));
         assert_eq!(is_new, was_missing, "{name:?}");
     }
     assert_eq!(entries(&first).len(), entries(&again).len());
@@ -378,5 +378,5 @@ fn what_cannot_become_a_report_is_said_at_once() {
     let output = program(folder, &["report", scenes[0], scenes[1], "-o", "other"]);
     assert_fails(&output, &["missing.toml"]);
     let left: Vec<_> = fs::read_dir(folder.join("other")).unwrap().collect();
-    assert_eq!(left.len(), 1, "the folder for truths alone");
+    assert_eq!(left.len(), 1, "only the folder for references");
 }

@@ -31,7 +31,7 @@ fn a_preview_of_direct_light_has_range_and_amplitude() {
     let without_bounce = |text: String| text.split("[indirect]").next().unwrap().to_owned();
     for (size, width, height) in [("48 36", 240, 180), ("1 700", 240, 700), ("1 1", 240, 240)] {
         let stderr = render(folder.path(), without_bounce, &format!("--size {size}"));
-        assert!(stderr.contains("range | amplitude, a row"), "{stderr}");
+        assert!(stderr.contains("range | amplitude, one row"), "{stderr}");
         let preview = image::open(folder.path().join("a.png")).unwrap();
         let due = (2 * (width + 12) + 12, 2 * (20 + height + 40) + 12);
         assert_eq!((preview.width(), preview.height()), due, "{size}");
@@ -105,7 +105,13 @@ fn a_report_says_how_far_off_the_range_is() {
     let read = |name: &str| std::fs::read(folder.path().join("out").join(name)).unwrap();
     let report: serde_json::Value = serde_json::from_slice(&read("report.json")).unwrap();
     let scene = &report["scenes"][0];
-    assert_eq!(scene["truth"]["range_noise_m"].as_array().unwrap().len(), 2);
+    assert_eq!(
+        scene["reference"]["range_noise_m"]
+            .as_array()
+            .unwrap()
+            .len(),
+        2
+    );
     let entries = scene["entries"].as_array().unwrap().iter();
     let of_engine: Vec<_> = entries.filter(|entry| entry["kind"] == "engine").collect();
     assert!(of_engine.len() > 5);
@@ -300,7 +306,7 @@ fn times_that_cannot_be_are_refused() {
     jobs.write("scene.toml", &format!("{SCENE}{sensor}"));
     let stderr = jobs.fail("set", &[]);
     assert!(
-        stderr.contains("readout_time_s is between phase images"),
+        stderr.contains("readout_time_s separates phase images"),
         "{stderr}"
     );
 }

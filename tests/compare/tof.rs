@@ -197,7 +197,7 @@ fn full_taps_are_said() {
             let warnings = gpu.render(&scene).warnings();
             let has = warnings
                 .iter()
-                .any(|w| w.contains("have a tap that is full"));
+                .any(|w| w.contains("have a full or nearly full tap"));
             assert_eq!(has, is_full, "{output:?} {full_well_e}: {warnings:?}");
         }
     }

@@ -53,7 +53,7 @@ fn vertex_of_four_billion_in_a_kilobyte() {
         while obj.len() < 1000 {
             obj += &format!("f 1 2 {index}\n");
         }
-        let says = format!("mesh.obj:7: \"f\" refers to {index} of 3 vertices");
+        let says = format!("mesh.obj:7: \"f\" refers to {index}, but there are 3 vertices");
         assert_says(&load_obj(&folder, obj, SMALL), &[&says]);
     }
 }

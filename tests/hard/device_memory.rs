@@ -298,7 +298,7 @@ fn each_list_and_image_is_checked() {
         device.limits.max_image_px = value as u32;
     });
     let wide = with(&rays, |scene| scene.camera.resolution_px = [4000, 100]);
-    let what = "image on its way to the host (bytes)";
+    let what = "readback buffer of the image (bytes)";
     assert_checked(what, &wide, 4000 * 100 * 16, |device, value| {
         device.limits.max_buffer_bytes = value;
     });

@@ -429,14 +429,14 @@ fn another_instance_imports_shared_memory() {
     let other = Device::open(&DeviceOptions::default()).expect("a device");
     let of_other = SharedMemory::new(&other, image_bytes).expect("it exports memory");
     for (memory, offset_bytes, words) in [
-        (&memory, 8, "no multiple of 16"),
+        (&memory, 8, "not a multiple of 16"),
         (
             &memory,
             info.allocation_bytes - image_bytes + 16,
             "do not fit",
         ),
         (&memory, u64::MAX - 15, "do not fit"),
-        (&of_other, 0, "of another device"),
+        (&of_other, 0, "on another device"),
     ] {
         let refused = drawn.copy_to(Layer::Direct, memory, offset_bytes);
         let refused = refused.expect_err("it does not fit").to_string();

@@ -176,7 +176,7 @@ fn a_fisheye_has_no_f_number() {
     assert_eq!(said(Distortion::Rational([0.0; 8])), None);
     let error = said(Distortion::Fisheye([0.0; 4])).expect("it is refused");
     assert!(
-        error.contains("f_number stands beside a fisheye lens"),
+        error.contains("f_number is given for a fisheye lens"),
         "{error}"
     );
 }

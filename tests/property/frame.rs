@@ -122,7 +122,7 @@ fn a_layer_that_a_scene_does_not_have_is_refused() {
         (Layer::Indirect, "add [indirect]"),
         (Layer::MeanDepth, "add samples"),
         (Layer::HalfPath, "add [tof]"),
-        (Layer::Edge, "no render has it"),
+        (Layer::Edge, "take it from a reference or a sequence"),
     ] {
         let options = &mut RenderOptions {
             layers: Some(&[Layer::Direct, layer]),

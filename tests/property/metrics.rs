@@ -93,7 +93,7 @@ fn edges_count_for_nothing_but_their_number() {
     };
     let refused = Comparison::new(&short).expect_err("there are six pixels");
     assert!(
-        refused.to_string().contains("5 pixels where 6"),
+        refused.to_string().contains("5 pixels instead of 6"),
         "{refused}"
     );
 }

@@ -436,9 +436,9 @@ fn a_frame_warns_of_what_it_does_not_show() {
     frame.stats.vpl_count = 9;
     says(&frame, "it faces away from all 9 VPLs");
     frame.stats.ray_count = 700;
-    says(&frame, "700 rays between it and what is lit found no light");
+    says(&frame, "700 rays from it found no lit surface");
     set(&mut frame, Layer::Radiance, black);
-    says(&frame, "the image is black: it lies in shadow");
+    says(&frame, "the image is black: it is in shadow");
     frame.stats.vpl_count = 0;
     says(&frame, "the image is black: the lights shine at no surface");
     if let Light::Point { power_w, .. } = &mut frame.description.lights[0] {

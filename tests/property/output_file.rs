@@ -60,7 +60,7 @@ fn unwritable_places_are_refused_on_creation() {
             "its folder does not exist",
         ),
         (folder.path().to_owned(), "it is a folder"),
-        (file.join("a.exr"), "its folder is not a folder"),
+        (file.join("a.exr"), "a part of its path is a file"),
         (read_only.clone(), "read-only"),
         #[cfg(target_os = "linux")]
         ("/proc/a.png".into(), "its folder takes no new files"),

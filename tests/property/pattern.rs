@@ -182,7 +182,7 @@ fn files_that_are_none_are_refused() {
             QUADRANT.into(),
             "give an IES file (.ies), a EULUMDAT file (.ldt), or a map",
         ),
-        ("a.ies", String::new(), "a.ies:1: there is no line TILT="),
+        ("a.ies", String::new(), "a.ies:1: there is no TILT= line"),
         (
             "a.ies",
             QUADRANT.replace("TILT=NONE", "TILT=INCLUDE"),
@@ -191,12 +191,12 @@ fn files_that_are_none_are_refused() {
         (
             "a.ies",
             QUADRANT.replace("5 4 1 2", "5 4 2 2"),
-            "photometry of type 2 is not supported, but type 1 (C)",
+            "photometry of type 2 is not supported, only type 1 (C) is",
         ),
         (
             "a.ies",
             QUADRANT.replace("5 4 1 2", "5 x 1 2"),
-            "a.ies:6: \"x\" is no number for the number of horizontal angles",
+            "a.ies:6: found \"x\" instead of a number for the number of horizontal angles",
         ),
         (
             "a.ies",
@@ -226,7 +226,7 @@ fn files_that_are_none_are_refused() {
         (
             "a.ies",
             QUADRANT.replace("100 50 30 5 0", "100 50 -30 5 0"),
-            "not finite values of 0 or more",
+            "must be finite values of 0 or more",
         ),
         (
             "a.ldt",
@@ -246,7 +246,7 @@ fn files_that_are_none_are_refused() {
         (
             "a.ldt",
             ldt.replace("2,0", "two"),
-            "a.ldt:24: \"two\" is no number for the conversion factor",
+            "a.ldt:24: found \"two\" instead of a number for the conversion factor",
         ),
     ] {
         let error = load(name, &file, "power_w = 1").expect_err(says);

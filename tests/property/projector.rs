@@ -160,12 +160,12 @@ fn projectors_are_read() {
         (
             "colours.exr",
             "fov_y_deg = 90\npower_w = 2",
-            ["it is not grey", "give the bands by power_w"],
+            ["it is not grey", "set the bands with power_w"],
         ),
         (
             "dark.exr",
             "fov_y_deg = 90\npower_w = 2",
-            ["a pixel is -1", "save values from 0 on"],
+            ["a pixel is -1", "save finite values of 0 or more"],
         ),
         (
             "none.exr",
@@ -180,7 +180,7 @@ fn projectors_are_read() {
         (
             "black.png",
             "fov_y_deg = 90\npower_w = 2",
-            ["with one above 0", "light 0 (projector)"],
+            ["at least one above 0", "light 0 (projector)"],
         ),
         (
             "grey.png",
@@ -190,7 +190,7 @@ fn projectors_are_read() {
         (
             "grey.png",
             "fov_y_deg = 179\npower_w = 2",
-            ["degrees off the axis", "84 are the most"],
+            ["degrees off the axis", "above the maximum of 84"],
         ),
         (
             "grey.png",
@@ -292,7 +292,7 @@ fn a_pattern_may_lie_in_an_opening() {
         ("inner_half_angle_deg = 20\n", "give both"),
         (
             "inner_half_angle_deg = 40\nouter_half_angle_deg = 30\n",
-            "beside an inner one of 40",
+            "and inner_half_angle_deg is 40",
         ),
     ] {
         let error = within(opening).expect_err(opening);

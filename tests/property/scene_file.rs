@@ -198,7 +198,7 @@ fn warnings_name_what_cannot_be_seen() {
         folder.load(&format!("{CAMERA}{light}{MESH}")).unwrap()
     };
     for position in ["[0.25, 0.25, 0.0]", "[0.0, 0.0, 0.0]", "[0.5, 0.5, 1e-8]"] {
-        let says = "light 0 (point) lies in a surface of mesh \"mesh.obj\"";
+        let says = "light 0 (point) is in a surface of mesh \"mesh.obj\"";
         assert_warns(&lit_from(position), &[says]);
     }
     for position in ["[0.25, 0.25, 1e-4]", "[0.51, 0.51, 0.0]", "[-0.01, 0.5, 0]"] {
@@ -338,7 +338,7 @@ fn area_lights_are_read() {
     for (more, part) in [
         ("size = [0.6, 0.4]", "has no \"up\""),
         ("up = [0, 0, -1]", "has no \"size\""),
-        ("size = [1, 1]\nradius = 1", "stands beside \"size\""),
+        ("size = [1, 1]\nradius = 1", "conflicts with \"size\""),
         ("radius = -0.1", "light 0 (area): radius"),
         ("up = [0, 2, 0]\nradius = 0.1", "is parallel to direction"),
     ] {

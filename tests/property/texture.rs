@@ -130,7 +130,7 @@ fn maps_of_normals_are_read() {
         ("norm -bm 2 normals.png", "mesh.mtl:3: \"norm\" has options"),
         (
             "map_Bump -bm much normals.png",
-            "has a -bm that is no number",
+            "has a -bm that is not a number",
         ),
         ("map_Bump -bm 2", "names no file"),
         (

@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     if !is_any {
         let words = args.words.join(" or ");
-        return Err(format!("no case and no group of cases has a name with {words}; docs/hard-cases.md lists them, leave it out for all").into());
+        return Err(format!("no case and no group of cases has a name with {words}; docs/hard-cases.md lists the names; without a WORD, the default cases run").into());
     }
     let device = Device::open(&args.device.options())?;
     let info = device.info();
@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     }
     tell(&format!(
-        "camlux: {failed} of the cases are not met on this device"
+        "camlux: {failed} of the cases failed on this device"
     ));
     Ok(ExitCode::FAILURE)
 }
@@ -142,7 +142,7 @@ fn examine(case: &Case, examiner: &mut Examiner) -> Examination {
     match catch_unwind(AssertUnwindSafe(|| examiner.examine(case))) {
         Ok(Ok(measured)) => Ok(measured),
         Ok(Err(error)) => Err(error.to_string()),
-        Err(_) => Err("panicked".into()),
+        Err(_) => Err("panicked; stderr has its message".into()),
     }
 }
 
@@ -174,9 +174,11 @@ fn text_row(case: &Case, result: &Examination, verdict: &str, milliseconds: &str
     match result {
         Ok(measured) => {
             for part in measured.parts.iter().filter(|part| !part.is_met()) {
-                let (of, quantity) = (&part.of, &part.quantity);
+                let words = [part.of.as_str(), &part.quantity];
+                let what = words.into_iter().filter(|word| !word.is_empty());
+                let what = what.collect::<Vec<_>>().join(", ");
                 let (error, bound) = (part.error, part.bound);
-                text += &format!("    {of}, {quantity}: {error:.1e} is over {bound:.1e}\n");
+                text += &format!("    {what}: {error:.1e} is over {bound:.1e}\n");
             }
         }
         Err(problem) => text += &format!("    {problem}\n"),

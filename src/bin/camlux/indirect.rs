@@ -69,7 +69,7 @@ impl IndirectArgs {
             .rsm_size
             .or(sum_in_scene.and_then(|sum| sum.rsm_size()));
         let note = (is_sum && size.is_none())
-            .then(|| format!("no rsm_size for {estimator}: it is {RSM_SIZE} (--rsm-size sets it)"));
+            .then(|| format!("no rsm_size for {estimator}: using {RSM_SIZE} (--rsm-size sets it)"));
         if let Some(size) = size {
             indirect.set_rsm_size(size);
         }
@@ -200,7 +200,7 @@ mod tests {
         assert_eq!(indirect, Some(IndirectLight::vpl_sum(RsmAverage, 64)));
         let note = note.unwrap();
         assert!(
-            note.contains("rsm_size for rsm-average: it is 64"),
+            note.contains("rsm_size for rsm-average: using 64"),
             "{note}"
         );
     }

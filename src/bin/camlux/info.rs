@@ -7,7 +7,7 @@ use indicatif::HumanBytes;
 
 use crate::{Failure, print};
 
-const INSTALL: &str = "install a Vulkan driver (Debian: apt-get install mesa-vulkan-drivers); if there is one, VK_LOADER_DEBUG=error,driver says why it was not taken";
+const INSTALL: &str = "install a Vulkan driver (Debian: apt-get install mesa-vulkan-drivers); if one is installed, VK_LOADER_DEBUG=error,driver shows why the loader skipped it";
 
 /// Exit code 0 if a device can be used, else 1.
 pub fn run() -> Result<ExitCode, Failure> {
@@ -69,7 +69,7 @@ fn describe(device: &DeviceInfo) -> String {
             "timestamp period",
             match limits.timestamp_period_ns {
                 Some(ns) => format!("{ns} ns"),
-                None => "no timestamps: passes share the time of their submission".into(),
+                None => "none: the time of a submission is divided among its passes".into(),
             },
         ),
     ];
@@ -80,15 +80,15 @@ fn describe(device: &DeviceInfo) -> String {
 fn subgroup(limits: &DeviceLimits) -> String {
     let lanes = limits.subgroup_lanes;
     match limits.broadcast_lanes {
-        Some(_) => format!("{lanes} lanes, which broadcast"),
-        None => format!("{lanes} lanes; they do not broadcast, or vary"),
+        Some(_) => format!("{lanes} lanes, with broadcast"),
+        None => format!("{lanes} lanes; no broadcast, or a varying number"),
     }
 }
 
 fn rasteriser(limits: &DeviceLimits) -> String {
     let steps = 1 << limits.sub_pixel_bits.min(30);
     let coarse = match limits.sub_pixel_bits {
-        ..8 => ": coarse, so that rays find what the camera sees",
+        ..8 => ": coarse, so camlux finds visible surfaces by rays",
         _ => "",
     };
     format!("corners to 1/{steps} px{coarse}")
@@ -100,11 +100,11 @@ fn kernels(device: &DeviceInfo) -> String {
     let cost = match rays {
         RayKernel::Packet | RayKernel::Query => "",
         RayKernel::Single => {
-            "; packets of rays, which are faster among large triangles, take subgroups of 8 lanes"
+            "; the packet kernel, faster for large triangles, needs subgroups of 8 lanes"
         }
     };
     let own = if device.has_ray_query && rays != RayKernel::Query {
-        " (query on request)"
+        " (or --tracer query)"
     } else {
         ""
     };

@@ -46,7 +46,7 @@ Examples:
 enum Command {
     /// Render a scene to an OpenEXR file
     Render(render::Args),
-    /// Render the frames of a job file to a data set, or those still missing
+    /// Render the missing frames of a job file to a data set
     Batch(batch::Args),
     /// Path-trace a reference image of a scene on the CPU
     Reference(reference::Args),

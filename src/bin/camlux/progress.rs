@@ -1,7 +1,8 @@
-//! Progress on stderr: a bar on a terminal, a line per pass elsewhere. Also handles Ctrl-C.
+//! Progress on stderr: a bar on a terminal, a line every ten seconds elsewhere. Also handles Ctrl-C.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use camlux::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -9,6 +10,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::tell;
 
 const STEPS: u64 = 1000;
+/// So that the log of many short renders stays short.
+const LINE_INTERVAL: Duration = Duration::from_secs(10);
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
@@ -73,27 +76,25 @@ impl Estimate {
     }
 }
 
-/// Shows the progress of a render until dropped: a bar on a terminal, a line per pass elsewhere.
+/// Shows the progress of a render until dropped: a bar on a terminal, a line every [`LINE_INTERVAL`] elsewhere.
 pub struct ProgressDisplay {
     bar: ProgressBar,
-    pass: &'static str,
+    last_line: Instant,
 }
 
 impl ProgressDisplay {
     pub fn new() -> Self {
         ProgressDisplay {
             bar: bar(STEPS, "{msg:10} {wide_bar} {percent:>3} % {elapsed}"),
-            pass: "",
+            last_line: Instant::now(),
         }
     }
 
     pub fn show(&mut self, Progress { pass, fraction }: Progress) -> ControlFlow<()> {
-        if self.pass != pass {
-            self.pass = pass;
-            self.bar.set_message(pass);
-            if self.bar.is_hidden() {
-                tell(&format!("{:3.0} % {pass}", fraction * 100.0));
-            }
+        self.bar.set_message(pass);
+        if self.bar.is_hidden() && self.last_line.elapsed() >= LINE_INTERVAL {
+            self.last_line = Instant::now();
+            tell(&format!("{:3.0} % {pass}", fraction * 100.0));
         }
         self.bar.set_position((fraction * STEPS as f32) as u64);
         go_on()

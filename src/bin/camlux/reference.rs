@@ -107,7 +107,7 @@ pub fn refine(
             if reference.rounds() > 0 {
                 let samples = reference.samples_per_pixel();
                 tell(&format!(
-                    "stopped at {samples} samples per pixel, which are kept: the same command goes on"
+                    "stopped at {samples} samples per pixel, which are kept; run the same command again to continue"
                 ));
             }
             return Err(error);

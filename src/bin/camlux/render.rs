@@ -57,7 +57,7 @@ pub struct Args {
 
 fn parse_tracer(name: &str) -> Result<RayKernel, String> {
     let kernel = RayKernel::ALL.into_iter().find(|k| k.name() == name);
-    kernel.ok_or_else(|| "the tracers are packet, single, query".into())
+    kernel.ok_or_else(|| "the ray kernels are packet, single, query".into())
 }
 
 fn parse_layer(name: &str) -> Result<Layer, String> {

@@ -42,7 +42,7 @@ pub fn text(run: &RunSummary) -> String {
             line("error", error);
         }
         if indirect.sum().is_some() {
-            let problem = "unknown: a sum is not the physical bounce, final-gather is (docs/guides/estimators.md)";
+            let problem = "unknown: a sum over VPLs is not the physical bounce; use final-gather (docs/guides/estimators.md)";
             line("error", problem.into());
         }
         if let Some(requested) = indirect.interpolation_error() {

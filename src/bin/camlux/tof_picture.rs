@@ -41,8 +41,8 @@ pub fn write_png(file: OutputFile, frame: &Frame, tof: &TimeOfFlight) -> Result<
     let size_px = [picture.width(), picture.height()].map(|px| px as usize);
     file.commit_with(&png(size_px, &picture)?)?;
     Ok(match frame.description.indirect {
-        Some(_) => "range | amplitude | multipath error, a row a frequency".into(),
-        None => "range | amplitude, a row a frequency".into(),
+        Some(_) => "range | amplitude | multipath error, one row per frequency".into(),
+        None => "range | amplitude, one row per frequency".into(),
     })
 }
 

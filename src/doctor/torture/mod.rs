@@ -287,7 +287,11 @@ fn estimates(exam: &mut Examiner, subject: Subject) -> Result<()> {
             }
             let of = asked(requested);
             for (quantity, error, bound) in [
-                ("true over requested", row.over_requested(), OVER_REQUESTED),
+                (
+                    "true over target error",
+                    row.over_requested(),
+                    OVER_REQUESTED,
+                ),
                 (
                     "true over upper bound",
                     row.over_upper_bound(),
@@ -330,7 +334,7 @@ fn moved_lamp(exam: &mut Examiner) -> Result<()> {
 }
 
 fn asked(requested: f64) -> String {
-    format!("{} % asked", 100.0 * requested)
+    format!("{} % target error", 100.0 * requested)
 }
 
 /// The ground truth, with a noise well below all target errors.

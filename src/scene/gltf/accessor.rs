@@ -65,11 +65,13 @@ impl GltfFile {
         };
         if dimensions != components {
             return Err(broken(&format!(
-                "has {dimensions} components where {components} are due"
+                "has {dimensions} components instead of {components}"
             )));
         }
         if accessor.sparse().is_some() {
-            return Err(broken("is sparse, which camlux does not read"));
+            return Err(broken(
+                "is sparse, which camlux does not read: turn sparse accessors off",
+            ));
         }
         let view = accessor.view().ok_or_else(|| broken("has no data"))?;
         let bytes = self.view(&view)?;
@@ -82,7 +84,7 @@ impl GltfFile {
                 .checked_add(size)
         });
         if stride < size || end.is_some_and(|end| end > bytes.len()) || end.is_none() && count > 0 {
-            return Err(broken("lies beyond its buffer view"));
+            return Err(broken("reaches beyond its buffer view"));
         }
         let element = |index: usize| &bytes[offset + index * stride..][..size];
         Ok((0..count).map(|index| read(element(index))).collect())

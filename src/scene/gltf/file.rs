@@ -32,7 +32,7 @@ impl GltfFile {
         })?;
         let broken = |problem: String| {
             let problem = problem.trim_end_matches([' ', ';']);
-            let problem = format!("no glTF 2.0: {problem}");
+            let problem = format!("not valid glTF 2.0: {problem}");
             Error::scene(path.display().to_string(), problem, "export it again")
         };
         let (text, blob) = match bytes.starts_with(b"glTF") {
@@ -46,7 +46,7 @@ impl GltfFile {
         let mut required = root.extensions_required.iter();
         if let Some(unknown) = required.find(|name| !KNOWN_EXTENSIONS.contains(&name.as_str())) {
             let problem =
-                format!("it cannot be read without {unknown}, which camlux does not know");
+                format!("it requires the extension {unknown}, which camlux does not support");
             let hint = "export it without that extension";
             return Err(Error::scene(path.display().to_string(), problem, hint));
         }
@@ -73,9 +73,11 @@ impl GltfFile {
             let bytes = bytes
                 .filter(|bytes| bytes.len() >= buffer.length())
                 .ok_or_else(|| {
-                    let problem =
-                        format!("buffer {index} has less than its {} bytes", buffer.length());
-                    file.error(problem, "the file is cut; export it again")
+                    let problem = format!(
+                        "buffer {index} is shorter than its {} bytes",
+                        buffer.length()
+                    );
+                    file.error(problem, "the file is truncated: export it again")
                 })?;
             file.buffers.push(bytes);
         }
@@ -91,7 +93,8 @@ impl GltfFile {
         if let Some(data) = uri.strip_prefix("data:") {
             let encoded = data.split_once(";base64,").map(|(_, encoded)| encoded);
             let decoded = encoded.and_then(|encoded| STANDARD.decode(encoded).ok());
-            return decoded.ok_or_else(|| self.error("a data URI is no base64", "export it again"));
+            return decoded
+                .ok_or_else(|| self.error("a data URI is not base64", "export it again"));
         }
         let folder = self.path.parent().unwrap_or(Path::new(""));
         let file = folder.join(percent_decoded(uri));
@@ -117,7 +120,7 @@ impl GltfFile {
         let end = view.offset().checked_add(view.length());
         let bytes = buffer.and_then(|bytes| bytes.get(view.offset()..end?));
         bytes.ok_or_else(|| {
-            let problem = format!("buffer view {} lies beyond its buffer", view.index());
+            let problem = format!("buffer view {} reaches beyond its buffer", view.index());
             self.error(problem, "export it again")
         })
     }
@@ -130,7 +133,7 @@ fn missing_part(root: &Root) -> Option<String> {
     let count = root.accessors.len();
     if let Some(wrong) = attributes.find(|accessor| accessor.value() >= count) {
         return Some(format!(
-            "a primitive has accessor {} of {count}",
+            "a primitive uses accessor {}, but the file has {count}",
             wrong.value()
         ));
     }
@@ -161,7 +164,7 @@ fn missing_part(root: &Root) -> Option<String> {
     };
     if let Some(index) = lights.iter().position(|light| !has_cone(light)) {
         return Some(format!(
-            "light {index} is of no type, or a spot light without a cone"
+            "light {index} has no type, or is a spot light without a cone"
         ));
     }
     let mut of_nodes = root.nodes.iter().filter_map(|node| {
@@ -169,7 +172,10 @@ fn missing_part(root: &Root) -> Option<String> {
         Some(extension.light.value())
     });
     let wrong = of_nodes.find(|&light| light >= lights.len())?;
-    Some(format!("a node has light {wrong} of {}", lights.len()))
+    Some(format!(
+        "a node uses light {wrong}, but the file has {}",
+        lights.len()
+    ))
 }
 
 /// Decodes escapes such as `%20`, which is a space.

@@ -101,11 +101,11 @@ impl Assets {
             surface.metallic *= metallic;
             self.leave_out(
                 &file.path,
-                "metallicRoughnessTexture: its mean counts for all of a surface",
+                "the variation in metallicRoughnessTexture: the whole surface gets its mean",
             );
         }
         if kd_texture.is_some() && surface.metallic > 0.0 {
-            self.leave_out(&file.path, "baseColorTexture of metals: it colours what is diffuse, and their baseColorFactor the lobe");
+            self.leave_out(&file.path, "baseColorTexture in the lobe of metals: it colours only the diffuse part, and baseColorFactor colours the lobe");
         }
         if material.alpha_mode() == AlphaMode::Blend {
             self.leave_out(&file.path, "alphaMode BLEND: surfaces are opaque");
@@ -194,10 +194,10 @@ fn check_texcoords(set: u32, place: &str, what: &str) -> Result<()> {
     if set == 0 {
         return Ok(());
     }
-    let problem = format!("{what} is laid out by TEXCOORD_{set}");
+    let problem = format!("{what} uses TEXCOORD_{set}");
     Err(Error::scene(
         place,
         problem,
-        "lay all textures out by the first set, TEXCOORD_0",
+        "use the first set, TEXCOORD_0, for all textures",
     ))
 }

@@ -66,11 +66,7 @@ pub(super) fn camera(path: &Path, named_at: &str, name: &str, camera: &mut Camer
         found = true;
         let gltf::camera::Projection::Perspective(lens) = of_node.projection() else {
             let problem = format!("camera \"{name}\" is orthographic");
-            return Err(Error::scene(
-                named_at,
-                problem,
-                "name one with a perspective",
-            ));
+            return Err(Error::scene(named_at, problem, "name a perspective camera"));
         };
         // A glTF camera looks along -z, with y up.
         let position_m = to_world.transform_point3(DVec3::ZERO);
@@ -88,7 +84,7 @@ pub(super) fn camera(path: &Path, named_at: &str, name: &str, camera: &mut Camer
     }
     let known: Vec<&str> = names.iter().map(String::as_str).collect();
     let hint = match known.is_empty() {
-        true => "it has none; give position, look_at, up and a lens".into(),
+        true => "the file has no cameras: give position, look_at, up and a lens".into(),
         false => did_you_mean(name, &known),
     };
     let problem = format!("{} has no camera \"{name}\"", path.display());
@@ -296,7 +292,7 @@ impl Part {
         };
         if let Some(&wrong) = indices.iter().find(|&&i| i as usize >= positions.len()) {
             let problem = format!(
-                "a primitive has the index {wrong} among {} positions",
+                "a primitive has the index {wrong}, but only {} positions",
                 positions.len()
             );
             return Err(file.error(problem, "export it again"));

@@ -60,7 +60,7 @@ impl Changes {
             let index = changes.index(mesh.need("index", INDEX)?, Named::Mesh)?;
             let motion = Motion::read(&mut mesh, folder)?.ok_or_else(|| {
                 let hint = "add poses, keyframes, trajectory or random";
-                mesh.error("[[mesh]] says nothing of a motion", hint)
+                mesh.error("[[mesh]] has no motion", hint)
             })?;
             changes.meshes.push((index, motion));
         }
@@ -86,7 +86,7 @@ impl Changes {
         let factors = match keys.take_one(&["power_factors", "power_factor_range"])? {
             None => None,
             Some(("power_factors", list)) => {
-                let list = list.filled("list one a frame")?;
+                let list = list.filled("list one per frame")?;
                 Some(Values::Listed(numbers(list)?))
             }
             Some((_, range)) => {
@@ -115,7 +115,7 @@ impl Changes {
                 Change::Kd(self.material(material)?, Values::Listed(kd?))
             }
             _ => Err(keys.error(
-                "[[sweep]] has to name a light or a material",
+                "[[sweep]] must name either a light or a material",
                 "write light = 0 with power_factors, or material = \"white\" with kd",
             ))?,
         };
@@ -144,7 +144,7 @@ impl Changes {
         let carried = |light: &usize| scene.carried_lights.iter().any(|(i, _)| i == light);
         if let Some((light, _)) = self.lights.iter().find(|(light, _)| carried(light)) {
             Err(format!(
-                "[[light]] {light} of this job has a motion, but its scene has it relative_to what carries it; remove one of them"
+                "[[light]] {light} of this job has a motion, but its scene moves it with relative_to; remove one of them"
             ))?;
         }
         for (at, named) in &self.named {
@@ -189,22 +189,21 @@ impl Changes {
             return match shortest {
                 _ if count == 0 => Err(requested.error("is 0", "give 1 or more"))?,
                 Some(length) if (count as usize) > length => {
-                    let problem = format!("is {count}, but a list has {length} frames only");
-                    Err(requested.error(problem, "give as many or fewer"))?
+                    let problem = format!("is {count}, but a list has only {length} frames");
+                    Err(requested.error(problem, "give at most that many"))?
                 }
                 _ => Ok(count),
             };
         }
         match (shortest, lists.iter().copied().max(), keyed) {
             (Some(length), Some(longest), _) if length != longest => {
-                let problem =
-                    format!("lists of {length} and of {longest} frames stand beside each other");
-                Err(keys.error(problem, "give them one length, or say frames = N"))?
+                let problem = format!("the lists have {length} and {longest} frames");
+                Err(keys.error(problem, "give them the same length, or add frames = N"))?
             }
             (Some(length), ..) => Ok(u32::try_from(length)?),
             (None, _, Some(count)) => Ok(count),
             (None, _, None) if is_random => {
-                let problem = "nothing says how many frames are drawn";
+                let problem = "the number of random frames is missing";
                 Err(keys.error(problem, "add frames = 100"))?
             }
             (None, _, None) => Ok(1),
@@ -243,7 +242,7 @@ impl<const N: usize> Values<N> {
         if (0..N).all(|i| least[i] <= most[i]) {
             Ok(Values::Random(least, most))
         } else {
-            Err(keys.error(format!("{least:?} is above {most:?}"), "exchange them"))?
+            Err(keys.error(format!("{least:?} is above {most:?}"), "swap them"))?
         }
     }
 

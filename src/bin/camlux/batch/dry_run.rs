@@ -1,10 +1,13 @@
 //! `--dry-run`: lists the frames and estimates time and disk space from a few frames that are rendered and packed but not kept.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 use camlux::DeviceOptions;
 use camlux::output::{OutputFile, write_exr_hashed};
+
+use serde_json::json;
 
 use super::frames::Frames;
 use super::work::Engine;
@@ -14,17 +17,30 @@ use crate::{Failure, print, tell, warn};
 const TRIED_FRAMES: usize = 3;
 
 pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(), Failure> {
+    let described: Vec<_> = indices
+        .iter()
+        .map(|&index| describe(frames, index))
+        .collect();
+    let first_parts = described.first().map(|(_, parts)| parts);
+    let varies = |name: &String| {
+        let of_frames = described.iter().map(|(_, parts)| parts.get(name));
+        first_parts.is_some_and(|first| of_frames.into_iter().any(|part| part != first.get(name)))
+    };
+    let names: BTreeSet<&String> = described
+        .iter()
+        .flat_map(|(_, parts)| parts.keys())
+        .collect();
+    let names: Vec<&String> = names.into_iter().filter(|name| varies(name)).collect();
     let mut text = String::new();
-    for &index in indices {
-        let planned = frames.plan(index);
-        let (position_m, rotation) = planned.camera_pose;
-        let (position_m, rotation) = (position_m.to_array(), rotation.to_array());
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            text,
-            "{index} {} camera position = {position_m:?}, rotation = {rotation:?}",
-            planned.file
-        );
+    for (camera, parts) in &described {
+        text += camera;
+        for name in &names {
+            if let Some(part) = parts.get(*name) {
+                // Writing to a string cannot fail.
+                let _ = write!(text, ", {name} = {part}");
+            }
+        }
+        text.push('\n');
     }
     print(&text)?;
     let (Some(&first), Some(&last)) = (indices.first(), indices.last()) else {
@@ -41,17 +57,42 @@ pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(
         .filter_map(|&i| take(i, frames, &mut engine).ok());
     let (times, bytes): (Vec<Duration>, Vec<u64>) = taken.unzip();
     if times.is_empty() {
-        warn("none of the frames that were tried could be rendered");
+        warn(
+            "none of the trial frames could be rendered; run without --dry-run to see their errors",
+        );
         return Ok(());
     }
     let (tried, total) = (times.len() as u32, indices.len() as u32);
     let time = times.iter().sum::<Duration>() / tried * total;
     let megabytes = bytes.iter().sum::<u64>() as f64 / f64::from(tried) * f64::from(total) * 1e-6;
     tell(&format!(
-        "{total} frames, {first} to {last}: about {} and {megabytes:.1} MB, by {tried} of them rendered at full size, without what overlaps",
+        "{total} frames, {first} to {last}: about {} and {megabytes:.1} MB, estimated from {tried} of them, rendered and written one after the other",
         humantime::format_duration(Duration::from_secs(time.as_secs())),
     ));
     Ok(())
+}
+
+/// Index, file and camera of a frame; and its lights, moving meshes and varied materials, as its line of the manifest describes them.
+fn describe(frames: &Frames, index: u64) -> (String, BTreeMap<String, String>) {
+    let planned = frames.plan(index);
+    let (position_m, rotation) = planned.camera_pose;
+    let (position_m, rotation) = (position_m.to_array(), rotation.to_array());
+    let camera = format!(
+        "{index} {} camera position = {position_m:?}, rotation = {rotation:?}",
+        planned.file
+    );
+    let list = |name: &str| planned.description[name].as_array().into_iter().flatten();
+    let lights = list("lights").enumerate();
+    let lights = lights.map(|(index, light)| (format!("light {index}"), light.to_string()));
+    let meshes = list("meshes").map(|mesh| {
+        let pose =
+            json!({ "position_m": mesh["position_m"], "rotation_xyzw": mesh["rotation_xyzw"] });
+        (format!("mesh {}", mesh["index"]), pose.to_string())
+    });
+    let materials = planned.description["materials_kd"].as_object();
+    let materials = materials.into_iter().flatten();
+    let materials = materials.map(|(name, kd)| (format!("kd of {name}"), kd.to_string()));
+    (camera, lights.chain(meshes).chain(materials).collect())
 }
 
 /// The time that a frame takes, and its size in bytes.

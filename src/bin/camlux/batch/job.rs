@@ -93,7 +93,7 @@ fn scenes(keys: &mut Keys, folder: &Path) -> Result<Vec<(String, PathBuf)>, Fail
         let path = folder.join(&name);
         let stem = path.file_stem();
         if scenes.iter().any(|(_, other)| other.file_stem() == stem) {
-            let problem = format!("names \"{name}\", whose folder of frames another scene has");
+            let problem = format!("names \"{name}\", and another scene has the same file name");
             return Err(value
                 .error(problem, "give the files different names")
                 .into());

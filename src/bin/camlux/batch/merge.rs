@@ -65,7 +65,12 @@ fn tell_of(indices: &[u64], one: &str, many: &str) {
 
 /// All manifests of the folder, those of shards first, and the number of shard manifests.
 fn manifests(folder: &Path) -> Result<(Vec<Lines>, u64), Failure> {
-    let unreadable = |error| format!("{}: cannot be read: {error}", folder.display());
+    let unreadable = |error| {
+        format!(
+            "{}: cannot read the folder: {error}; give the --output of the batch",
+            folder.display()
+        )
+    };
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
         let path = entry.map_err(unreadable)?.path();

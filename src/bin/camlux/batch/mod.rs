@@ -43,12 +43,12 @@ use work::WorkOptions;
 Examples:
   camlux batch examples/rooms.toml -o dataset
   camlux batch examples/rooms.toml -o dataset --shard 2/8
-Job files: docs/batch.md. The same command again renders what is missing.")]
+Job files: docs/batch.md. Run the same command again to render missing frames.")]
 pub struct Args {
     /// Job file
     #[arg(value_name = "JOB.toml")]
     pub job: PathBuf,
-    /// Folder of the data set; sound frames in it are kept
+    /// Folder of the data set; complete frames in it are kept
     #[arg(
         short,
         long,
@@ -118,7 +118,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let there = indices.len() - missing.len();
     if there > 0 {
         tell(&format!(
-            "{there} of {} there and sound",
+            "{there} of {} already complete",
             counted(indices.len() as u64, "frame is", "frames are")
         ));
     }
@@ -141,8 +141,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     show(&frames)?;
     if done.warned > 0 {
         warn(format_args!(
-            "{} what is probably not meant; {} says what",
-            counted(done.warned, "frame shows", "frames show"),
+            "{} warnings; {} has their text",
+            counted(done.warned, "frame has", "frames have"),
             manifest.display()
         ));
     }
@@ -156,7 +156,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if !done.is_whole {
         let left = missing.len() as u64 - done.written - done.failed;
         tell(&format!(
-            "camlux: stopped with {} to go; the same command goes on",
+            "camlux: stopped with {} to go; run the same command again to continue",
             counted(left, "frame", "frames")
         ));
     }
@@ -179,14 +179,14 @@ fn lock(manifest: &Path) -> Result<File, Failure> {
         Ok(()) => {}
         Err(TryLockError::WouldBlock) => {
             return Err(format!(
-                "{}: another run is at work on it; wait for its end, or give each run a --shard of its own",
+                "{}: another run uses it; wait until that run ends, or give each run its own --shard",
                 manifest.display()
             )
             .into());
         }
         Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
             warn(
-                "this file system has no locks: see to it that no other run writes the same frames",
+                "the file system of --output has no locks; make sure that no other run writes the same frames",
             );
         }
         Err(TryLockError::Error(error)) => return Err(failed(error).into()),

@@ -83,7 +83,7 @@ impl Motion {
 }
 
 fn listed(value: Value) -> Result<Vec<Pose>> {
-    let tables = value.filled("list one pose a frame")?.tables()?;
+    let tables = value.filled("list one pose per frame")?.tables()?;
     let poses = tables.into_iter().map(|mut keys| {
         keys.only(&["position", "rotation", "look_at", "up"])?;
         pose(&mut keys)
@@ -98,8 +98,8 @@ fn keyed(value: Value) -> Result<Vec<(u32, Pose)>> {
         let frame = keys.need("frame", "frame = 0")?;
         let number = frame.count()?;
         if keyframes.last().is_some_and(|&(last, _)| last >= number) {
-            let problem = format!("is {number}, not behind the keyframe before it");
-            return Err(frame.error(problem, "give rising frames"));
+            let problem = format!("is {number}, not after the previous keyframe");
+            return Err(frame.error(problem, "give increasing frames"));
         }
         keyframes.push((number, pose(&mut keys)?));
     }
@@ -121,15 +121,15 @@ fn aim(keys: &mut Keys) -> Result<Option<Aim>> {
             up: keys.optional("up", Value::vec3)?,
         })),
         Some((_, rotation)) => {
-            keys.refuse("up", "stands beside \"rotation\"", "leave it out")?;
+            keys.refuse("up", "is not allowed beside \"rotation\"", "leave it out")?;
             let quaternion = unit_quaternion(rotation.numbers()?).map_err(|problem| {
-                let problem = format!("cannot be: {problem}");
+                let problem = format!("is not a rotation: {problem}");
                 rotation.error(problem, "give [x, y, z, w] of length 1")
             })?;
             Ok(Some(Aim::Rotation(quaternion)))
         }
         None => {
-            keys.refuse("up", "stands without \"look_at\"", "add look_at")?;
+            keys.refuse("up", "needs \"look_at\"", "add look_at")?;
             Ok(None)
         }
     }
@@ -147,7 +147,7 @@ fn random(value: Value) -> Result<Motion> {
     }
     let aim = aim(&mut keys)?;
     if aim.is_some() {
-        let problem = "stands beside a direction that is given";
+        let problem = "is not allowed beside \"rotation\" or \"look_at\"";
         keys.refuse("turn", problem, "keep one of them")?;
     }
     let turn = keys.optional("turn", |turn| turn.choice(&["any"], |word| word))?;

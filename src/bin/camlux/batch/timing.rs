@@ -62,23 +62,23 @@ impl Timing {
         };
         if scene.tof.is_none() && self.readout_time_s > 0.0 {
             return Err(format!(
-                "[time]: readout_time_s is between phase images, which {name} has not; leave it out, or add [tof]"
+                "[time]: readout_time_s separates phase images, but {name} has none; leave it out, or add [tof] to the scene"
             )
             .into());
         }
         let (count, what) = match &scene.tof {
-            Some(tof) => (
-                tof.frequencies_hz.len() as u32 * tof.phase_count,
-                "phase images",
-            ),
-            None => (1, "exposure"),
+            Some(tof) => {
+                let count = tof.frequencies_hz.len() as u32 * tof.phase_count;
+                (count, format!("{count} phase images of {name} take"))
+            }
+            None => (1, format!("exposure of {name} takes")),
         };
         let taken_s = f64::from(count) * (sensor.exposure_time_s + self.readout_time_s);
         // Decimal seconds add up with a rounding error.
         if taken_s > self.frame_interval_s * (1.0 + 1e-9) {
             return Err(format!(
-                "[time]: the {count} {what} of {name} take {}, longer than frame_interval_s = {}; \
-                 give more, or expose for a shorter time",
+                "[time]: the {what} {}, longer than frame_interval_s = {}; \
+                 raise frame_interval_s, or shorten the exposure",
                 duration(taken_s),
                 self.frame_interval_s
             )

@@ -20,7 +20,7 @@ pub fn read(file: &Path, named_at: &str) -> Result<Vec<Pose>, Failure> {
         format!("{named_at}: cannot read the trajectory {name}: {error}; correct the path, it is relative to the job file")
     })?;
     let text = String::from_utf8(bytes)
-        .map_err(|_| format!("{name}: is no text; write rows of {COLUMNS}"))?;
+        .map_err(|_| format!("{name}: is not UTF-8 text; write rows of {COLUMNS}"))?;
     let mut poses = Vec::new();
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let row = line.split('#').next().unwrap_or_default().trim();

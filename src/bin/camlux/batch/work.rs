@@ -248,7 +248,7 @@ fn render_by(
         }
         drop(sender);
         let ended = writing.join();
-        let mut writer = ended.map_err(|_| "the thread that writes has ended by a bug")??;
+        let mut writer = ended.map_err(|_| "internal error: the writing thread panicked")??;
         writer.done.is_whole = rendered_count.load(Ordering::Relaxed) == indices.len();
         Ok((writer.done, writer.journal))
     })
@@ -337,7 +337,7 @@ pub fn tell_summary(done: &Done, wall: Duration) {
     let share = |part: Duration| 100.0 * part.as_secs_f64() / wall_s;
     let [gpu, rendering, writing] = [done.gpu, done.rendering, done.writing].map(share);
     tell(&format!(
-        "rendered {} in {wall_s:.2} s: {rate:.2} frames/s, {:.1} MB; of the wall time GPU {gpu:.0} %, rendering {rendering:.0} %, writing {writing:.0} %",
+        "rendered {} in {wall_s:.2} s: {rate:.2} frames/s, {:.1} MB; share of the wall time: GPU {gpu:.0} %, rendering {rendering:.0} %, writing {writing:.0} %",
         counted(done.written, "frame", "frames"),
         done.bytes as f64 * 1e-6,
     ));

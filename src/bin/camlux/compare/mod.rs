@@ -19,12 +19,12 @@ use layers::LayerPair;
 #[command(after_help = "\
 Example:
   camlux compare cornell.exr reference.exr --error-map errors.png
-The noise of the reference (its layer stderr) is taken out; its edge pixels are left out: docs/accuracy.md")]
+camlux subtracts the reference's noise (its layer stderr) and leaves out its edge pixels: docs/accuracy.md")]
 pub struct Args {
-    /// OpenEXR image to judge
+    /// OpenEXR image to measure
     #[arg(value_name = "IMAGE.exr")]
     image: PathBuf,
-    /// OpenEXR image to judge it by
+    /// OpenEXR image to compare it with
     #[arg(value_name = "REFERENCE.exr")]
     reference: PathBuf,
     /// Layer to compare, may be repeated [default: all light]
@@ -84,7 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     if let Some(differ) = layers::differing_scenes(&image, &reference) {
         warn(format_args!(
-            "the headers of the images differ in {differ}: are they of one scene?"
+            "the headers of the images differ in {differ}; check that both show the same scene"
         ));
     }
     let valid = reference.surface_pixels();
@@ -117,7 +117,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let pixels = layer.pair.pixels(&valid, edges.as_deref());
         let map = ErrorMap::new(resolution_px, &pixels, &layer.comparison).ok_or_else(|| {
             let path = file.path().display();
-            format!("{path}: no error map of layer {name}: there is no reference value to relate it to; pick another --layer")
+            format!("{path}: no error map of layer {name}: the reference has no light there; choose another --layer")
         })?;
         error_map::write_png(file, &map, name, unit)?;
     }

@@ -70,12 +70,12 @@ pub fn text(report: &Report) -> String {
     let mut lines = vec![
         format!("image      {}", report.args.image.display()),
         format!("reference  {}", report.args.reference.display()),
-        format!("pixels     {width} x {height}, of which {seen} show a surface and count"),
+        format!("pixels     {width} x {height}; {seen} show a surface and are compared"),
     ];
     if let (Some(count), Some(share)) = (report.edge_pixels, report.edge_share()) {
         let share = percent(share);
         lines.push(format!(
-            "edges      {count} more ({share}) show one of two surfaces by chance and are left out"
+            "edges      {count} more ({share}) could show either of two surfaces and are left out"
         ));
     }
     lines.push(String::new());
@@ -132,16 +132,16 @@ fn note(layer: &LayerReport) -> Option<String> {
     let noise = comparison.noise?;
     let what_is_left = match noise.rmse {
         CorrectedRmse::Estimate { .. } => "an error of the image",
-        CorrectedRmse::Below(_) => "no error that this reference can show",
+        CorrectedRmse::Below(_) => "too small for this reference to show",
         CorrectedRmse::ReferenceIsNoise => {
             return Some(format!(
-                "{name}: the reference is noise; nothing can be said by it"
+                "{name}: undefined: the reference is only noise; give it more samples"
             ));
         }
     };
     let floor = percent(noise.floor);
     Some(format!(
-        "{name}: noise of {floor} was taken out of the relative RMSE; what is left is {what_is_left}"
+        "{name}: noise of {floor} is subtracted from the relative RMSE; the rest is {what_is_left}"
     ))
 }
 
@@ -155,7 +155,7 @@ fn note_of_stated(layer: &LayerReport) -> Option<String> {
     };
     let deviation = number(deviation);
     Some(format!(
-        "{}: the image's layer stderr is {verdict}: the true errors have a standard deviation of {deviation} of it",
+        "{}: the image's layer stderr is {verdict}: the standard deviation of the true errors is {deviation} times it",
         layer.pair.name()
     ))
 }

@@ -27,7 +27,7 @@ pub fn model_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
         y_text: percent_text,
         series: series_names(scene),
         points: points.collect(),
-        floor: scene.truth.noise_floor,
+        floor: scene.reference.noise_floor,
     };
     plot.into_svg()
 }
@@ -64,11 +64,11 @@ pub fn range_error(scene: &SceneReport, frequency: usize) -> Result<Option<Strin
     let plot = Plot {
         x_title: FRAME_TIME,
         x_text: seconds_text,
-        y_title: "error of the range that half of the pixels are within",
+        y_title: "median error of the range",
         y_text: metres_text,
         series: series_names(scene),
         points: points.collect(),
-        floor: scene.truth.range_noise_m.get(frequency).copied(),
+        floor: scene.reference.range_noise_m.get(frequency).copied(),
     };
     plot.into_svg()
 }

@@ -147,7 +147,7 @@ pub fn section(rows: &[GrowthRow]) -> Result<String, Failure> {
         return Ok(String::new());
     }
     Ok(format!(
-        "<section>\n<h2>Growth</h2>\n<p>final-gather, {} requested.</p>\n\
+        "<section>\n<h2>Growth</h2>\n<p>final-gather at a target error of {}.</p>\n\
         <figure>{}<figcaption>Time against triangles.</figcaption></figure>\n\
         <figure>{}<figcaption>Time against pixels.</figcaption></figure>\n{}</section>\n",
         percent(TARGET_ERROR),

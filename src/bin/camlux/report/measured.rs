@@ -40,7 +40,7 @@ impl Counts {
             of_earlier_run,
         } = self;
         (of_earlier_run > 0)
-            .then(|| format!("{of_earlier_run} of {all} measurements are of an earlier run"))
+            .then(|| format!("{of_earlier_run} of {all} measurements are from an earlier run"))
     }
 }
 

@@ -11,6 +11,7 @@ mod pareto;
 mod peers;
 mod picture;
 mod plot;
+mod reference_image;
 mod results;
 mod settings;
 mod steps;
@@ -19,7 +20,6 @@ mod style;
 mod summary;
 mod sweep;
 mod torture;
-mod truth;
 
 use std::path::{Path, PathBuf};
 
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     stop_on_signals();
     // Checks the output path first, so that a long computation does not end in a write error.
     let folder = &args.output;
-    create_folder(&folder.join("truth"))?;
+    create_folder(&folder.join("reference"))?;
     let json_file = OutputFile::create(folder.join("report.json"))?;
     let page_file = OutputFile::create(folder.join("index.html"))?;
     let subjects = load(args)?;
@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         report.scenes.push(scene);
     }
     if args.torture {
-        let mut settings = crate::torture::settings(&folder.join("truth/torture"));
+        let mut settings = crate::torture::settings(&folder.join("reference/torture"));
         if args.quick {
             settings.target_errors = vec![0.1];
         }
@@ -129,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let name = |what: &str| format!("{}-{what}", scene.name);
         write_plot(folder, &name("model-error"), figures::model_error(scene)?)?;
         write_plot(folder, &name("kernel-error"), figures::kernel_error(scene)?)?;
-        for frequency in 0..scene.truth.range_noise_m.len() {
+        for frequency in 0..scene.reference.range_noise_m.len() {
             let plot = figures::range_error(scene, frequency)?;
             write_plot(folder, &name(&format!("range-error-tof{frequency}")), plot)?;
         }
@@ -164,9 +164,8 @@ fn share_threads() -> Result<(), Failure> {
         return Ok(());
     };
     let count = text.parse().ok().filter(|&count| count > 0);
-    let count = count.ok_or_else(|| {
-        format!("LP_NUM_THREADS is {text:?}; set it to a number of threads from 1, or not at all")
-    })?;
+    let count = count
+        .ok_or_else(|| format!("LP_NUM_THREADS is {text:?}; set it to 1 or more, or unset it"))?;
     rayon::ThreadPoolBuilder::new()
         .num_threads(count)
         .build_global()
@@ -187,30 +186,30 @@ fn examine(
     let options = SweepOptions::new(args.quick);
     let [width, height] = scene.camera.resolution_px;
 
-    let truth_file = format!("truth/{name}-{width}x{height}.exr");
+    let reference_file = format!("reference/{name}-{width}x{height}.exr");
     let standard_error = args.stderr.unwrap_or(if args.quick { 0.03 } else { 0.01 });
-    let (image, truth) = truth::obtain(
+    let (image, reference) = reference_image::obtain(
         scene,
         &args.output,
-        truth_file,
+        reference_file,
         standard_error,
         sub_pixel_bits,
     )?;
 
-    let inputs = (&truth.scene_hash, truth.samples_per_pixel, options);
+    let inputs = (&reference.scene_hash, reference.samples_per_pixel, options);
     let measured = measured.group(&format!("{name}-{width}x{height}"), inputs);
     let (scratch, steps) = (stopwatch.scratch, stopwatch.steps);
     let mut sweep = Sweep {
         stopwatch,
         subject,
-        truth: &image,
+        reference: &image,
         measured: &measured,
         options,
     };
     let direct_only = sweep.direct_only()?;
     let (mut entries, skipped) = sweep.settings()?;
     let longest_s = options.longest_reference_s;
-    entries.extend(truth::series(
+    entries.extend(reference_image::series(
         subject, scratch, longest_s, &measured, steps,
     )?);
     let peers = match &args.peers {
@@ -224,7 +223,7 @@ fn examine(
                 subject,
                 folder: args.output.join("peers").join(name),
                 is_quick: args.quick,
-                truth: &image,
+                reference: &image,
                 measured: &measured,
                 steps,
             };
@@ -240,12 +239,12 @@ fn examine(
         resolution_px: scene.camera.resolution_px,
         triangles: scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
         lights: scene.lights.iter().map(|light| light.kind()).collect(),
-        truth,
+        reference,
         direct_only,
         entries,
         skipped,
         peers,
-        truth_pictures: image.pictures()?,
+        reference_pictures: image.pictures()?,
     })
 }
 

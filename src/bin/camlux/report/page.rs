@@ -45,7 +45,7 @@ whiskers reach from the fastest to the slowest.</li>
 <li><b>Model error</b> is the relRMSE of the indirect light, √(Σ(x−t)²/Σt²), against the reference, a path-traced single bounce. The noise of the reference is \
 subtracted. Pixels on edges are left out, since either of two surfaces may show there.</li>
 <li>A hollow point is an upper bound: the noise of the reference hides the error. The dashed line is that noise.</li>
-<li>The camlux reference is judged by its own spread.</li>
+<li>The error of the camlux reference is its own standard error.</li>
 <li><b>final-gather</b> casts rays until it estimates that the target error is met. The bar joined to a point is that estimate, made without the reference.</li>
 <li><b>Kernel error</b>, for plain sums only, is the rounding of the device's f32 against the same formulas in f64.</li>
 </ul></details>\n";
@@ -70,7 +70,12 @@ fn machine(report: &Report) -> String {
         ("extent", if report.quick { "quick" } else { "full" }.into()),
     ];
     let note = report.measurements.note();
-    let note = note.map(|note| ("note", format!("{note}, whose date and load are not these")));
+    let note = note.map(|note| {
+        (
+            "note",
+            format!("{note}; the date and load here are not theirs"),
+        )
+    });
     let rows = rows.into_iter().chain(note).map(|(name, value)| {
         let value = escape(&value);
         format!("<div><dt>{name}</dt><dd>{value}</dd></div>")
@@ -117,7 +122,7 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
 fn time_of_flight(scene: &SceneReport) -> Result<String, Failure> {
     let mut text = String::new();
     let mut rows = Vec::new();
-    for frequency in 0..scene.truth.range_noise_m.len() {
+    for frequency in 0..scene.reference.range_noise_m.len() {
         let of_frequency = scene.entries.iter().filter_map(|entry| {
             Some(RangeRow {
                 name: entry.name(),
@@ -168,12 +173,12 @@ const RANGES: [Column<RangeRow>; 6] = [
 
 fn describe(scene: &SceneReport) -> String {
     let [width, height] = scene.resolution_px;
-    let truth = &scene.truth;
-    let floor = match truth.noise_floor {
+    let reference = &scene.reference;
+    let floor = match reference.noise_floor {
         Some(floor) => format!("its relative noise is {}", percent(floor)),
         None => "its indirect light is black".into(),
     };
-    let origin = if truth.was_there {
+    let origin = if reference.was_there {
         "begun for an earlier report, "
     } else {
         ""
@@ -184,10 +189,10 @@ fn describe(scene: &SceneReport) -> String {
         scene.file,
         scene.triangles,
         scene.lights.join(", "),
-        truth.samples_per_pixel,
-        duration(truth.seconds),
-        truth.edge_pixels,
-        percent(truth.edge_share),
+        reference.samples_per_pixel,
+        duration(reference.seconds),
+        reference.edge_pixels,
+        percent(reference.edge_share),
     )
 }
 
@@ -317,7 +322,7 @@ fn pictures(scene: &SceneReport) -> Result<String, Failure> {
 </div>
 <div class=\"grid\">{}</div></div>
 ",
-        indirect("reference", &scene.truth_pictures),
+        indirect("reference", &scene.reference_pictures),
         indirect(first, pictures),
         escape(first),
         error(first, pictures),
@@ -341,7 +346,7 @@ fn notes(scene: &SceneReport) -> String {
         if count > 0 {
             let name = entry.name();
             notes.push(format!(
-                "{name}: {count} values are infinite or no numbers, and in no sum."
+                "{name}: {count} values are infinite or NaN and are left out."
             ));
         }
     }

@@ -19,9 +19,9 @@ use serde::Deserialize;
 
 use super::Subject;
 use super::measured::{Group, file_hash};
+use super::reference_image::ReferenceImage;
 use super::results::{Entry, Kind, Peers, Seconds, Unsupported};
 use super::steps::Steps;
-use super::truth::TruthImage;
 use crate::output::create_folder;
 use crate::{Failure, warn};
 
@@ -49,7 +49,7 @@ pub struct PeerRun<'a> {
     /// Folder for the peers' images.
     pub folder: PathBuf,
     pub is_quick: bool,
-    pub truth: &'a TruthImage,
+    pub reference: &'a ReferenceImage,
     pub measured: &'a Group<'a>,
     pub steps: &'a Steps,
 }
@@ -145,8 +145,9 @@ impl PeerRun<'_> {
     }
 
     fn take(&self, text: &str, entries: &mut Vec<Entry>, peers: &mut Peers) -> Result<(), Failure> {
-        let line: Line = serde_json::from_str(text)
-            .map_err(|error| format!("a line of its stdout is not what is due: {error}"))?;
+        let line: Line = serde_json::from_str(text).map_err(|error| {
+            format!("a line of its stdout does not follow benches/peers/README.md: {error}")
+        })?;
         if line.about.is_some() {
             peers.about = line.about;
         }
@@ -183,17 +184,22 @@ impl PeerRun<'_> {
         let image = LayeredImage::read(file)?;
         if image.resolution_px() != self.subject.scene.camera.resolution_px {
             let ([width, height], file) = (image.resolution_px(), file.display());
-            return Err(format!("{file}: it has {width} x {height} pixels").into());
+            return Err(format!(
+                "{file}: it has {width} x {height} pixels instead of those of --size"
+            )
+            .into());
         }
         let missing = || {
             let file = file.display();
-            format!("{file}: it lacks a layer of indirect and direct, with R, G and B")
+            format!("{file}: it lacks the layer indirect or direct, with R, G and B")
         };
         let indirect = image.values(Layer::Indirect).ok_or_else(missing)?;
         let total = image.total_radiance().ok_or_else(missing)?;
         Ok(Entry {
-            time_of_flight: self.truth.measure_phasors(|layer| image.values(layer))?,
-            ..self.truth.measure(indirect, &total)?
+            time_of_flight: self
+                .reference
+                .measure_phasors(|layer| image.values(layer))?,
+            ..self.reference.measure(indirect, &total)?
         })
     }
 }

@@ -30,7 +30,7 @@ pub struct SceneReport {
     pub resolution_px: [u32; 2],
     pub triangles: usize,
     pub lights: Vec<&'static str>,
-    pub truth: Truth,
+    pub reference: ReferenceInfo,
     /// The frame without indirect light, to put the times into proportion.
     pub direct_only: Seconds,
     /// camlux's settings, then its reference, then the peers.
@@ -39,12 +39,12 @@ pub struct SceneReport {
     pub skipped: Vec<String>,
     pub peers: Peers,
     #[serde(skip)]
-    pub truth_pictures: Pictures,
+    pub reference_pictures: Pictures,
 }
 
 /// The reference that the errors are measured against.
 #[derive(Serialize)]
-pub struct Truth {
+pub struct ReferenceInfo {
     /// Path inside the report's folder.
     pub file: String,
     pub scene_hash: String,

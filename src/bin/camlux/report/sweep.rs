@@ -8,10 +8,10 @@ use camlux::{Error, Scene};
 
 use super::Subject;
 use super::measured::Group;
+use super::reference_image::{ReferenceImage, values};
 use super::results::{EngineFigures, Entry, Seconds};
 use super::settings::{self, Setting};
 use super::stopwatch::{Stopwatch, Timed};
-use super::truth::{TruthImage, values};
 use crate::Failure;
 
 /// Limits of the sweep.
@@ -41,7 +41,7 @@ impl SweepOptions {
 pub struct Sweep<'a> {
     pub stopwatch: Stopwatch<'a>,
     pub subject: &'a Subject,
-    pub truth: &'a TruthImage,
+    pub reference: &'a ReferenceImage,
     pub measured: &'a Group<'a>,
     pub options: SweepOptions,
 }
@@ -146,8 +146,10 @@ impl Sweep<'_> {
                 kernel_error,
                 kernel_error_pixels,
             }),
-            time_of_flight: self.truth.measure_phasors(|layer| frame.values(layer))?,
-            ..self.truth.measure(indirect_light, total)?
+            time_of_flight: self
+                .reference
+                .measure_phasors(|layer| frame.values(layer))?,
+            ..self.reference.measure(indirect_light, total)?
         })
     }
 
@@ -159,7 +161,7 @@ impl Sweep<'_> {
         }
         let frame = self.stopwatch.render(&scene)?;
         let [indirect, stated] = [Layer::Indirect, Layer::StandardError].map(|l| values(&frame, l));
-        self.truth.stderr_deviation(indirect?, stated?)
+        self.reference.stderr_deviation(indirect?, stated?)
     }
 
     /// The relRMSE of a plain sum against the f64 kernels (`None` if these are black), and the number of pixels it was measured on.

@@ -14,7 +14,7 @@ use camlux::{Error, Scene};
 use super::Subject;
 use super::measured::Group;
 use super::picture::Pictures;
-use super::results::{Entry, Kind, ModelError, PhasorError, Seconds, Truth, median};
+use super::results::{Entry, Kind, ModelError, PhasorError, ReferenceInfo, Seconds, median};
 use super::steps::Steps;
 use crate::error_map::ErrorMap;
 use crate::range_error::range_errors_m;
@@ -26,7 +26,7 @@ const ROUNDS: u32 = 4;
 const LAST_SAMPLES: u32 = 1 << 16;
 
 /// A reference image, and how images are compared with it.
-pub struct TruthImage {
+pub struct ReferenceImage {
     frame: Frame,
     /// Pixels that show a surface.
     valid: Vec<bool>,
@@ -47,7 +47,7 @@ pub fn obtain(
     file: String,
     standard_error: f64,
     sub_pixel_bits: u32,
-) -> Result<(TruthImage, Truth), Failure> {
+) -> Result<(ReferenceImage, ReferenceInfo), Failure> {
     let path = &folder.join(&file);
     // Checks the output path first, so that a long computation does not end in a write error.
     drop(OutputFile::create(path)?);
@@ -56,7 +56,9 @@ pub fn obtain(
     let resumed = match stored.transpose() {
         Ok(resumed) => resumed,
         Err(Error::Input { at, problem, .. }) => {
-            tell(&format!("camlux: note: {at}: {problem}; it is made again"));
+            tell(&format!(
+                "camlux: note: {at}: {problem}; camlux samples it again"
+            ));
             None
         }
         Err(error) => return Err(error.into()),
@@ -65,11 +67,11 @@ pub fn obtain(
     let goal = Goal::StandardError(standard_error);
     let reference = reference::refine(scene, goal, resumed, path)?;
     let reference = reference.with_sub_pixel_bits(sub_pixel_bits);
-    let image = TruthImage::new(reference.frame())?;
+    let image = ReferenceImage::new(reference.frame())?;
     let surface_pixels = image.valid.iter().filter(|&&valid| valid).count();
     let pixels = image.valid.iter().zip(&image.edges);
     let edge_pixels = pixels.filter(|&(&valid, &edge)| valid && edge).count();
-    let truth = Truth {
+    let reference = ReferenceInfo {
         file,
         scene_hash: image.frame.description.scene_hash.clone(),
         samples_per_pixel: reference.samples_per_pixel(),
@@ -80,16 +82,16 @@ pub fn obtain(
         range_noise_m: image.range_noise_m(),
         seconds: start.elapsed().as_secs_f64(),
     };
-    Ok((image, truth))
+    Ok((image, reference))
 }
 
-impl TruthImage {
-    fn new(frame: Frame) -> Result<TruthImage, Failure> {
+impl ReferenceImage {
+    fn new(frame: Frame) -> Result<ReferenceImage, Failure> {
         let are_set = |layer: Layer| -> Vec<bool> {
             let ids = frame.ids(layer).unwrap_or_default();
             ids.iter().map(|&id| id > 0).collect()
         };
-        Ok(TruthImage {
+        Ok(ReferenceImage {
             valid: are_set(Layer::InstanceId),
             edges: are_set(Layer::Edge),
             white: white_radiance(values(&frame, Layer::Indirect)?),
@@ -188,8 +190,8 @@ impl TruthImage {
         [indirect, total]: [&[f32]; 2],
     ) -> Result<PhasorError, Failure> {
         let pixels = self.pixels(indirect, layer(TofQuantity::PhasorIndirect))?;
-        let truth = values(&self.frame, layer(TofQuantity::Phasor))?;
-        let range = range_errors_m(total, truth, frequency_hz, |i| self.counts(i));
+        let reference = values(&self.frame, layer(TofQuantity::Phasor))?;
+        let range = range_errors_m(total, reference, frequency_hz, |i| self.counts(i));
         Ok(PhasorError {
             frequency_hz,
             indirect: model_error(&pixels, &Comparison::new(&pixels)?)?,
