@@ -97,7 +97,10 @@ def fan(corners: list, path: Path):
         if (doubled_areas @ whole >= -1e-9 * (whole @ whole)).all():
             corners = corners[apex:] + corners[:apex]
             return [[corners[0], corners[i], corners[i + 1]] for i in range(1, len(corners) - 1)]
-    raise Failure(f"{path}: a concave polygon that no fan of triangles fills; triangulate the mesh where it is made")
+    raise Failure(
+        f"{path}: a face is a concave polygon that camlux cannot split into a fan of triangles; "
+        "triangulate the mesh before you export it"
+    )
 
 
 def read_mtl(path: Path) -> dict[str, dict]:

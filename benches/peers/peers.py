@@ -102,7 +102,7 @@ def thread_count() -> int:
     """The number of threads from lavapipe's variable, which also applies to camlux on a CPU."""
     word = os.environ.get("LP_NUM_THREADS", str(os.cpu_count() or 1))
     if not word.isdigit() or int(word) < 1:
-        raise SystemExit(f"peers: LP_NUM_THREADS is {word!r}; set it to a number of threads from 1")
+        raise SystemExit(f"peers: LP_NUM_THREADS is {word!r}; set it to 1 or more, or unset it")
     return int(word)
 
 

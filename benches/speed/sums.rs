@@ -32,7 +32,7 @@ pub fn report(device: &Device) -> Result<(), Failure> {
     );
     println!(
         "{:<10} {:>9} {:>6} {:>8} {:>7} {:>18} {:>6} {:>18} {:>6}  bar",
-        "scene", "px", "asked", "error", "pairs", "gather s", "ratio", "frame s", "ratio"
+        "scene", "px", "target", "error", "pairs", "gather s", "ratio", "frame s", "ratio"
     );
     let mut renderer = Renderer::new(device)?;
     for (name, edge_px, targets) in [

@@ -7,7 +7,7 @@
 
 namespace {
 
-// In the order in which the OBJ file uses them, so that the layer id.material is the same.
+// The OBJ file uses the colours in this order. The same order here gives the same layer id.material.
 enum Colour : std::uint32_t { red, green, white };
 
 struct Quad {
@@ -61,7 +61,7 @@ std::uint32_t add_box(camlux::scene &scene)
         colours.insert(colours.end(), 2, quad.colour);
         positions_m.insert(positions_m.end(), quad.corners_m.begin(), quad.corners_m.end());
     }
-    // add_mesh copies all arrays from where they are, in their own types.
+    // add_mesh copies these arrays and accepts their element types as they are.
     camlux::mesh mesh;
     mesh.positions_m = positions_m;
     mesh.triangles = triangles;

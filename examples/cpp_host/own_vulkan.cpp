@@ -33,7 +33,7 @@ std::size_t differences(VulkanHost &host, const camlux::frame &frame, camlux::la
     const camlux_vulkan_image image = frame.vulkan_image(layer);
     const std::vector<float> on_device = host.read(reinterpret_cast<VkImage>(image.image), image.width_px, image.height_px,
                                                    reinterpret_cast<VkSemaphore>(image.semaphore), image.semaphore_value);
-    // This comes last, because camlux reads the images for it.
+    // Called after host.read, because camlux itself reads the images here.
     const camlux::view<float> here = frame.view<float>(layer);
     std::size_t different = 0;
     for (std::size_t y = 0; y < here.height(); ++y)

@@ -36,7 +36,7 @@ std::string joined(const std::vector<std::string> &names)
     return text.empty() ? "-" : text;
 }
 
-// The frames of one row. Each time is the minimum of several frames, because other programs run, too.
+// The frames of one row. Each time is the minimum of several frames, to exclude the load of other programs.
 struct Row {
     double call_ms = std::numeric_limits<double>::infinity();
     double passes_ms = std::numeric_limits<double>::infinity();

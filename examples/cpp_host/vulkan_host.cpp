@@ -116,7 +116,7 @@ void VulkanHost::make_device()
     queue_info_.queueCount = 1;
     queue_info_.pQueuePriorities = &priority_;
 
-    // Exactly what camlux_vulkan_device requires. A host adds its own needs itself.
+    // Only the features that camlux_vulkan_device requires. A real host adds those that it needs.
     features12_.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
     features12_.timelineSemaphore = VK_TRUE;
     features13_.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES;
@@ -198,7 +198,7 @@ std::vector<float> VulkanHost::read(VkImage image, std::uint32_t width, std::uin
     vkCmdPipelineBarrier2(commands, &dependency);
     check(vkEndCommandBuffer(commands), "vkEndCommandBuffer");
 
-    // The device waits: this thread could submit the copy before the frame is done.
+    // The wait is on the device, because this thread may submit the copy before the frame is done.
     VkSemaphoreSubmitInfo wait = {};
     wait.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO;
     wait.semaphore = semaphore;

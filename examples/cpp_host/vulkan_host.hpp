@@ -9,8 +9,8 @@
 
 class VulkanHost {
 public:
-    // Opens the first device that has what camlux needs. With `validation`, turns on the Khronos layer and counts its messages. Throws
-    // std::runtime_error that says what is missing.
+    // Opens the first device that meets camlux's requirements. With `validation`, turns on the Khronos layer and counts its messages.
+    // Throws std::runtime_error with the reason.
     explicit VulkanHost(bool validation);
     ~VulkanHost();
     VulkanHost(const VulkanHost &) = delete;

@@ -29,7 +29,7 @@ pub fn obj() -> String {
     obj_of("26 000", RINGS, SIDES)
 }
 
-/// The same knot in the same proportions with about that many triangles; at least 24.
+/// The same knot, in the same proportions, with about `triangle_count` triangles, at least 24.
 pub fn obj_of_about(triangle_count: usize) -> String {
     let sides_squared = (triangle_count * SIDES) as f64 / (2 * RINGS) as f64;
     let sides = (sides_squared.sqrt().round() as usize).max(3);

@@ -1,4 +1,4 @@
-//! A bush of flat leaves, as OBJ text. Each leaf is a square that an alpha texture cuts out.
+//! A bush of flat leaves, as OBJ text. Each leaf is a square with an alpha texture.
 
 use std::fmt::Write;
 

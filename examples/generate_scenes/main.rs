@@ -1,6 +1,6 @@
-//! Generates files; the result is always the same.
+//! Generates scene files, meshes and textures. Every run writes the same files.
 //!
-//! - `cargo run --release --example generate_scenes`, in the repository's root: the OBJ of knot and leaves, and the textures of `scenes/`; a
+//! - `cargo run --release --example generate_scenes`, in the repository's root: the OBJ files of knot and leaves, and the textures of `scenes/`; a
 //!   test compares them with what is checked in.
 //! - `cargo run --release --example generate_scenes -- meshes FOLDER`: the mesh scenes, which are not checked in
 //!   ([docs/mesh-scenes.md](../../docs/mesh-scenes.md)).

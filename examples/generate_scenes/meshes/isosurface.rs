@@ -7,7 +7,7 @@ use glam::{DVec3, USizeVec3};
 use super::mesh::Mesh;
 
 /// Naive surface nets: one vertex in each cubic cell that the surface crosses, and one quad around each lattice edge that the surface
-/// crosses. `height_m` is negative inside, approximately a distance, and positive on the faces of the box. Smooth.
+/// crosses. `height_m` is approximately a distance, negative inside, and positive on the faces of the box. The mesh has smooth normals.
 pub fn isosurface(
     [min_m, max_m]: [DVec3; 2],
     cell_m: f64,
@@ -52,7 +52,7 @@ pub fn isosurface(
     mesh
 }
 
-/// For each lattice node, x fastest, whether it is inside.
+/// Whether each lattice node is inside; x varies fastest.
 fn inside_nodes(counts: USizeVec3, cell_m: f64, height_m: impl Fn(USizeVec3) -> f64) -> Vec<bool> {
     let mut is_inside = Vec::with_capacity(counts.x * counts.y * counts.z);
     for z in 0..counts.z {

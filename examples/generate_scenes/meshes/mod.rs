@@ -97,7 +97,7 @@ impl MeshScene {
     }
 }
 
-/// The knot of `scenes/knot.toml` with about that many triangles, in the same room: knot_N.toml and its meshes.
+/// Writes knot_N.toml and its meshes: the knot of `scenes/knot.toml` with about N triangles, in the same room.
 pub fn write_knot(triangle_count: usize, folder: &Path) -> io::Result<()> {
     let name = format!("knot_{triangle_count}");
     let toml = include_str!("knot.toml").replace("NAME", &name);
@@ -110,7 +110,7 @@ pub fn write_knot(triangle_count: usize, folder: &Path) -> io::Result<()> {
     fs::write(folder.join("knot_room.mtl"), room_mtl)
 }
 
-/// Many small instances of that knot, each rotated differently, in the same room: knots_N.toml.
+/// Writes knots_N.toml: N small instances of that knot, each rotated differently, in the same room.
 pub fn write_knots(count: usize, triangle_count: usize, folder: &Path) -> io::Result<()> {
     write_knot(triangle_count, folder)?;
     let name = format!("knot_{triangle_count}");

@@ -80,7 +80,7 @@ fn radius_m(turn: f64, share: f64) -> f64 {
     (body + folds).max(head).max(0.004) + rough.min(0.004) * (1.0 - share).min(0.1) * 10.0
 }
 
-/// Cuts one triangle in eight in three at a point inside, which leaves slivers.
+/// Splits one triangle in eight into three at an interior point, which leaves slivers.
 fn cut_unevenly(mesh: &mut Mesh, random: &mut Rng) {
     for index in 0..mesh.triangles.len() {
         if random.u32(..8) > 0 {

@@ -76,7 +76,7 @@ pub fn torus(major_radius: f64, minor_radius: f64, [columns, rows]: [usize; 2]) 
     torus.smooth()
 }
 
-/// The unit sphere with 20·4^levels triangles of nearly equal size: an icosahedron whose triangles are repeatedly cut in four.
+/// The unit sphere with 20·4^levels triangles of nearly equal size: an icosahedron whose triangles are repeatedly split into four.
 pub fn sphere(levels: u32) -> Mesh {
     let long = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut positions = Vec::new();
