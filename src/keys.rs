@@ -72,6 +72,17 @@ impl<'t> Keys<'t> {
             source,
             table: root.into_inner(),
         };
+        let is_job = keys.table.contains_key("job");
+        if is_job != known.contains(&"job") {
+            let (problem, hint) = match is_job {
+                true => ("this is a job file", "give it to camlux batch"),
+                false => (
+                    "there is no [job] table",
+                    "add it, or give a scene file to camlux render",
+                ),
+            };
+            return Err(keys.error(problem, hint));
+        }
         keys.only(known)?;
         if let Some(value) = keys.take("version") {
             let version = value.count()?;
@@ -100,7 +111,7 @@ impl<'t> Keys<'t> {
         Err(Error::scene(
             self.source.at(key.span().start),
             format!("unknown key \"{}\" in {}", key.get_ref(), self.name),
-            did_you_mean(key.get_ref(), &absent),
+            suggestion(key.get_ref(), &absent, "keys not used yet"),
         ))
     }
 
@@ -183,8 +194,12 @@ impl<'t> Keys<'t> {
     }
 }
 
-/// "did you mean "fov_y_deg"? choose one of: ..."
+/// "did you mean "box"? choose one of: ..."
 pub fn did_you_mean(word: &str, known: &[&str]) -> String {
+    suggestion(word, known, "choose one of")
+}
+
+fn suggestion(word: &str, known: &[&str], heading: &str) -> String {
     // Below this likeness are words of another meaning; above it are words of two letters with one wrong.
     const LEAST_LIKENESS: f64 = 0.6;
     // Jaro-Winkler favours a common beginning: "fov" is nearer to "fov_y_deg" than to "up".
@@ -192,7 +207,7 @@ pub fn did_you_mean(word: &str, known: &[&str]) -> String {
     let like = known
         .iter()
         .filter(|known| likeness(known) > LEAST_LIKENESS);
-    let possible = format!("choose one of: {}", known.join(", "));
+    let possible = format!("{heading}: {}", known.join(", "));
     match like.max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
         Some(nearest) => format!("did you mean \"{nearest}\"? {possible}"),
         None if known.is_empty() => "remove it".into(),
@@ -244,7 +259,7 @@ impl<'t> Value<'t> {
 
     pub fn counts<const N: usize>(&self) -> Result<[u32; N]> {
         self.array(count)
-            .ok_or_else(|| self.wrong(&format!("an array of {N} whole numbers")))
+            .ok_or_else(|| self.wrong(&format!("an array of {N} whole numbers of 0 or more")))
     }
 
     pub fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
@@ -364,7 +379,12 @@ fn describe(value: &DeValue) -> String {
         DeValue::Datetime(_) => "a date".into(),
         DeValue::Table(_) => "a table".into(),
         DeValue::Array(elements) => {
-            let elements: Vec<_> = elements.iter().map(|e| describe(e.get_ref())).collect();
+            let element = |value: &DeValue| match value {
+                DeValue::Integer(integer) => integer.to_string(),
+                DeValue::Float(float) => float.to_string(),
+                _ => describe(value),
+            };
+            let elements: Vec<_> = elements.iter().map(|e| element(e.get_ref())).collect();
             format!("the array [{}]", elements.join(", "))
         }
     }

@@ -281,8 +281,9 @@ impl FrameStats {
                 let rays = indirect.max_rays();
                 let rays = rays.map(|rays| format!("max_rays = {rays}"));
                 let budget = Vec::from_iter(ms.into_iter().chain(rays)).join(", ");
+                let sent = self.ray_count;
                 format!(
-                    "the budget ({budget}) was spent before the target error was met: {error}; give more, or raise target_error"
+                    "the budget ({budget}) was spent on {sent} rays before the target error was met: {error}; give more, or raise target_error"
                 )
             }
             StopReason::SamplesExhausted => format!(

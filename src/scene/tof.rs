@@ -115,7 +115,7 @@ impl TimeOfFlight {
             &self.frequencies_hz,
             |hz| (1.0..=1e12).contains(hz),
             |i, hz| format!("frequency {i} is {hz} Hz"),
-            "give 1 Hz to 1 THz",
+            "give 1 Hz to 1 THz; frequencies_mhz of a scene file are in MHz, such as 20",
         )?;
         let (least, most) = PHASE_COUNTS.into_inner();
         part.require(

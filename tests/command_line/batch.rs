@@ -378,7 +378,7 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ("[job]\n", "job.toml:1: [job] has no \"scene\""),
         (
             "[job]\nscene = \"none.toml\"\n",
-            "none.toml: cannot read the scene file",
+            "none.toml, which does not exist; check the path",
         ),
         (
             "[job]\nscene = \"scene.toml\"\nframe = 3\n",
@@ -410,7 +410,7 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[camera]\npath = \"a.txt\"\n",
-            "job.toml:4: unknown key \"path\" in [camera]; choose one of: poses, keyframes, trajectory, random",
+            "job.toml:4: unknown key \"path\" in [camera]; keys not used yet: poses, keyframes, trajectory, random",
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 1\npower_factors = [1]\n",

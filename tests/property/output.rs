@@ -464,6 +464,7 @@ fn a_target_that_was_not_met_is_said_with_its_reason() {
         max_rays: Some(5_000_000_000),
         stderr_layer: false,
     });
+    let rays = frame.stats.ray_count;
     let mut says = |stop, error| {
         frame.stats.stop = stop;
         frame.stats.estimated_error = error;
@@ -473,7 +474,9 @@ fn a_target_that_was_not_met_is_said_with_its_reason() {
     assert_eq!(says(None, None), Vec::<String>::new());
     let met = says(Some(StopReason::TargetMet), Some(0.01));
     assert_eq!(met, Vec::<String>::new());
-    let spent = "the budget (max_ms = 250, max_rays = 5000000000) was spent before the target error was met: requested 2.00 %, ";
+    let spent = format!(
+        "the budget (max_ms = 250, max_rays = 5000000000) was spent on {rays} rays before the target error was met: requested 2.00 %, "
+    );
     assert_eq!(
         says(Some(StopReason::BudgetSpent), Some(0.031)),
         [format!(

@@ -10,8 +10,13 @@ use crate::{Failure, warn};
 #[derive(clap::Args)]
 pub struct SizeArgs {
     /// Resolution; the field of view stays
-    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = parse_edge, allow_negative_numbers = true)]
     size: Option<Vec<u32>>,
+}
+
+fn parse_edge(text: &str) -> Result<u32, &'static str> {
+    let edge = text.parse().ok().filter(|&edge| edge > 0);
+    edge.ok_or("give two whole numbers of 1 or more, such as --size 320 240")
 }
 
 impl SizeArgs {

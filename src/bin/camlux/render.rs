@@ -60,7 +60,7 @@ fn parse_tracer(name: &str) -> Result<RayKernel, String> {
     kernel.ok_or_else(|| "the ray kernels are packet, single, query".into())
 }
 
-fn parse_layer(name: &str) -> Result<Layer, String> {
+pub fn parse_layer(name: &str) -> Result<Layer, String> {
     let layer = Layer::from_name(name).filter(|layer| layer.is_rendered());
     layer.ok_or_else(|| format!("the layers are {}", layer_names()))
 }

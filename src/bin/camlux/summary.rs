@@ -37,7 +37,10 @@ pub fn text(run: &RunSummary) -> String {
     line("time", duration(total_ms) + &of_render.unwrap_or_default());
     if let Some(indirect) = &run.frame.description.indirect {
         if let Some(requested) = indirect.target_error() {
-            let against = "of the indirect light";
+            let against = match run.frame.description.tof {
+                None => "of the indirect light",
+                Some(_) => "of the indirect light or a phasor, whichever is larger",
+            };
             let error = describe_error(&stats.estimated_error_text(), requested, against);
             line("error", error);
         }

@@ -87,10 +87,11 @@ impl Changes {
             None => None,
             Some(("power_factors", list)) => {
                 let list = list.filled("list one per frame")?;
-                Some(Values::Listed(numbers(list)?))
+                Some(Values::Listed(factors_of(list)?))
             }
             Some((_, range)) => {
                 let [least, most] = range.numbers()?;
+                check_factor(&range, least)?;
                 Some(Values::between(&keys, [least], [most])?)
             }
         };
@@ -107,7 +108,7 @@ impl Changes {
             (Some(light), None) => {
                 let factors = keys.need("power_factors", "power_factors = [0.5, 1.0, 2.0]")?;
                 let light = self.index(light, Named::Light)?;
-                Change::Power(light, Values::Listed(numbers(factors)?))
+                Change::Power(light, Values::Listed(factors_of(factors)?))
             }
             (None, Some(material)) => {
                 let kd = keys.need("kd", "kd = [0.2, 0.5, [0.8, 0.1, 0.1]]")?;
@@ -263,10 +264,21 @@ impl<const N: usize> Values<N> {
     }
 }
 
-fn numbers(value: Value) -> Result<Vec<[f64; 1]>, Failure> {
+fn factors_of(value: Value) -> Result<Vec<[f64; 1]>, Failure> {
     let list = value.list()?;
-    let numbers = list.iter().map(|value| Ok([value.number()?]));
-    numbers.collect()
+    let factors = list.iter().map(|value| {
+        let factor = value.number()?;
+        check_factor(value, factor)?;
+        Ok([factor])
+    });
+    factors.collect()
+}
+
+fn check_factor(value: &Value, factor: f64) -> camlux::Result<()> {
+    match factor < 0.0 {
+        true => Err(value.error(format!("has {factor}"), "give factors of 0 or more")),
+        false => Ok(()),
+    }
 }
 
 fn check_material(at: &str, name: &str, scene: &Scene) -> Result<(), Failure> {

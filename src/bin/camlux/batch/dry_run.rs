@@ -11,7 +11,7 @@ use serde_json::json;
 
 use super::frames::Frames;
 use super::work::Engine;
-use crate::{Failure, print, tell, warn};
+use crate::{Failure, print, tell};
 
 /// Number of frames that are tried besides the first. The time of the first includes one-off work.
 const TRIED_FRAMES: usize = 3;
@@ -50,17 +50,24 @@ pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(
     let mut tried: Vec<u64> = (0..TRIED_FRAMES).map(spread).collect();
     tried.dedup();
     let mut engine = Engine::open(device)?;
-    // A frame that fails here will fail in the batch, too, and is recorded there.
-    let _ = take(first, frames, &mut engine);
-    let taken = tried
-        .iter()
-        .filter_map(|&i| take(i, frames, &mut engine).ok());
-    let (times, bytes): (Vec<Duration>, Vec<u64>) = taken.unzip();
+    let mut take = |index| take(index, frames, &mut engine).map_err(|error| (index, error));
+    let mut failures = Vec::new();
+    failures.extend(take(first).err().filter(|_| !tried.contains(&first)));
+    let (mut times, mut bytes) = (Vec::new(), Vec::new());
+    for &index in &tried {
+        match take(index) {
+            Ok((time, size)) => {
+                times.push(time);
+                bytes.push(size);
+            }
+            Err(failure) => failures.push(failure),
+        }
+    }
+    for (index, error) in &failures {
+        tell(&format!("camlux: frame {index} would fail: {error}"));
+    }
     if times.is_empty() {
-        warn(
-            "none of the trial frames could be rendered; run without --dry-run to see their errors",
-        );
-        return Ok(());
+        return Err("none of the trial frames could be rendered; mend the errors above".into());
     }
     let (tried, total) = (times.len() as u32, indices.len() as u32);
     let time = times.iter().sum::<Duration>() / tried * total;
@@ -69,7 +76,12 @@ pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(
         "{total} frames, {first} to {last}: about {} and {megabytes:.1} MB, estimated from {tried} of them, rendered and written one after the other",
         humantime::format_duration(Duration::from_secs(time.as_secs())),
     ));
-    Ok(())
+    match failures.len() {
+        0 => Ok(()),
+        count => {
+            Err(format!("{count} of the trial frames would fail; mend the errors above").into())
+        }
+    }
 }
 
 /// Index, file and camera of a frame; and its lights, moving meshes and varied materials, as its line of the manifest describes them.

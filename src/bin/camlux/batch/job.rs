@@ -98,6 +98,11 @@ fn scenes(keys: &mut Keys, folder: &Path) -> Result<Vec<(String, PathBuf)>, Fail
                 .error(problem, "give the files different names")
                 .into());
         }
+        if !path.exists() {
+            let problem = format!("names {}, which does not exist", path.display());
+            let hint = "check the path, which is relative to the job file";
+            return Err(value.error(problem, hint).into());
+        }
         scenes.push((name, path));
     }
     Ok(scenes)
@@ -111,12 +116,13 @@ fn size(value: &Value) -> camlux::Result<[u32; 2]> {
 }
 
 fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
-    let rendered = Layer::all();
-    let rendered = rendered.filter(|layer| layer.is_rendered());
-    let rendered: Vec<Layer> = rendered.collect();
     let layers = keys.take("layers").map(|value| {
         let names = value.filled("name one or more")?.list()?;
-        let layers = names.iter().map(|name| name.choice(&rendered, Layer::name));
+        let layers = names.iter().map(|value| {
+            let name = value.text()?;
+            let unknown = |names| value.error(format!("names no layer: \"{name}\""), names);
+            crate::render::parse_layer(name).map_err(unknown)
+        });
         layers.collect::<camlux::Result<_>>()
     });
     let compression = keys.optional("compression", |value| {

@@ -130,11 +130,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         edge_pixels: edges.and(edge_pixels),
         layers,
     };
-    print(&if args.json {
-        json::text(&report)
-    } else {
-        table::text(&report)
-    })
+    if args.json {
+        return print(&json::text(&report));
+    }
+    print(&table::text(&report))?;
+    match &args.error_map {
+        Some(path) => print(&format!("wrote   {} (error map)\n", path.display())),
+        None => Ok(()),
+    }
 }
 
 fn create_map(args: &Args) -> Result<Option<OutputFile>, Failure> {
