@@ -21,7 +21,7 @@ QUICK_SAMPLES = [1, 4, 16, 64]
 MOST_SAMPLES_DENOISED = 32
 # The error falls with the square root of the samples, so the curve beyond this is a straight line.
 MOST_SAMPLES_OF_PATH = 256
-TRUTH_SAMPLES = 16384
+REFERENCE_SAMPLES = 16384
 RUNS = 3
 LONG_RUN_SECONDS = 10.0
 
@@ -79,11 +79,11 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--spp", type=sample_counts, metavar="1,2,4", help="samples a pixel")
     parser.add_argument("--check", type=Path, metavar="IMAGE.exr", help="compare with an image instead of measuring")
     parser.add_argument(
-        "--truth", type=Path, metavar="IMAGE.exr", help="write an image with the standard error of each pixel instead"
+        "--reference", type=Path, metavar="IMAGE.exr", help="write an image with the standard error of each pixel instead"
     )
     options = parser.parse_args()
-    if options.check is None and options.truth is None and options.output is None:
-        parser.error("give --output, the folder for the images, or --check, or --truth")
+    if options.check is None and options.reference is None and options.output is None:
+        parser.error("give --output, the folder for the images, or --check, or --reference")
     return options
 
 
@@ -137,10 +137,10 @@ def run(options: argparse.Namespace, threads: int, results):
         compare = check.compare_whole if loaded.has_area_light() else check.compare
         compare(tracer, loaded.size_px, options.check)
         return
-    if options.truth is not None:
-        import truth
+    if options.reference is not None:
+        import reference
 
-        truth.render(tracer, loaded.size_px, options.spp[-1] if options.spp else TRUTH_SAMPLES, options.truth)
+        reference.render(tracer, loaded.size_px, options.spp[-1] if options.spp else REFERENCE_SAMPLES, options.reference)
         return
 
     from frames import Denoised, Denoiser, PathPlugin, PathTraced, TransientPath
