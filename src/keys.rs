@@ -176,6 +176,17 @@ impl<'t> Keys<'t> {
         value.map_or(Ok(()), |value| Err(value.error(problem, hint)))
     }
 
+    /// Each key, and file and line of its value.
+    pub fn lines(&self) -> impl Iterator<Item = (String, String)> {
+        let entries = self.table.iter();
+        entries.map(|(key, value)| {
+            (
+                key.get_ref().to_string(),
+                self.source.at(value.span().start),
+            )
+        })
+    }
+
     /// All remaining keys with their values, in the order of the text.
     pub fn take_all(&mut self) -> Vec<(String, Value<'t>)> {
         let mut keys: Vec<_> = self

@@ -33,15 +33,17 @@ impl Scene {
             "indirect",
         ];
         let mut keys = Keys::parse(text, file, "scene file", &known)?;
-        let mut places = Places::from([(("scene", 0), file.display().to_string())]);
+        let mut places = Places::new(file.display().to_string());
 
         let camera = keys.need("camera", "a [camera] table")?.table("[camera]")?;
-        places.insert(("camera", 0), camera.at.clone());
+        places.insert_table("camera", 0, &camera);
         let folder = file.parent().unwrap_or(Path::new(""));
         let camera = file_parts::camera(camera, folder)?;
         let mut optional = |key: &'static str| -> Result<Option<Keys>> {
             let table = keys.table(key)?;
-            places.extend(table.iter().map(|table| ((key, 0), table.at.clone())));
+            if let Some(table) = &table {
+                places.insert_table(key, 0, table);
+            }
             Ok(table)
         };
         let mut sensor = optional("sensor")?.map(file_parts::sensor).transpose()?;
@@ -60,7 +62,7 @@ impl Scene {
 
         let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
-            places.insert(("light", i), light.at.clone());
+            places.insert_table("light", i, &light);
             let read = file_parts::light(light, folder)?;
             lights.push(read.light);
             modulated.push(read.modulated);
@@ -78,6 +80,7 @@ impl Scene {
         if let Some(mut materials) = keys.table("material")? {
             for (name, value) in materials.take_all() {
                 let material = value.table(format!("[material.{name}]"))?;
+                places.insert_table("material", assets.materials.len(), &material);
                 let at = material.at.clone();
                 assets.push_material(file_parts::material(material, name)?, at);
             }
@@ -100,7 +103,9 @@ impl Scene {
             of_files.extend(assets.load_mesh(request)?);
             // One file may contain several meshes.
             let loaded = transforms.len()..assets.meshes.len();
-            places.extend(loaded.clone().map(|i| (("mesh", i), at.clone())));
+            for i in loaded.clone() {
+                places.insert("mesh", i, at.clone());
+            }
             transforms.extend(loaded.map(|_| transform));
         }
         for (light, (carrier, named)) in &carriers {
@@ -150,8 +155,9 @@ impl Scene {
             indirect,
             left_out: assets.left_out,
         };
-        let materials = assets.material_places.into_iter().enumerate();
-        places.extend(materials.map(|(i, at)| (("material", i), at)));
+        for (i, at) in assets.material_places.into_iter().enumerate() {
+            places.insert("material", i, at);
+        }
         scene.validate_read(&places)?;
         Ok(scene)
     }

@@ -9,7 +9,7 @@ use super::{
     AreaShape, BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene,
     Sensor, Shadow,
 };
-use crate::{Error, Result};
+use crate::{Error, Result, keys::Keys};
 
 /// The largest distance from 0. Beyond it, f64 positions no longer resolve a tenth of a millimetre.
 const FARTHEST_M: f64 = 1e12;
@@ -21,8 +21,44 @@ const NARROWEST_DEG: f64 = 1e-4;
 /// Below this angle between view and `up`, the rotation of the image about its axis is rounding noise.
 const SMALLEST_UP_ANGLE_RAD: f64 = 1e-6;
 
-/// File and line of each part that was read, by its kind and index. A part without an entry uses the file, `("scene", 0)`.
-pub(super) type Places = HashMap<(&'static str, usize), String>;
+/// File and line of each part that was read, by its kind and index.
+#[derive(Default)]
+pub(super) struct Places {
+    /// For a part that has no line.
+    file: Option<String>,
+    parts: HashMap<(&'static str, usize), String>,
+    /// Of a part's keys.
+    keys: HashMap<(&'static str, usize, String), String>,
+}
+
+impl Places {
+    pub fn new(file: String) -> Self {
+        Places {
+            file: Some(file),
+            ..Places::default()
+        }
+    }
+
+    pub fn insert(&mut self, kind: &'static str, index: usize, at: String) {
+        self.parts.insert((kind, index), at);
+    }
+
+    /// Also keeps the lines of the table's keys.
+    pub fn insert_table(&mut self, kind: &'static str, index: usize, table: &Keys) {
+        self.insert(kind, index, table.at.clone());
+        let lines = table.lines();
+        self.keys
+            .extend(lines.map(|(key, at)| ((kind, index, key), at)));
+    }
+
+    /// The line of the key with which the problem begins, or else that of the part.
+    fn of(&self, kind: &'static str, index: usize, problem: &str) -> Option<&String> {
+        let key = problem.split(' ').next().unwrap_or_default();
+        let key = self.keys.get(&(kind, index, key.into()));
+        key.or(self.parts.get(&(kind, index)))
+            .or(self.file.as_ref())
+    }
+}
 
 impl Scene {
     /// Checks everything that the renderer relies on. [`Scene::load`] calls it; call it yourself for a scene built from slices.
@@ -33,19 +69,18 @@ impl Scene {
     /// [`Error::Scene`] with the part and the value: an image without pixels, a camera without a direction, numbers that are not finite or
     /// out of range, no light, indices out of range, lists of unequal length.
     pub fn validate(&self) -> Result<()> {
-        self.validate_read(&Places::new())
+        self.validate_read(&Places::default())
     }
 
     /// Validates a scene that was read from these places.
     pub(super) fn validate_read(&self, places: &Places) -> Result<()> {
         let placed = |kind, index, checked: Result<()>| {
-            let place = places.get(&(kind, index)).or(places.get(&("scene", 0)));
-            match (checked, place) {
-                (Err(Error::Scene { at, problem, hint }), Some(place)) => {
-                    Err(Error::scene(format!("{place}, {at}"), problem, hint))
-                }
-                (checked, _) => checked,
-            }
+            let Err(Error::Scene { at, problem, hint }) = checked else {
+                return checked;
+            };
+            let place = places.of(kind, index, &problem);
+            let at = place.map_or(at.clone(), |place| format!("{place}, {at}"));
+            Err(Error::scene(at, problem, hint))
         };
         placed("camera", 0, self.camera.validate())?;
         if let Some(sensor) = &self.sensor {

@@ -453,7 +453,7 @@ fn wrong_types() {
     }
 }
 
-/// For a scene file, errors of [`Scene::validate`] have a line number.
+/// For a scene file, errors of [`Scene::validate`] name the line of the key.
 #[test]
 fn values_out_of_range_are_reported_with_their_line() {
     let spot = "[[light]]\nkind = \"spot\"\nposition = [0, 2, 0]\ndirection = [0, -1, 0]\ninner_half_angle_deg = 40\nouter_half_angle_deg = 30\npower_w = 1\n";
@@ -461,7 +461,7 @@ fn values_out_of_range_are_reported_with_their_line() {
         (
             camera_with("[8, 6]", "[0, 0]"),
             [
-                "scene.toml:1, camera: resolution is 0 x 0 pixels",
+                "scene.toml:2, camera: resolution is 0 x 0 pixels",
                 "at least 1 x 1",
             ],
         ),
@@ -472,14 +472,14 @@ fn values_out_of_range_are_reported_with_their_line() {
         (
             format!("{CAMERA}{LIGHT}{}", LIGHT.replace("50.0", "-50.0")),
             [
-                "scene.toml:11, light 1 (point): power_w is [-50.0, -50.0, -50.0]",
+                "scene.toml:14, light 1 (point): power_w is [-50.0, -50.0, -50.0]",
                 "0 or more",
             ],
         ),
         (
             format!("{CAMERA}{spot}"),
             [
-                "scene.toml:7, light 0 (spot): inner_half_angle_deg 40 is larger than outer_half_angle_deg 30",
+                "scene.toml:11, light 0 (spot): inner_half_angle_deg 40 is larger than outer_half_angle_deg 30",
                 "no wider",
             ],
         ),
@@ -488,14 +488,14 @@ fn values_out_of_range_are_reported_with_their_line() {
                 "{CAMERA}[[light]]\nkind = \"directional\"\ndirection = [0, 0, 0]\nirradiance_w_m2 = 1\n"
             ),
             [
-                "scene.toml:7, light 0 (directional): direction is [0, 0, 0]",
+                "scene.toml:9, light 0 (directional): direction is [0, 0, 0]",
                 "any length but zero",
             ],
         ),
         (
             format!("{CAMERA}{LIGHT}[material.clay]\nkd = 1.5\n"),
             [
-                "scene.toml:11, material 0 (\"clay\"): kd is [1.5, 1.5, 1.5]",
+                "scene.toml:12, material 0 (\"clay\"): kd is [1.5, 1.5, 1.5]",
                 "from 0 to 1",
             ],
         ),
@@ -508,19 +508,19 @@ fn values_out_of_range_are_reported_with_their_line() {
         ),
         (
             format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\nrsm_size = 0\n"),
-            ["scene.toml:11, indirect: rsm_size is 0", "such as 64"],
+            ["scene.toml:13, indirect: rsm_size is 0", "such as 64"],
         ),
         (
             format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"final-gather\"\ntarget_error = 2\n"),
             [
-                "scene.toml:11, indirect: target_error is 2",
+                "scene.toml:13, indirect: target_error is 2",
                 "from 0.002 to 0.5, such as 0.02",
             ],
         ),
         (
             format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"final-gather\"\nmax_ms = -1\n"),
             [
-                "scene.toml:11, indirect: max_ms is -1",
+                "scene.toml:13, indirect: max_ms is -1",
                 "give finite milliseconds above 0, such as 500",
             ],
         ),
@@ -529,7 +529,7 @@ fn values_out_of_range_are_reported_with_their_line() {
                 "{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\nrsm_size = 8\ninterpolation_error = 0.6\n"
             ),
             [
-                "scene.toml:11, indirect: interpolation_error is 0.6",
+                "scene.toml:14, indirect: interpolation_error is 0.6",
                 "from 0.002 to 0.5, such as 0.02",
             ],
         ),

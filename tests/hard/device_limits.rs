@@ -220,7 +220,7 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     device.limits.max_storage_images = 8;
     assert!(Plan::new(&scene, &device).is_ok());
     device.limits.max_storage_images = 7;
-    let says = "a kernel of final gathering reads (storage images) is 8, over the limit of 7";
+    let says = "the number of storage images that a kernel of final gathering reads is 8, over the limit of 7";
     assert_refused(
         &scene,
         &device,
