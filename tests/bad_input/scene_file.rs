@@ -85,6 +85,10 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
                 "did you mean \"mesh\"?",
             ],
         ),
+        (
+            format!("[job]\nscene = \"scene.toml\"\n{CAMERA}"),
+            ["scene.toml: this is a job file", "camlux batch"],
+        ),
         // The message suggests no key: "position" is already present, and no other key is similar.
         (
             camera_with("look_at", "positions"),

@@ -377,6 +377,18 @@ fn bad_jobs_are_refused_with_file_and_line() {
     let cases = [
         ("[job]\n", "job.toml:1: [job] has no \"scene\""),
         (
+            SCENE,
+            "job.toml: there is no [job] table; add it, or give a scene file to camlux render",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 0\npower_factors = [1, -2]\n",
+            "job.toml:5: \"power_factors\" in [[light]] has -2; give factors of 0 or more",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\nlayers = [\"dept\"]\n",
+            "job.toml:3: \"layers\" in [job] names no layer: \"dept\"; the layers are radiance, direct",
+        ),
+        (
             "[job]\nscene = \"none.toml\"\n",
             "none.toml, which does not exist; check the path",
         ),
@@ -482,7 +494,8 @@ fn a_dry_run_lists_and_estimates_and_writes_nothing() {
         .collect();
     assert_eq!(indices, ["3", "4", "5", "6"]);
     assert!(
-        stdout.contains("frames/000003.exr camera position = [-0.45"),
+        stdout.contains("frames/000003.exr camera position = [-0.45")
+            && stdout.contains(", light 0 = {\"kind\":"),
         "{stdout}"
     );
     let stderr = String::from_utf8(output.stderr).unwrap();
@@ -502,6 +515,13 @@ fn frames_that_fail_are_recorded() {
     let job =
         "[job]\nscene = \"scene.toml\"\n[[sweep]]\nmaterial = \"white\"\nkd = [0.25, 1.5, 0.75]\n";
     let jobs = Jobs::new(job);
+    let dry = jobs.program(&["batch", "job.toml", "--dry-run"]).output();
+    let dry = dry.unwrap();
+    assert_eq!(dry.status.code(), Some(1));
+    let lines = String::from_utf8(dry.stdout).unwrap();
+    assert!(lines.contains("kd of white = [0.75,0.75,0.75]"), "{lines}");
+    let said = String::from_utf8(dry.stderr).unwrap();
+    assert!(said.contains("frame 1 would fail: ") && said.contains("3 frames, 0 to 2: about "));
     let stderr = jobs.fail("set", &[]);
     for says in [
         "frame 1 failed",

@@ -84,8 +84,8 @@ fn wrong_usage_is_said_with_exit_code_2() {
             "the layers are radiance, direct, indirect, stderr, energy, P",
         ),
         (
-            &["render", "scene.toml", "-o", "a.exr", "--size", "0", "5"],
-            "'0'",
+            &["render", "scene.toml", "-o", "a.exr", "--size", "-3", "5"],
+            "'-3' for '--size <WIDTH> <HEIGHT>': give two whole numbers of 1 or more",
         ),
         (
             &["render", "scene.toml", "-o", "a.exr", "--rsm-size", "0"],
