@@ -38,7 +38,7 @@ def test_arrays_are_compared_by_the_formulas():
     assert found.value_count == t.size and found.noise_floor is None and found.edge_pixels == 0
     assert camlux.compare(t[..., 0], t[..., 0]).rel_rmse == 0
     assert camlux.compare(t, np.zeros_like(t)).rel_rmse is None
-    with pytest.raises(ValueError, match="of one shape"):
+    with pytest.raises(ValueError, match="both the same shape"):
         camlux.compare(t, t[:4])
 
 
