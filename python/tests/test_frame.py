@@ -20,7 +20,7 @@ def test_layers_are_arrays_with_units(renderer, scene):
     assert dict(frame).keys() == set(frame) == set(frame.keys()) and len(frame) == len(frame.keys())
     assert [name for name, _ in frame.items()] == frame.keys()
     assert "stderr" not in frame
-    with pytest.raises(KeyError, match="no layer \"stderr\", but radiance, direct"):
+    with pytest.raises(KeyError, match="no layer \"stderr\"; it has radiance, direct"):
         frame["stderr"]
 
 
