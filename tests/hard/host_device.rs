@@ -12,8 +12,8 @@ use ash::{ext, khr, vk};
 
 use crate::common::gpu::demo_scene;
 use camlux::{
-    Device, DeviceImage, DeviceKind, DeviceOptions, HostVulkan, QueueLock, Renderer, Scene,
-    SharedMemory, SharedMemoryInfo,
+    Device, DeviceFrame, DeviceImage, DeviceKind, DeviceOptions, HostVulkan, QueueLock, Renderer,
+    Scene, SharedMemory, SharedMemoryInfo,
     output::Layer,
     scene::{IndirectLight, VplSum},
 };
@@ -341,6 +341,14 @@ pub fn scene() -> Scene {
     scene
 }
 
+/// Copies radiance and normals to shared memory, one image after the other.
+pub fn copy_to_shared(drawn: &DeviceFrame, memory: &SharedMemory, image_bytes: u64) {
+    for (place, layer) in [Layer::Radiance, Layer::Normal].into_iter().enumerate() {
+        let copied = drawn.copy_to(layer, memory, place as u64 * image_bytes);
+        assert!(copied.expect("it fits"));
+    }
+}
+
 /// R, G and B of texels with four components.
 pub fn bands(texels: &[f32]) -> Vec<f32> {
     let texels = texels.chunks_exact(4);
@@ -401,10 +409,7 @@ fn another_instance_imports_shared_memory() {
             let drawn = renderer.render_on_device(&scene, &mut Default::default());
             let drawn = drawn.expect("it renders");
             let frame = drawn.read().expect("it is read");
-            for (place, layer) in [Layer::Radiance, Layer::Normal].into_iter().enumerate() {
-                let copied = drawn.copy_to(layer, &memory, place as u64 * image_bytes);
-                assert!(copied.expect("it fits"));
-            }
+            copy_to_shared(&drawn, &memory, image_bytes);
             let fd = memory.export_fd().expect("a file descriptor");
             let texels = host.read_shared(fd, info);
             // SAFETY: the memory has at least this many bytes, and nothing writes to it meanwhile.
