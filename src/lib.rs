@@ -24,6 +24,7 @@ pub mod error;
 mod exr_decode;
 mod frame;
 mod geometry;
+mod import;
 #[doc(hidden)]
 pub mod input_file;
 #[cfg(feature = "internals")]

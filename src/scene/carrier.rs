@@ -52,12 +52,12 @@ impl Light {
     }
 
     /// Transforms the light from the camera's axes (x right, y down, z forward) to the world.
-    pub(super) fn place_by_camera(&mut self, camera: &Camera) {
+    pub(crate) fn place_by_camera(&mut self, camera: &Camera) {
         self.carry(axes(camera), camera.position_m);
     }
 
     /// Transforms the light from a mesh file's coordinates to the world.
-    pub(super) fn place_by_mesh(&mut self, scale: f64, rotation: DMat3, translation_m: DVec3) {
+    pub(crate) fn place_by_mesh(&mut self, scale: f64, rotation: DMat3, translation_m: DVec3) {
         if let Some(position_m) = self.position_m_mut() {
             *position_m *= scale;
         }

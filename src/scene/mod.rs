@@ -4,34 +4,23 @@
 //! origin keeps its detail. Build a [`Scene`] from slices, or load one with [`Scene::load`].
 
 mod area;
-mod assets;
 mod bounds;
 mod camera;
 mod carrier;
 mod distortion;
-mod eulumdat;
-mod file;
-mod file_parts;
-mod gltf;
 mod hash;
-mod ies;
 mod indirect;
 mod instance;
 mod light;
-mod lines;
 mod material;
 mod mesh;
-mod mtl;
-mod obj;
-mod obj_check;
+mod metallic_roughness;
 mod pattern;
 mod pattern_integral;
 mod pixel_sampling;
-mod ply;
 mod projected_image;
 mod shared;
 mod texels;
-mod texture;
 mod tof;
 mod validate;
 mod validate_surface;
@@ -44,14 +33,16 @@ pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::Carrier;
 pub use distortion::Distortion;
-pub use gltf::MetallicRoughness;
 pub use indirect::{
     DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS, VplSum,
 };
 pub use instance::Instance;
+pub(crate) use instance::{normal_matrix, unit_normal};
 pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
+pub use metallic_roughness::MetallicRoughness;
+pub(crate) use pattern::Measured;
 pub use pattern::{Pattern, PatternAxes, RadiationPattern};
 pub use pattern_integral::PatternIntegral;
 pub use pixel_sampling::{PixelFilter, PixelSampling};
@@ -62,6 +53,7 @@ pub(crate) use tof::MAX_PHASES;
 pub use tof::{
     ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, Photodetector, SensorNoise, TimeOfFlight,
 };
+pub(crate) use validate::Places;
 
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
 pub type Bands = [f64; 3];

@@ -1,13 +1,10 @@
 //! Measured radiation patterns of lights.
 
 use std::f64::consts::{PI, TAU};
-use std::path::Path;
 
 use glam::DVec3;
 
-use super::projected_image::GreyImage;
-use super::{Encoding, PatternIntegral, ProjectedImage, Shared, SpotCone, eulumdat, ies};
-use crate::{Error, Result, input_file};
+use super::{PatternIntegral, ProjectedImage, Shared, SpotCone};
 
 /// The radiant intensity of a lamp over all directions, relative to its largest value.
 ///
@@ -87,7 +84,7 @@ impl RadiationPattern {
 }
 
 /// The measurements in a file, before they are spread over all planes.
-pub(super) struct Measured {
+pub(crate) struct Measured {
     /// Degrees, increasing.
     pub gammas_deg: Vec<f64>,
     /// Degrees, increasing, starting at 0.
@@ -97,76 +94,9 @@ pub(super) struct Measured {
 }
 
 impl Pattern {
-    /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, or a map of all directions (`.png`, `.jpg`, `.exr`). `named_at` is the line of the
-    /// scene file that names it, or the file itself.
-    ///
-    /// # Errors
-    /// [`Error::Scene`](crate::Error::Scene) if the file is missing or is no pattern.
-    pub fn load(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pattern> {
-        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg" | "exr")) {
-            return Pattern::of_map(&GreyImage::load(path, encoding, named_at)?)
-                .map_err(|problem| Error::scene(named_at, problem, "give another image"));
-        }
-        let parse = match extension.to_str() {
-            Some("ies") => ies::parse,
-            Some("ldt") => eulumdat::parse,
-            _ => {
-                return Err(Error::scene(
-                    named_at,
-                    format!("pattern {} has an unknown format", path.display()),
-                    "give an IES file (.ies), a EULUMDAT file (.ldt), or a map of all directions (.png, .exr)",
-                ));
-            }
-        };
-        let bytes = input_file::read(path).map_err(|error| {
-            let problem = format!("cannot read the pattern {}: {error}", path.display());
-            Error::scene(named_at, problem, "check the path")
-        })?;
-        // Makers' names come in any encoding; only the ASCII text matters.
-        parse(&String::from_utf8_lossy(&bytes), path)
-    }
-
-    /// Converts an equirectangular map: γ runs from 0 at the upper edge to 180° at the lower, C from 0 at the left to 360° at the right.
-    /// The values apply at the pixels' centres; each pole gets the mean of the row next to it.
-    fn of_map(map: &GreyImage) -> std::result::Result<Pattern, String> {
-        let [columns, rows] = map.size_px.map(|size| size as usize);
-        let centres = |count: usize, whole: f64| {
-            let at = move |i: usize| whole * (i as f64 + 0.5) / count as f64;
-            let inside = (0..count).map(at);
-            [0.0]
-                .into_iter()
-                .chain(inside)
-                .chain([whole])
-                .collect::<Vec<f64>>()
-        };
-        let value = |column: usize, row: usize| f64::from(map.values[row * columns + column]);
-        let pole = |row: usize| (0..columns).map(|c| value(c, row)).sum::<f64>() / columns as f64;
-        let of_column = |column: usize| {
-            let inside = (0..rows).map(|row| value(column, row));
-            let ends = [pole(0), pole(rows - 1)];
-            let all = [ends[0]].into_iter().chain(inside).chain([ends[1]]);
-            all.collect::<Vec<f64>>()
-        };
-        // The seam of the map, between its last column and its first.
-        let seam = of_column(0).into_iter().zip(of_column(columns - 1));
-        let seam: Vec<f64> = seam.map(|(a, b)| 0.5 * (a + b)).collect();
-        let planes = (0..columns).map(of_column);
-        let planes = [seam.clone()].into_iter().chain(planes).chain([seam]);
-        let values = planes.collect::<Vec<_>>().concat();
-        let peak = values.iter().copied().fold(0.0, f64::max);
-        let pattern = Pattern {
-            gammas_rad: centres(rows, PI),
-            planes_rad: centres(columns, TAU),
-            intensities: values.into_iter().map(|value| value / peak).collect(),
-            peak,
-        };
-        pattern.check().map(|()| pattern)
-    }
-
     /// The pattern seen through the opening of a spot light: multiplied by s(γ), which is interpolated linearly between nodes in the
     /// penumbra.
-    pub(super) fn within(&self, cone: SpotCone) -> Pattern {
+    pub(crate) fn within(&self, cone: SpotCone) -> Pattern {
         /// Number of intervals in the penumbra.
         const PARTS: u32 = 32;
         let inner = cone.inner_half_angle_deg.to_radians().min(PI);
@@ -208,7 +138,7 @@ impl Pattern {
     }
 
     /// Spreads measurements over all planes: a single plane applies to all, planes up to 90 or 180 degrees are mirrored.
-    pub(super) fn of(measured: Measured) -> std::result::Result<Pattern, String> {
+    pub(crate) fn of(measured: Measured) -> std::result::Result<Pattern, String> {
         let Measured {
             gammas_deg,
             mut planes_deg,
@@ -264,7 +194,7 @@ impl Pattern {
     }
 
     /// Checks that the pattern is valid; the error says what is wrong.
-    pub(super) fn check(&self) -> std::result::Result<(), String> {
+    pub(crate) fn check(&self) -> std::result::Result<(), String> {
         let Pattern {
             gammas_rad,
             planes_rad,

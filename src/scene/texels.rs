@@ -52,7 +52,7 @@ impl Texels {
     }
 
     /// The same integers, read with another encoding.
-    pub(super) fn encoded_as(self, encoding: Encoding) -> Texels {
+    pub(crate) fn encoded_as(self, encoding: Encoding) -> Texels {
         match self {
             Texels::U8(texels, _) => Texels::U8(texels, encoding),
             Texels::U16(texels, _) => Texels::U16(texels, encoding),

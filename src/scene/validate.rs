@@ -23,7 +23,7 @@ const SMALLEST_UP_ANGLE_RAD: f64 = 1e-6;
 
 /// File and line of each part that was read, by its kind and index.
 #[derive(Default)]
-pub(super) struct Places {
+pub(crate) struct Places {
     /// For a part that has no line.
     file: Option<String>,
     parts: HashMap<(&'static str, usize), String>,
@@ -73,7 +73,7 @@ impl Scene {
     }
 
     /// Validates a scene that was read from these places.
-    pub(super) fn validate_read(&self, places: &Places) -> Result<()> {
+    pub(crate) fn validate_read(&self, places: &Places) -> Result<()> {
         let placed = |kind, index, checked: Result<()>| {
             let Err(Error::Scene { at, problem, hint }) = checked else {
                 return checked;

@@ -13,12 +13,10 @@ use gltf::scene::Transform as NodeTransform;
 use gltf::{Node, Primitive, Semantic};
 
 use super::assets::{Assets, MeshRequest, Transform};
-use super::instance::{normal_matrix, unit_normal};
-use super::{Camera, Instance, Lens, Light, Mesh, Shared};
 use crate::keys::did_you_mean;
+use crate::scene::{Camera, Instance, Lens, Light, Mesh, Shared, normal_matrix, unit_normal};
 use crate::{Error, Result};
 use file::{GltfFile, KNOWN_EXTENSIONS};
-pub use material::MetallicRoughness;
 
 impl Assets {
     /// Loads a glTF file: each node with a mesh becomes a separate mesh, with the materials that its triangles use. Returns the lights of

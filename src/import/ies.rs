@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::pattern::{Measured, Pattern};
+use crate::scene::{Measured, Pattern};
 use crate::{Error, Result};
 
 /// Limit, above what any instrument measures.

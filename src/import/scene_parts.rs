@@ -4,14 +4,15 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::projected_image::GreyImage;
-use super::{
-    AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material,
-    Pattern, PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor,
-    Shadow, SpotCone, gltf,
-};
+use super::gltf;
+use super::grey_image::GreyImage;
 use crate::Result;
 use crate::keys::{Keys, Value};
+use crate::scene::{
+    AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material,
+    Pattern, PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor,
+    Shadow, SpotCone,
+};
 
 pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
     keys.only(&[

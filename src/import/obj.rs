@@ -4,10 +4,9 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::Mesh;
 use super::assets::{MeshRequest, Transform};
-use super::instance::unit_normal;
 use super::obj_check::CheckedObj;
+use crate::scene::{Mesh, unit_normal};
 use crate::{Error, Result};
 
 /// Assembles the whole file into one world-space mesh. Triangles keep the order of the file.

@@ -7,7 +7,7 @@ use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 
 use super::mtl::NormalMap;
-use super::{Encoding, Texels, Texture};
+use crate::scene::{Encoding, Texels, Texture};
 use crate::{Error, Result, input_file};
 
 /// Loads an image of 8 or 16 bits, grey or RGB. An alpha channel is ignored.

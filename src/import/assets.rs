@@ -9,8 +9,9 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 use super::lines::{place, read_text, resolved};
 use super::mtl::{Library, LibraryMaterial};
 use super::obj_check::{self, CheckedObj, FaceGroup, Named};
-use super::{Instance, Light, Material, Mesh, Shared, Texture, obj, texture};
+use super::{obj, texture};
 use crate::keys::did_you_mean;
+use crate::scene::{Instance, Light, Material, Mesh, Shared, Texture};
 use crate::{Error, Result};
 
 /// A `[[mesh]]` of the scene file.

@@ -6,9 +6,9 @@ use std::path::Path;
 use glam::DMat3;
 
 use super::assets::{Assets, MeshRequest, Transform};
-use super::validate::Places;
-use super::{Carrier, Scene, Shared, file_parts, indirect, tof};
+use super::{indirect, scene_parts, tof};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
+use crate::scene::{Carrier, Places, Scene, Shared};
 use crate::{Error, Result};
 
 impl Scene {
@@ -38,7 +38,7 @@ impl Scene {
         let camera = keys.need("camera", "a [camera] table")?.table("[camera]")?;
         places.insert_table("camera", 0, &camera);
         let folder = file.parent().unwrap_or(Path::new(""));
-        let camera = file_parts::camera(camera, folder)?;
+        let camera = scene_parts::camera(camera, folder)?;
         let mut optional = |key: &'static str| -> Result<Option<Keys>> {
             let table = keys.table(key)?;
             if let Some(table) = &table {
@@ -46,7 +46,7 @@ impl Scene {
             }
             Ok(table)
         };
-        let mut sensor = optional("sensor")?.map(file_parts::sensor).transpose()?;
+        let mut sensor = optional("sensor")?.map(scene_parts::sensor).transpose()?;
         if let Some(lens) = optional("lens")? {
             let sensor = sensor.as_mut().ok_or_else(|| {
                 lens.error(
@@ -54,16 +54,16 @@ impl Scene {
                     "remove it, or add a [sensor] table",
                 )
             })?;
-            sensor.f_number = Some(file_parts::f_number(lens)?);
+            sensor.f_number = Some(scene_parts::f_number(lens)?);
         }
         let tof = optional("tof")?;
-        let direct = optional("direct")?.map(file_parts::direct).transpose()?;
+        let direct = optional("direct")?.map(scene_parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
         let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert_table("light", i, &light);
-            let read = file_parts::light(light, folder)?;
+            let read = scene_parts::light(light, folder)?;
             lights.push(read.light);
             modulated.push(read.modulated);
             carriers.extend(read.carrier.map(|carrier| (i, carrier)));
@@ -82,7 +82,7 @@ impl Scene {
                 let material = value.table(format!("[material.{name}]"))?;
                 places.insert_table("material", assets.materials.len(), &material);
                 let at = material.at.clone();
-                assets.push_material(file_parts::material(material, name)?, at);
+                assets.push_material(scene_parts::material(material, name)?, at);
             }
         }
         let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();

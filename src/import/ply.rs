@@ -4,9 +4,8 @@ use glam::DVec3;
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{Ply, Property, PropertyAccess, PropertyAccessResult};
 
-use super::Mesh;
 use super::assets::{Assets, MeshRequest};
-use super::instance::unit_normal;
+use crate::scene::{Mesh, unit_normal};
 use crate::{Error, Result, input_file};
 
 /// A vertex or a face. Missing properties keep their initial values.

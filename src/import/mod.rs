@@ -1,0 +1,18 @@
+//! Reads scenes from files: scene files (TOML), meshes with their materials and textures, and measured lamps.
+
+mod assets;
+mod eulumdat;
+mod gltf;
+mod grey_image;
+mod ies;
+mod indirect;
+mod lines;
+mod mtl;
+mod obj;
+mod obj_check;
+mod pattern;
+mod ply;
+mod scene_file;
+mod scene_parts;
+mod texture;
+mod tof;
