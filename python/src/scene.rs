@@ -6,7 +6,7 @@ use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, IndirectLight,
     Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling, RadiationPattern,
-    Sensor, SensorNoise, Shadow, Shared, SpotCone, TimeOfFlight,
+    Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup, TimeOfFlight,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -235,9 +235,10 @@ impl Textures {
             kd: part.bands("kd")?,
             ks: part.bands("ks")?,
             shininess: part.number("shininess")?,
-            kd_texture: self.index(part, "kd_texture")?,
-            normal_texture: self.index(part, "normal_texture")?,
-            alpha_texture: self.index(part, "alpha_texture")?,
+            kd_texture: self.index(part, "kd_texture")?.map(Into::into),
+            normal_texture: self.index(part, "normal_texture")?.map(Into::into),
+            alpha_texture: self.index(part, "alpha_texture")?.map(Into::into),
+            ..Material::lambert("", [0.0; 3])
         })
     }
 }
@@ -512,7 +513,7 @@ impl<'py> Classes<'py> {
         material: &Material,
         textures: &[Bound<'py, Texture>],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let texture = |index: Option<usize>| index.and_then(|index| textures.get(index));
+        let texture = |lookup: Option<TextureLookup>| lookup.and_then(|lookup| textures.get(lookup.texture));
         object!(self, "Material",
             name: &material.name,
             kd: triple(material.kd),

@@ -3,7 +3,10 @@
 use std::ffi::c_char;
 
 use super::*;
-use crate::{Error, scene::Material};
+use crate::{
+    Error,
+    scene::{Material, TextureLookup},
+};
 
 /// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Initialise with CAMLUX_MATERIAL_INIT: black,
 /// without texture.
@@ -103,7 +106,9 @@ pub unsafe extern "C" fn camlux_scene_get_material(
             let materials = &object.lock().scene.materials;
             let found = materials.get(index as usize);
             let found = found.ok_or_else(|| no_part(index, materials.len(), "material"))?;
-            let texture = |index: Option<usize>| index.map_or(CAMLUX_NONE, |index| index as u32);
+            let texture = |lookup: Option<TextureLookup>| {
+                lookup.map_or(CAMLUX_NONE, |lookup| lookup.texture as u32)
+            };
             Ok(camlux_material {
                 kd: found.kd,
                 ks: found.ks,
@@ -126,7 +131,7 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     let name = unsafe { args::text(raw.name, "name") }?.unwrap_or_default();
     let mut material = Material::lambert(name, raw.kd);
     material.ks = raw.ks;
-    let texture = |index: u32| (index != CAMLUX_NONE).then_some(index as usize);
+    let texture = |index: u32| (index != CAMLUX_NONE).then(|| TextureLookup::from(index as usize));
     material.kd_texture = texture(raw.kd_texture);
     material.normal_texture = texture(raw.normal_texture);
     material.alpha_texture = texture(raw.alpha_texture);

@@ -134,6 +134,7 @@ unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
             texcoords: reals(&mesh.texcoords, "texcoords", texcoords)?,
             triangles: wholes(&mesh.indices, "indices", triangles)?,
             triangle_materials,
+            ..Mesh::default()
         })
     }
 }

@@ -181,7 +181,7 @@ fn textures(exam: &mut Examiner) -> Result<()> {
     };
     scene.textures = vec![checker.into(), one_texel.into()];
     for index in [0, 1] {
-        scene.materials[index].kd_texture = Some(index);
+        scene.materials[index].kd_texture = Some(index.into());
     }
     let mut map_to = |corners: [[f64; 2]; 4]| {
         for mesh in &mut scene.meshes {

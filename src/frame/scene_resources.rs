@@ -16,7 +16,7 @@ use crate::{
         textures::{TextureUses, Textures, uses_of},
     },
     ray_tree::MeshTrees,
-    scene::{Instance, Lens, Material, Shared, Texture},
+    scene::{Instance, Lens, Material, Shared, Texture, TextureLookup},
     vulkan::Buffer,
 };
 
@@ -59,7 +59,7 @@ struct RayTreeKey {
     space: LocalSpace,
     geometry: SameGeometry,
     /// The alpha texture of each material, and the textures; only if there are cut-outs.
-    cutouts: Option<(Vec<Option<usize>>, TexturesKey)>,
+    cutouts: Option<(Vec<(Option<TextureLookup>, f64)>, TexturesKey)>,
 }
 
 /// Equal if all are the same objects: values that cannot change as long as they are kept. Other objects count as different,
@@ -147,7 +147,9 @@ impl SceneResources {
             geometry: SameGeometry(geometry.clone()),
             cutouts: plan.has_cutouts.then(|| {
                 let materials = scene.materials.iter();
-                let alpha = materials.map(|material| material.alpha_texture).collect();
+                let alpha =
+                    materials.map(|material| (material.alpha_texture, material.alpha_cutoff));
+                let alpha = alpha.collect();
                 (alpha, textures_key.clone())
             }),
         };

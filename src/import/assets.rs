@@ -236,9 +236,9 @@ impl Assets {
         })?;
         let mut material = Material::lambert(&properties.name, kd);
         material.ks = properties.specular.unwrap_or_default();
-        material.kd_texture = kd_texture;
-        material.normal_texture = normal_texture;
-        material.alpha_texture = alpha_texture;
+        material.kd_texture = kd_texture.map(Into::into);
+        material.normal_texture = normal_texture.map(Into::into);
+        material.alpha_texture = alpha_texture.map(Into::into);
         match properties.shininess {
             Some(shininess) => material.shininess = shininess,
             None if material.is_specular() => {

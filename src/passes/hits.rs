@@ -9,6 +9,7 @@ use super::{
 use crate::{
     Result, Scene,
     geometry::{Geometry, GeometrySize, PlacedMesh},
+    scene::TextureLookup,
     vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList},
 };
 
@@ -42,7 +43,7 @@ impl HitSurfaces {
         geometry: &Geometry,
         textures: &Arc<Textures>,
     ) -> Result<HitSurfaces> {
-        let place = |texture: Option<usize>| {
+        let place = |texture: Option<TextureLookup>| {
             let texture = textures.place_of(texture);
             let [width, height] = texture.size;
             let [first, second] = halves_of_first_word(texture);

@@ -14,7 +14,7 @@ use crate::{
         HEADER_TEXELS, MeshTrees, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance,
         corners_of, corners_of_placed, max_box_texels, max_triangle_texels, triangle_texels_in,
     },
-    scene::Mesh,
+    scene::{Mesh, TextureLookup},
     vulkan::{
         AccelerationStructure, Allocate, BufferUse, CommandPool, InstancedTriangles, Resource,
         TexelList,
@@ -80,7 +80,7 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, kernel: RayKernel
 fn alpha_textures<'s>(
     scene: &'s Scene,
     mesh: &'s Mesh,
-) -> impl Iterator<Item = Option<usize>> + 's {
+) -> impl Iterator<Item = Option<TextureLookup>> + 's {
     let materials = mesh.triangle_materials.iter();
     let alpha = |&material: &u32| scene.materials[material as usize].alpha_texture;
     materials.map(move |material| alpha(material).filter(|_| !mesh.texcoords.is_empty()))

@@ -12,7 +12,7 @@ use crate::{
     geometry::{Geometry, GeometrySize, PlacedMesh},
     local_space::LocalSpace,
     plan::{Plan, shading_words},
-    scene::{Material, Mesh, Scene},
+    scene::{Material, Mesh, Scene, TextureLookup},
     vulkan::{
         Allocate, Buffer, BufferUse, CommandPool, Device, Recorder, Resource, Target,
         shaders::{self, Draw, View},
@@ -218,7 +218,7 @@ impl Lists {
             }
             let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
             // A mesh without texture coordinates uses its materials without textures.
-            let place = |texture: Option<usize>| match mesh.texcoords[..] {
+            let place = |texture: Option<TextureLookup>| match mesh.texcoords[..] {
                 [] => shaders::Texture::default(),
                 _ => textures.place_of(texture),
             };

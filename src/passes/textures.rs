@@ -2,7 +2,7 @@
 
 use crate::{
     Result, Scene,
-    scene::{Encoding, Texels, Texture},
+    scene::{Encoding, Texels, Texture, TextureLookup},
     vulkan::{CommandPool, Declarations, Resource, WordList, shaders},
 };
 
@@ -37,10 +37,12 @@ pub(crate) fn uses_of(scene: &Scene) -> Vec<TextureUses> {
     let mut uses = vec![TextureUses::default(); scene.textures.len()];
     for material in &scene.materials {
         for index in [material.kd_texture, material.normal_texture] {
-            index.into_iter().for_each(|i| uses[i].has_bands = true);
+            index
+                .into_iter()
+                .for_each(|i| uses[i.texture].has_bands = true);
         }
         let alpha = material.alpha_texture.into_iter();
-        alpha.for_each(|i| uses[i].has_alpha = true);
+        alpha.for_each(|i| uses[i.texture].has_alpha = true);
     }
     uses
 }
@@ -101,14 +103,14 @@ impl Textures {
     }
 
     /// The place of a material's texture in the list of texels. It has no columns if the material has no texture.
-    pub fn place_of(&self, texture: Option<usize>) -> shaders::Texture {
-        let place = texture.and_then(|index| self.places.get(index));
+    pub fn place_of(&self, texture: Option<TextureLookup>) -> shaders::Texture {
+        let place = texture.and_then(|lookup| self.places.get(lookup.texture));
         place.copied().unwrap_or_default()
     }
 
     /// The same for an alpha texture.
-    pub fn alpha_place_of(&self, texture: Option<usize>) -> shaders::Texture {
-        let place = texture.and_then(|index| self.alpha_places.get(index));
+    pub fn alpha_place_of(&self, texture: Option<TextureLookup>) -> shaders::Texture {
+        let place = texture.and_then(|lookup| self.alpha_places.get(lookup.texture));
         place.copied().unwrap_or_default()
     }
 

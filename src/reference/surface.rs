@@ -102,7 +102,7 @@ impl Surfaces {
         };
         let uvs = mesh.triangles[index].map(|corner| DVec2::from(mesh.texcoords[corner as usize]));
         let uv: DVec2 = (0..3).map(|i| hit.weights[i] * uvs[i]).sum();
-        sample_bilinear(&self.scene.textures[texture], uv.to_array()).x >= 0.5
+        sample_bilinear(&self.scene.textures[texture.texture], uv.to_array()).x >= 0.5
     }
 
     /// The surface at a hit of a ray in this direction.
@@ -124,10 +124,11 @@ impl Surfaces {
             let uvs = corners.map(|corner| DVec2::from(mesh.texcoords[corner]));
             let uv: DVec2 = (0..3).map(|i| hit.weights[i] * uvs[i]).sum();
             if let Some(texture) = material.kd_texture {
-                kd *= sample_bilinear(&scene.textures[texture], uv.to_array());
+                kd *= sample_bilinear(&scene.textures[texture.texture], uv.to_array());
             }
             if let Some(texture) = material.normal_texture {
-                let map = 2.0 * sample_bilinear(&scene.textures[texture], uv.to_array()) - 1.0;
+                let map =
+                    2.0 * sample_bilinear(&scene.textures[texture.texture], uv.to_array()) - 1.0;
                 let side = outward.dot(geometric_normal).signum();
                 let mapped = mapped_normal(map, [a, b, c], uvs, side * normal);
                 let mapped = mapped.map(|mapped| side * mapped);

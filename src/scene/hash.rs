@@ -3,11 +3,11 @@
 use super::{
     Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Pattern,
     Photodetector, PixelSampling, ProjectedImage, RadiationPattern, Scene, Sensor, SensorNoise,
-    Shadow, Texture, TimeOfFlight,
+    Shadow, Texture, TextureLookup, TimeOfFlight,
 };
 
 /// The beginning of every hashed scene. Change it when the format of the bytes after it changes.
-const FORM: &[u8] = b"camlux scene 5";
+const FORM: &[u8] = b"camlux scene 6";
 
 impl Scene {
     /// BLAKE3 hash in hexadecimal (64 digits) of everything that the image depends on. Names and file paths are left out.
@@ -89,18 +89,6 @@ impl Scene {
         if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
             bytes.name(filter.name());
             bytes.numbers([f64::from(samples)]);
-        }
-        // The same for materials without normal maps and cut-outs.
-        for (i, material) in materials.iter().enumerate() {
-            for (name, texture) in [
-                ("normals", material.normal_texture),
-                ("alpha", material.alpha_texture),
-            ] {
-                if let Some(texture) = texture {
-                    bytes.name(name);
-                    bytes.numbers([i as f64, texture as f64]);
-                }
-            }
         }
         // The same for meshes that are in world space.
         for (i, instance) in meshes.iter().enumerate() {
@@ -249,15 +237,31 @@ impl Bytes {
             kd,
             ks,
             shininess,
-            kd_texture,
-            // Hashed at the end of the scene's bytes.
+            // Their textures are hashed below.
+            kd_texture: _,
+            ks_texture: _,
+            shininess_texture: _,
             normal_texture: _,
             alpha_texture: _,
+            alpha_cutoff,
         } = material;
         self.numbers(*kd);
         self.numbers(*ks);
-        self.numbers([*shininess]);
-        self.list(kd_texture.as_slice(), |&index| [index as f64]);
+        self.numbers([*shininess, *alpha_cutoff]);
+        for (name, lookup) in material.textures() {
+            let TextureLookup {
+                texture,
+                texcoord_set,
+                transform,
+                wrap,
+                filter,
+            } = lookup;
+            self.name(name);
+            self.numbers([texture as f64, f64::from(texcoord_set)]);
+            transform.into_iter().for_each(|row| self.numbers(row));
+            self.numbers(wrap.map(|wrap| f64::from(wrap as u8)));
+            self.numbers([f64::from(filter as u8)]);
+        }
     }
 }
 
@@ -309,6 +313,9 @@ fn digest_of_mesh(mesh: &Mesh) -> [u8; 32] {
         positions_m,
         normals,
         texcoords,
+        texcoords_1,
+        colors,
+        tangents,
         triangles,
         triangle_materials,
     } = mesh;
@@ -316,6 +323,9 @@ fn digest_of_mesh(mesh: &Mesh) -> [u8; 32] {
     bytes.list(positions_m, |position| position.to_array());
     bytes.list(normals, |normal| normal.to_array());
     bytes.list(texcoords, |uv| *uv);
+    bytes.list(texcoords_1, |uv| *uv);
+    bytes.list(colors, |color| color.map(f64::from));
+    bytes.list(tangents, |tangent| tangent.map(f64::from));
     bytes.list(triangles, |vertices| vertices.map(f64::from));
     bytes.list(triangle_materials, |&material| [f64::from(material)]);
     bytes.finalize().into()

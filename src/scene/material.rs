@@ -13,13 +13,79 @@ pub struct Material {
     pub ks: Bands,
     /// s, the Phong exponent.
     pub shininess: f64,
-    /// Index of the diffuse texture in [`Scene::textures`](super::Scene::textures).
-    pub kd_texture: Option<usize>,
-    /// Index of a normal map. Red, green and blue from 0 to 1 encode components of the shading normal from −1 to 1: along the direction in
+    /// Multiplies k_d.
+    pub kd_texture: Option<TextureLookup>,
+    /// Multiplies k_s.
+    pub ks_texture: Option<TextureLookup>,
+    /// Its red value multiplies s.
+    pub shininess_texture: Option<TextureLookup>,
+    /// A normal map. Red, green and blue from 0 to 1 encode components of the shading normal from −1 to 1: along the direction in
     /// which u grows, along the one in which v grows, and along the mesh's normal.
-    pub normal_texture: Option<usize>,
-    /// Index of an alpha texture. Where its red value is below 0.5, the surface is cut out, on both sides. The value counts to 8 bits.
-    pub alpha_texture: Option<usize>,
+    pub normal_texture: Option<TextureLookup>,
+    /// Where the red value of this texture is below `alpha_cutoff`, the surface is cut out, on both sides. The texels count to 8 bits.
+    pub alpha_texture: Option<TextureLookup>,
+    /// 0 to 1; 0.5 for most files.
+    pub alpha_cutoff: f64,
+}
+
+/// A texture of a material, and how it is looked up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TextureLookup {
+    /// Index in [`Scene::textures`](super::Scene::textures).
+    pub texture: usize,
+    /// 0: by [`Mesh::texcoords`](super::Mesh::texcoords); 1: by [`Mesh::texcoords_1`](super::Mesh::texcoords_1).
+    pub texcoord_set: u32,
+    /// The rows of the affine transform from (u, v, 1) of the mesh to (u, v) of the texture.
+    pub transform: [[f64; 3]; 2],
+    /// What is beyond 0 and 1, along u and v.
+    pub wrap: [Wrap; 2],
+    pub filter: Filter,
+}
+
+/// What a texture shows beyond its edges.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Wrap {
+    #[default]
+    Repeat,
+    /// Repeats, every second time mirrored.
+    Mirror,
+    /// The texels at the edge.
+    Clamp,
+}
+
+/// How a value between texels is found.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Filter {
+    #[default]
+    Bilinear,
+    Nearest,
+}
+
+impl TextureLookup {
+    pub const IDENTITY: [[f64; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+
+    /// Whether it is by the mesh's first texture coordinates as they are.
+    pub fn is_direct(&self) -> bool {
+        self.texcoord_set == 0 && self.transform == TextureLookup::IDENTITY
+    }
+
+    /// The texture's coordinates for those of the mesh.
+    pub fn texcoord(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        self.transform.map(|[a, b, c]| a * u + b * v + c)
+    }
+}
+
+impl From<usize> for TextureLookup {
+    /// The texture of this index, repeated and bilinear.
+    fn from(texture: usize) -> Self {
+        TextureLookup {
+            texture,
+            texcoord_set: 0,
+            transform: TextureLookup::IDENTITY,
+            wrap: [Wrap::Repeat; 2],
+            filter: Filter::Bilinear,
+        }
+    }
 }
 
 impl Material {
@@ -31,15 +97,30 @@ impl Material {
             ks: [0.0; 3],
             shininess: 1.0,
             kd_texture: None,
+            ks_texture: None,
+            shininess_texture: None,
             normal_texture: None,
             alpha_texture: None,
+            alpha_cutoff: 0.5,
         }
+    }
+
+    /// All textures of the material, with the names of their fields.
+    pub fn textures(&self) -> impl Iterator<Item = (&'static str, TextureLookup)> {
+        let textures = [
+            ("kd_texture", self.kd_texture),
+            ("ks_texture", self.ks_texture),
+            ("shininess_texture", self.shininess_texture),
+            ("normal_texture", self.normal_texture),
+            ("alpha_texture", self.alpha_texture),
+        ];
+        let given = |(name, lookup): (_, Option<_>)| lookup.map(|lookup| (name, lookup));
+        textures.into_iter().filter_map(given)
     }
 
     /// Whether the material has a texture of any kind.
     pub fn has_texture(&self) -> bool {
-        let textures = [self.kd_texture, self.normal_texture, self.alpha_texture];
-        textures.iter().any(Option::is_some)
+        self.textures().next().is_some()
     }
 
     /// Whether the material has a specular term.
@@ -48,8 +129,7 @@ impl Material {
     }
 }
 
-/// A texture of k_d, normals or alpha. It is sampled bilinearly, with repetition and without mip levels: pixels are point samples, as in
-/// the reference.
+/// An image of k_d, k_s, s, normals or alpha. It has no mip levels: pixels are point samples, as in the reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     pub name: String,

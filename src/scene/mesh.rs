@@ -12,6 +12,14 @@ pub struct Mesh {
     pub normals: Vec<DVec3>,
     /// One (u, v) per position, v up; empty: the mesh shows no texture.
     pub texcoords: Vec<[f64; 2]>,
+    /// A second set of texture coordinates, for textures that [`TextureLookup::texcoord_set`](super::TextureLookup::texcoord_set) has
+    /// there; empty: none.
+    pub texcoords_1: Vec<[f64; 2]>,
+    /// One linear R, G, B per position, 0 to 1, which multiplies k_d and is interpolated; empty: white.
+    pub colors: Vec<[f32; 3]>,
+    /// One direction in which u grows per position, for normal maps, and 1 or −1: the sign of normal × tangent along v. Empty: they follow
+    /// from the texture coordinates of the map.
+    pub tangents: Vec<[f32; 4]>,
     /// Three indices into `positions_m` per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// One index into [`Scene::materials`](super::Scene::materials) per triangle.

@@ -39,7 +39,7 @@ pub use indirect::{
 pub use instance::Instance;
 pub(crate) use instance::{normal_matrix, unit_normal};
 pub use light::{Light, SpotCone};
-pub use material::{Material, Texture};
+pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
 pub use metallic_roughness::MetallicRoughness;
 pub(crate) use pattern::Measured;

@@ -46,16 +46,28 @@ impl Material {
             format_args!("shininess is {}", self.shininess),
             "give a Phong exponent of 0 or more, up to 1e9",
         )?;
-        for (name, texture) in [
-            ("kd_texture", self.kd_texture),
-            ("normal_texture", self.normal_texture),
-            ("alpha_texture", self.alpha_texture),
-        ] {
-            let index = texture.unwrap_or_default();
+        part.require(
+            (0.0..=1.0).contains(&self.alpha_cutoff),
+            format_args!("alpha_cutoff is {}", self.alpha_cutoff),
+            "give a value from 0 to 1",
+        )?;
+        for (name, lookup) in self.textures() {
+            let index = lookup.texture;
             part.require(
-                texture.is_none() || index < texture_count,
+                index < texture_count,
                 format_args!("{name} is {index}, but the number of textures is {texture_count}"),
                 "give the index of a texture, counted from 0",
+            )?;
+            part.require(
+                lookup.texcoord_set <= 1,
+                format_args!("{name} has the texcoord_set {}", lookup.texcoord_set),
+                "give 0 or 1",
+            )?;
+            let is_fine = |value: &f64| value.abs() <= FARTHEST_TEXCOORD;
+            part.require(
+                lookup.transform.as_flattened().iter().all(is_fine),
+                format_args!("{name} has the transform {:?}", lookup.transform),
+                "give numbers within -1e6 and 1e6",
             )?;
         }
         Ok(())
@@ -72,6 +84,9 @@ impl Mesh {
         for (what, count) in [
             ("normals", self.normals.len()),
             ("texcoords", self.texcoords.len()),
+            ("texcoords_1", self.texcoords_1.len()),
+            ("colors", self.colors.len()),
+            ("tangents", self.tangents.len()),
         ] {
             part.require(
                 count == 0 || count == vertex_count,
@@ -82,11 +97,25 @@ impl Mesh {
         if let Some(i) = self.normals.iter().position(|&n| !has_direction(n)) {
             part.require_direction(format_args!("normal of vertex {i}"), self.normals[i])?;
         }
+        for texcoords in [&self.texcoords, &self.texcoords_1] {
+            part.require_each(
+                texcoords,
+                |uv| uv.iter().all(|t| t.abs() <= FARTHEST_TEXCOORD),
+                |vertex, uv| format!("texture coordinate of vertex {vertex} is {uv:?}"),
+                "give texture coordinates within -1e6 and 1e6",
+            )?;
+        }
         part.require_each(
-            &self.texcoords,
-            |uv| uv.iter().all(|t| t.abs() <= FARTHEST_TEXCOORD),
-            |vertex, uv| format!("texture coordinate of vertex {vertex} is {uv:?}"),
-            "give texture coordinates within -1e6 and 1e6",
+            &self.colors,
+            |color| color.iter().all(|value| (0.0..=1.0).contains(value)),
+            |vertex, color| format!("colour of vertex {vertex} is {color:?}"),
+            "give values from 0 to 1",
+        )?;
+        part.require_each(
+            &self.tangents,
+            |tangent| tangent.iter().all(|value| value.abs() <= 2.0),
+            |vertex, tangent| format!("tangent of vertex {vertex} is {tangent:?}"),
+            "give a unit vector, and 1 or -1",
         )?;
         part.require_each(
             &self.triangles,

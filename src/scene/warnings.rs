@@ -81,7 +81,7 @@ impl Scene {
         let Some(texture) = material.kd_texture else {
             return material.kd;
         };
-        let texels = self.textures[texture].texels.reflectances();
+        let texels = self.textures[texture.texture].texels.reflectances();
         let brightest = texels.fold([0.0_f32; 3], |most, texel| {
             std::array::from_fn(|band| most[band].max(texel[band]))
         });

@@ -541,23 +541,23 @@ fn scenes_from_slices_are_validated() {
             "material 0 (\"clay\"): shininess is inf",
         ),
         (
-            Box::new(|s| s.materials[0].normal_texture = Some(1)),
+            Box::new(|s| s.materials[0].normal_texture = Some(1.into())),
             "normal_texture is 1, but the number of textures is 1",
         ),
         (
-            Box::new(|s| s.materials[0].alpha_texture = Some(1)),
+            Box::new(|s| s.materials[0].alpha_texture = Some(1.into())),
             "alpha_texture is 1, but the number of textures is 1",
         ),
         (
             Box::new(|s| {
-                s.materials[0].alpha_texture = Some(0);
+                s.materials[0].alpha_texture = Some(0.into());
                 s.meshes[0].texcoords = vec![[0.0; 2]; s.meshes[0].positions_m.len()];
                 s.direct.shadow = Some(Shadow::Map);
             }),
             "a shadow map cannot find the shadows of surfaces with cut-outs",
         ),
         (
-            Box::new(|s| s.materials[0].kd_texture = Some(1)),
+            Box::new(|s| s.materials[0].kd_texture = Some(1.into())),
             "kd_texture is 1, but the number of textures is 1",
         ),
         (

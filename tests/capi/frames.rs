@@ -108,8 +108,8 @@ fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
     ] {
         let mut expected = engine_scene("textured");
         for material in &mut expected.materials {
-            material.normal_texture = Some(0);
-            material.alpha_texture = Some(0);
+            material.normal_texture = Some(0.into());
+            material.alpha_texture = Some(0.into());
         }
         expected.camera.lens = Lens::Distorted {
             intrinsics: expected.camera.intrinsics_px(),

@@ -355,16 +355,16 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             let material = init!(camlux_material {
                 kd_texture: material
                     .kd_texture
-                    .map_or(CAMLUX_NONE, |index| index as u32),
+                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
                 kd: material.kd,
                 ks: material.ks,
                 shininess: material.shininess,
                 normal_texture: material
                     .normal_texture
-                    .map_or(CAMLUX_NONE, |index| index as u32),
+                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
                 alpha_texture: material
                     .alpha_texture
-                    .map_or(CAMLUX_NONE, |index| index as u32),
+                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
             });
             ok(camlux_scene_add_material(built, &material, null_mut()));
         }

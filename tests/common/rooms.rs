@@ -39,7 +39,11 @@ pub fn surface_at(scene: &Scene, hit: &Hit) -> Surface {
                 .map(|i| weights[i] * mesh.texcoords[corners[i]][axis])
                 .sum()
         };
-        let texel = sample(&scene.textures[texture], coordinate(0), coordinate(1));
+        let texel = sample(
+            &scene.textures[texture.texture],
+            coordinate(0),
+            coordinate(1),
+        );
         kd = std::array::from_fn(|band| kd[band] * texel[band]);
     }
     Surface {

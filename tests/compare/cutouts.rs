@@ -53,7 +53,7 @@ fn card_over_floor(has_alpha: bool) -> Scene {
     if has_alpha {
         // Bilinear between texels: it is 1/2 where u is 0 or 1/2.
         scene.textures = vec![alpha(4, &[255, 255, 0, 0]).into()];
-        scene.materials[1].alpha_texture = Some(0);
+        scene.materials[1].alpha_texture = Some(0.into());
     }
     scene
 }
@@ -122,7 +122,7 @@ fn room_with_holes() -> Scene {
     let texels: Vec<u8> = (0..16 * 16).map(|_| random.u8(40..)).collect();
     scene.textures.push(alpha(16, &texels).into());
     for material in &mut scene.materials {
-        material.alpha_texture = Some(index);
+        material.alpha_texture = Some(index.into());
     }
     scene
 }

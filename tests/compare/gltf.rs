@@ -6,7 +6,7 @@ use crate::common::gltf_file::GltfBuilder;
 use crate::common::gpu::Gpu;
 use crate::common::scene_folder::SceneFolder;
 use camlux::Scene;
-use camlux::scene::{Lens, Light, MetallicRoughness, Texels};
+use camlux::scene::{Lens, Light, MetallicRoughness, Texels, TextureLookup};
 use glam::{DQuat, DVec3};
 
 const HEAD: &str = "[camera]
@@ -378,7 +378,7 @@ fn materials_are_mapped() {
         "{}",
         material.shininess
     );
-    let texture = |index: Option<usize>| &scene.textures[index.unwrap()].texels;
+    let texture = |lookup: Option<TextureLookup>| &scene.textures[lookup.unwrap().texture].texels;
     assert_eq!(texture(material.kd_texture).len(), 2);
     // 60/255 is above the cutoff of 0.2: scaled to a cutoff of 1/2, it is 150/255, so no texel is cut out.
     assert!(material.alpha_texture.is_none());
@@ -389,7 +389,9 @@ fn materials_are_mapped() {
     assert!(normals[0][0] > 0.95, "{normals:?}");
     let cut = file(r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0}},"alphaMode":"MASK""#)
         .unwrap();
-    let Texels::U8(alpha, _) = &cut.textures[cut.materials[1].alpha_texture.unwrap()].texels else {
+    let Texels::U8(alpha, _) =
+        &cut.textures[cut.materials[1].alpha_texture.unwrap().texture].texels
+    else {
         panic!("alpha of 8 bits")
     };
     assert_eq!(alpha[..], [[255; 3], [60; 3]]);

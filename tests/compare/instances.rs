@@ -32,9 +32,9 @@ fn patterned(has_cutouts: bool) -> Scene {
     ]);
     let material = scene.materials.len() as u32;
     scene.materials.push(Material {
-        kd_texture: Some(first),
-        normal_texture: Some(first + 1),
-        alpha_texture: has_cutouts.then_some(first + 2),
+        kd_texture: Some(first.into()),
+        normal_texture: Some((first + 1).into()),
+        alpha_texture: has_cutouts.then(|| (first + 2).into()),
         ..Material::lambert("patterned", [0.8; 3])
     });
     let block = scene

@@ -60,7 +60,7 @@ fn an_even_map_turns_the_floor() {
             }
             .into(),
         ];
-        scene.materials[0].normal_texture = Some(0);
+        scene.materials[0].normal_texture = Some(0.into());
         let frame = gpu.render(&scene);
         let due = side
             * (f64::from(tilted.x) * right
@@ -111,7 +111,7 @@ fn bumpy(is_smooth: bool) -> Scene {
         .into(),
     );
     for material in &mut scene.materials {
-        material.normal_texture = Some(index);
+        material.normal_texture = Some(index.into());
     }
     for mesh in scene.meshes.iter_mut().filter(|_| is_smooth) {
         let outwards = |&p: &DVec3| (p - DVec3::new(0.1, 0.9, 0.2)).normalize();

@@ -131,7 +131,7 @@ fn two_million_triangles_and_sixteen_textures_fit_2_gib() {
     scene.textures = vec![texture; 16];
     // Only textures that a material uses are loaded.
     scene.materials.extend((0..16).map(|index| Material {
-        kd_texture: Some(index),
+        kd_texture: Some(index.into()),
         ..Material::lambert("large", [0.5; 3])
     }));
     let mut device = gpu.device.info().clone();

@@ -23,7 +23,7 @@ fn textures_are_decoded_to_linear() {
         folder.write("mesh.obj", TRIANGLE.replace("mesh.mtl", "maps/mesh.mtl"));
         folder.write("maps/mesh.mtl", format!("newmtl white\nmap_Kd {name}\n"));
         let scene = folder.load(&format!("{CAMERA}{LIGHT}{MESH}")).unwrap();
-        assert_eq!(scene.materials[0].kd_texture, Some(0));
+        assert_eq!(scene.materials[0].kd_texture, Some(0.into()));
         // Kd is absent, so the texture stands alone.
         assert_eq!(scene.materials[0].kd, [1.0; 3]);
         scene.textures.into_iter().next().unwrap()
@@ -68,7 +68,12 @@ fn one_texture_file_is_loaded_once() {
         .unwrap();
     assert_eq!(scene.textures.len(), 1);
     assert_eq!(scene.materials.len(), 4);
-    assert!(scene.materials.iter().all(|m| m.kd_texture == Some(0)));
+    assert!(
+        scene
+            .materials
+            .iter()
+            .all(|m| m.kd_texture == Some(0.into()))
+    );
 
     let warnings = scene.warnings().join("\n");
     assert!(
@@ -97,7 +102,7 @@ fn maps_of_normals_are_read() {
     };
     let normal = |line: &str, texel: usize| {
         let scene = load(line).unwrap();
-        assert_eq!(scene.materials[0].normal_texture, Some(0));
+        assert_eq!(scene.materials[0].normal_texture, Some(0.into()));
         assert_eq!(scene.materials[0].kd_texture, None);
         let texel = scene.textures[0].texels.reflectance(texel);
         texel.map(|value| 2.0 * f64::from(value) - 1.0)
@@ -165,7 +170,7 @@ fn where_a_material_is_comes_from_alpha_or_grey() {
     };
     for line in ["map_d leaf.png", "map_d grey.png"] {
         let scene = load(line).unwrap();
-        assert_eq!(scene.materials[0].alpha_texture, Some(0), "{line}");
+        assert_eq!(scene.materials[0].alpha_texture, Some(0.into()), "{line}");
         let due = [[0; 3], [120; 3], [240; 3]];
         assert_eq!(
             scene.textures[0].texels,
@@ -177,7 +182,7 @@ fn where_a_material_is_comes_from_alpha_or_grey() {
     let material = &scene.materials[0];
     assert_eq!(
         (material.kd_texture, material.alpha_texture),
-        (Some(0), Some(1))
+        (Some(0.into()), Some(1.into()))
     );
     let scene = load("map_d whole.png").unwrap();
     assert_eq!(

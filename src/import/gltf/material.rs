@@ -78,9 +78,9 @@ impl Assets {
         let material = Material {
             ks,
             shininess,
-            kd_texture,
-            normal_texture,
-            alpha_texture,
+            kd_texture: kd_texture.map(Into::into),
+            normal_texture: normal_texture.map(Into::into),
+            alpha_texture: alpha_texture.map(Into::into),
             ..Material::lambert(name, kd)
         };
         Ok(self.push_material(material, place))
