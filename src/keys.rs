@@ -210,16 +210,23 @@ pub fn did_you_mean(word: &str, known: &[&str]) -> String {
     suggestion(word, known, "choose one of")
 }
 
-fn suggestion(word: &str, known: &[&str], heading: &str) -> String {
+/// The known word that is most like another one, if any is.
+pub(crate) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
     // Below this likeness are words of another meaning; above it are words of two letters with one wrong.
     const LEAST_LIKENESS: f64 = 0.6;
     // Jaro-Winkler favours a common beginning: "fov" is nearer to "fov_y_deg" than to "up".
-    let likeness = |known: &str| strsim::jaro_winkler(beginning(word), beginning(known));
-    let like = known
-        .iter()
-        .filter(|known| likeness(known) > LEAST_LIKENESS);
+    let lower = |word: &str| beginning(word).to_lowercase();
+    let word = lower(word);
+    let likeness = |known: &str| strsim::jaro_winkler(&word, &lower(known));
+    let like = known.iter().map(|known| (likeness(known), *known));
+    let like = like.filter(|(likeness, _)| *likeness > LEAST_LIKENESS);
+    let nearest = like.max_by(|(a, _), (b, _)| a.total_cmp(b));
+    nearest.map(|(_, known)| known)
+}
+
+fn suggestion(word: &str, known: &[&str], heading: &str) -> String {
     let possible = format!("{heading}: {}", known.join(", "));
-    match like.max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
+    match nearest(word, known) {
         Some(nearest) => format!("did you mean \"{nearest}\"? {possible}"),
         None if known.is_empty() => "remove it".into(),
         None => possible,

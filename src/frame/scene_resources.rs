@@ -37,6 +37,9 @@ pub(crate) struct SceneResources {
     pub generation: u64,
 }
 
+/// The alpha texture of a material, and its cutoff.
+type Cutout = (Option<TextureLookup>, f64);
+
 #[derive(Clone, PartialEq)]
 struct TexturesKey {
     is_textured: bool,
@@ -59,7 +62,7 @@ struct RayTreeKey {
     space: LocalSpace,
     geometry: SameGeometry,
     /// The alpha texture of each material, and the textures; only if there are cut-outs.
-    cutouts: Option<(Vec<(Option<TextureLookup>, f64)>, TexturesKey)>,
+    cutouts: Option<(Vec<Cutout>, TexturesKey)>,
 }
 
 /// Equal if all are the same objects: values that cannot change as long as they are kept. Other objects count as different,

@@ -9,6 +9,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 use super::lines::{place, read_text, resolved};
 use super::mtl::{Library, LibraryMaterial};
 use super::obj_check::{self, CheckedObj, FaceGroup, Named};
+use super::unused::Unused;
 use super::{obj, texture};
 use crate::keys::did_you_mean;
 use crate::scene::{Instance, Light, Material, Mesh, Shared, Texture};
@@ -247,6 +248,13 @@ impl Assets {
             None => {}
         }
         Ok(material)
+    }
+
+    /// Warns once of what a file holds and camlux does not use.
+    pub fn report(&mut self, file: &Path, unused: &Unused) {
+        let warning = unused.warning(file);
+        let is_new = |warning: &String| !self.left_out.contains(warning);
+        self.left_out.extend(warning.filter(is_new));
     }
 
     /// Records once a feature of a file that is not modelled.

@@ -1,11 +1,13 @@
 //! PLY files, for example from scanners: text or binary, one mesh without materials.
 
-use glam::DVec3;
+use glam::DAffine3;
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{Ply, Property, PropertyAccess, PropertyAccessResult};
 
 use super::assets::{Assets, MeshRequest};
-use crate::scene::{Mesh, unit_normal};
+use super::polygons::{Corners, Polygons};
+use super::unused::Unused;
+use crate::scene::Mesh;
 use crate::{Error, Result, input_file};
 
 /// A vertex or a face. Missing properties keep their initial values.
@@ -115,52 +117,41 @@ impl Assets {
         if !has(&["x", "y", "z"]) {
             return refuse("its vertices have no x, y and z".into(), "export it again");
         }
-        let has_normals = !request.flat && has(&["nx", "ny", "nz"]);
+        let has_normals = has(&["nx", "ny", "nz"]);
         let has_texcoords = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]]
             .iter()
             .any(|names| has(names));
+        let mut unused = Unused::default();
         if has(&["red", "green", "blue"]) {
-            self.leave_out(path, "colours of vertices");
+            unused.add("colours of vertices");
         }
         let vertices = ply.payload.swap_remove("vertex").unwrap_or_default();
         let faces = ply.payload.swap_remove("face").unwrap_or_default();
-        let mut mesh = Mesh {
-            name: request.name.clone(),
-            ..Mesh::default()
+        let mut polygons = Polygons {
+            positions: vertices.iter().map(|v| v.position.into()).collect(),
+            materials: vec![material],
+            ..Polygons::default()
         };
-        let place = |vertex: &Element| request.transform.place(vertex.position.into());
-        mesh.positions_m = vertices.iter().map(place).collect();
         if has_normals {
-            let rotation = request.transform.rotation;
-            // A vertex that no face uses may have any normal.
-            let normal = |vertex: &Element| match DVec3::from(vertex.normal) {
-                DVec3::ZERO => DVec3::Z,
-                normal => unit_normal(rotation, normal),
-            };
-            mesh.normals = vertices.iter().map(normal).collect();
+            polygons.normals = vertices.iter().map(|v| v.normal.into()).collect();
         }
         if has_texcoords {
-            mesh.texcoords = vertices.iter().map(|vertex| vertex.texcoord).collect();
+            polygons.texcoords = vertices.iter().map(|vertex| vertex.texcoord).collect();
         }
+        let mut corners = Vec::new();
         for face in &faces {
-            let mut corners = Vec::with_capacity(face.corners.len());
             for &corner in &face.corners {
-                match u32::try_from(corner) {
-                    Ok(index) if (index as usize) < vertices.len() => corners.push(index),
-                    _ => {
-                        let count = vertices.len();
-                        let problem =
-                            format!("a face uses vertex {corner}, but there are {count} vertices");
-                        return refuse(problem, "export it again");
-                    }
-                }
+                let Ok(index) = u32::try_from(corner) else {
+                    return refuse(format!("a face uses vertex {corner}"), "export it again");
+                };
+                corners.push(index);
             }
-            if let Some((&first, rest)) = corners.split_first() {
-                let fan = rest.windows(2).map(|pair| [first, pair[0], pair[1]]);
-                mesh.triangles.extend(fan);
-            }
+            polygons.face_ends.push(corners.len() as u32);
         }
-        mesh.triangle_materials = vec![material; mesh.triangles.len()];
-        Ok(mesh)
+        polygons.corners = Corners::Shared(corners);
+        let to_world = DAffine3::from_mat4(request.transform.matrix());
+        let mesh = polygons.into_mesh(&request.name, &to_world, request.flat, &mut unused);
+        self.report(path, &unused);
+        mesh.or_else(|problem| refuse(problem, "export it again"))
     }
 }

@@ -1,0 +1,510 @@
+//! From the polygons that a reader found in a file to a mesh: the same rules for every format.
+//!
+//! - A polygon becomes triangles that cover its area, whatever its shape.
+//! - A face is flat if a corner of it has no normal, or one without a direction. Exporters write zero normals for degenerate faces.
+//! - The front of a triangle, where its corners turn counterclockwise, stays its front where the file is placed mirrored, and where its
+//!   normals are left out.
+//! - A face of fewer than three corners is ignored, with a warning.
+
+use std::ops::Range;
+
+use earcut::Earcut;
+use earcut::utils3d::project3d_to_2d;
+use glam::{DAffine3, DVec3};
+
+use super::unused::Unused;
+use crate::scene::{Mesh, normal_matrix, unit_normal};
+
+/// The index of a corner that has no texture coordinate or no normal.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// The polygons of a file in the file's own space, as a reader found them. An empty list: the file has no such values.
+#[derive(Debug, Default)]
+pub(super) struct Polygons {
+    pub positions: Vec<DVec3>,
+    /// Of any length; zero or not finite for none.
+    pub normals: Vec<DVec3>,
+    pub texcoords: Vec<[f64; 2]>,
+    /// With the index of the position.
+    pub texcoords_1: Vec<[f64; 2]>,
+    /// With the index of the position; linear.
+    pub colors: Vec<[f32; 3]>,
+    /// With the index of the position.
+    pub tangents: Vec<[f32; 4]>,
+    /// Of all faces, one after the other.
+    pub corners: Corners,
+    /// Where each face ends in `corners`; empty: every three corners are a face.
+    pub face_ends: Vec<u32>,
+    /// The material of each face, or one for all.
+    pub materials: Vec<u32>,
+}
+
+/// The indices of corners.
+#[derive(Debug)]
+pub(super) enum Corners {
+    /// One index for all values.
+    Shared(Vec<u32>),
+    /// Of position, texture coordinate ([`NONE`]: none) and normal ([`NONE`]: none).
+    Separate(Vec<[u32; 3]>),
+}
+
+impl Default for Corners {
+    fn default() -> Self {
+        Corners::Shared(Vec::new())
+    }
+}
+
+impl Corners {
+    fn len(&self) -> usize {
+        match self {
+            Corners::Shared(indices) => indices.len(),
+            Corners::Separate(indices) => indices.len(),
+        }
+    }
+
+    fn position(&self, corner: usize) -> u32 {
+        match self {
+            Corners::Shared(indices) => indices[corner],
+            Corners::Separate(indices) => indices[corner][0],
+        }
+    }
+
+    fn texcoord(&self, corner: usize) -> u32 {
+        match self {
+            Corners::Shared(indices) => indices[corner],
+            Corners::Separate(indices) => indices[corner][1],
+        }
+    }
+
+    fn normal(&self, corner: usize) -> u32 {
+        match self {
+            Corners::Shared(indices) => indices[corner],
+            Corners::Separate(indices) => indices[corner][2],
+        }
+    }
+}
+
+impl Polygons {
+    fn face_count(&self) -> usize {
+        match self.face_ends.len() {
+            0 => self.corners.len() / 3,
+            count => count,
+        }
+    }
+
+    fn face(&self, face: usize) -> Range<usize> {
+        if self.face_ends.is_empty() {
+            return 3 * face..3 * face + 3;
+        }
+        let start = face.checked_sub(1).map_or(0, |last| self.face_ends[last]);
+        start as usize..self.face_ends[face] as usize
+    }
+
+    fn material(&self, face: usize) -> u32 {
+        match self.materials[..] {
+            [one] => one,
+            _ => self.materials[face],
+        }
+    }
+
+    /// The first face with such a material and a corner without a texture coordinate.
+    pub fn first_without_texcoord(&self, is_such: impl Fn(u32) -> bool) -> Option<usize> {
+        let lacks = |corner| self.texcoords.is_empty() || self.corners.texcoord(corner) == NONE;
+        (0..self.face_count())
+            .find(|&face| is_such(self.material(face)) && self.face(face).any(lacks))
+    }
+
+    /// Makes the mesh, placed by `to_world`. `flat`: without normals.
+    ///
+    /// # Errors
+    /// Returns what is wrong with an index, or with the number of values.
+    pub fn into_mesh(
+        mut self,
+        name: &str,
+        to_world: &DAffine3,
+        flat: bool,
+        unused: &mut Unused,
+    ) -> Result<Mesh, String> {
+        self.check()?;
+        self.clamp_colors(unused);
+        self.share_indices();
+        let builder = Builder::new(&self, flat);
+        let is_smooth = builder.is_smooth;
+        let keeps_vertices =
+            matches!(self.corners, Corners::Shared(_)) && !(is_smooth && builder.has_flat_faces);
+        let mut mesh = match keeps_vertices {
+            true => builder.without_vertices(unused),
+            false => builder.with_own_vertices(unused),
+        };
+        if keeps_vertices {
+            // Moved, so that a large mesh is not twice in memory.
+            mesh.positions_m = self.positions;
+            mesh.normals = if is_smooth { self.normals } else { Vec::new() };
+            mesh.texcoords = self.texcoords;
+            mesh.texcoords_1 = self.texcoords_1;
+            mesh.colors = self.colors;
+            mesh.tangents = self.tangents;
+        }
+        mesh.name = name.to_owned();
+        place(&mut mesh, to_world);
+        Ok(mesh)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let count = self.positions.len();
+        let lists = [
+            ("texture coordinates", self.texcoords_1.len()),
+            ("colours", self.colors.len()),
+            ("tangents", self.tangents.len()),
+        ];
+        let shared = [
+            ("texture coordinates", self.texcoords.len()),
+            ("normals", self.normals.len()),
+        ];
+        let is_shared = matches!(self.corners, Corners::Shared(_));
+        let shared = shared.into_iter().filter(|_| is_shared);
+        for (what, values) in lists.into_iter().chain(shared) {
+            if values != 0 && values != count {
+                return Err(format!("there are {values} {what} for {count} positions"));
+            }
+        }
+        if count >= NONE as usize || self.corners.len() >= NONE as usize {
+            return Err("there are 2^32 positions or corners of faces, or more".into());
+        }
+        let check = |index: u32, what: &str, count: usize| match index as usize {
+            index if index < count => Ok(()),
+            index => Err(format!(
+                "a face uses {what} {index}, but there are {count}, counted from 0"
+            )),
+        };
+        for corner in 0..self.corners.len() {
+            check(self.corners.position(corner), "position", count)?;
+            if let Corners::Separate(indices) = &self.corners {
+                let [_, texcoord, normal] = indices[corner];
+                if texcoord != NONE {
+                    check(texcoord, "texture coordinate", self.texcoords.len())?;
+                }
+                if normal != NONE {
+                    check(normal, "normal", self.normals.len())?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn clamp_colors(&mut self, unused: &mut Unused) {
+        let is_color = |value: &f32| (0.0..=1.0).contains(value);
+        let mut count = 0;
+        for color in self.colors.iter_mut().filter(|c| !c.iter().all(is_color)) {
+            *color = color.map(|value| match value.is_nan() {
+                true => 0.0,
+                false => value.clamp(0.0, 1.0),
+            });
+            count += 1;
+        }
+        unused.add_many(
+            "colours of vertices beyond 0 to 1, which are clamped",
+            count,
+        );
+    }
+
+    /// Uses one index for all values where the corners do, or have nothing else.
+    fn share_indices(&mut self) {
+        let Corners::Separate(indices) = &self.corners else {
+            return;
+        };
+        let is_same = |part: usize, count: usize| {
+            count == self.positions.len() && indices.iter().all(|index| index[part] == index[0])
+        };
+        let is_none = |part: usize| indices.iter().all(|index| index[part] == NONE);
+        let [no_texcoords, no_normals] = [is_none(1), is_none(2)];
+        if (no_texcoords || is_same(1, self.texcoords.len()))
+            && (no_normals || is_same(2, self.normals.len()))
+        {
+            if no_texcoords {
+                self.texcoords = Vec::new();
+            }
+            if no_normals {
+                self.normals = Vec::new();
+            }
+            self.corners = Corners::Shared(indices.iter().map(|index| index[0]).collect());
+        }
+    }
+}
+
+/// Makes a mesh of polygons whose indices are valid.
+struct Builder<'p> {
+    polygons: &'p Polygons,
+    flat: bool,
+    /// Whether a face has normals.
+    is_smooth: bool,
+    has_flat_faces: bool,
+}
+
+impl<'p> Builder<'p> {
+    fn new(polygons: &'p Polygons, flat: bool) -> Self {
+        let mut builder = Builder {
+            polygons,
+            flat,
+            is_smooth: false,
+            has_flat_faces: false,
+        };
+        for face in 0..polygons.face_count() {
+            let is_flat = builder.is_flat(polygons.face(face));
+            builder.is_smooth |= !is_flat;
+            builder.has_flat_faces |= is_flat;
+        }
+        builder
+    }
+
+    /// Whether a face is flat.
+    fn is_flat(&self, mut face: Range<usize>) -> bool {
+        self.flat || self.polygons.normals.is_empty() || face.any(|c| self.normal(c).is_none())
+    }
+
+    fn normal(&self, corner: usize) -> Option<DVec3> {
+        let index = self.polygons.corners.normal(corner);
+        let normal = self.polygons.normals.get(index as usize).copied();
+        normal.filter(|normal| normal.is_finite() && *normal != DVec3::ZERO)
+    }
+
+    /// Calls `add` for each triangle, with its face and its corners.
+    fn for_each_triangle(&self, unused: &mut Unused, mut add: impl FnMut(usize, [usize; 3])) {
+        let mut splitter = Splitter::default();
+        let mut too_small = 0;
+        for face in 0..self.polygons.face_count() {
+            let corners = self.polygons.face(face);
+            if corners.len() < 3 {
+                too_small += 1;
+                continue;
+            }
+            let is_reversed = self.flat && self.opposes_normals(corners.clone());
+            let position = |corner: usize| {
+                let index = self.polygons.corners.position(corner);
+                self.polygons.positions[index as usize]
+            };
+            splitter.split(corners, position, |[a, b, c]| {
+                add(face, if is_reversed { [a, c, b] } else { [a, b, c] });
+            });
+        }
+        unused.add_many("faces of fewer than three corners", too_small);
+    }
+
+    /// Whether the normals of a face are on its back.
+    fn opposes_normals(&self, face: Range<usize>) -> bool {
+        let normals: DVec3 = face.clone().filter_map(|corner| self.normal(corner)).sum();
+        normals != DVec3::ZERO && self.vector_area(face).dot(normals) < 0.0
+    }
+
+    fn vector_area(&self, face: Range<usize>) -> DVec3 {
+        let position =
+            |corner| self.polygons.positions[self.polygons.corners.position(corner) as usize];
+        let first = position(face.start);
+        let rest: Vec<usize> = face.skip(1).collect();
+        let pairs = rest.windows(2);
+        pairs
+            .map(|pair| (position(pair[0]) - first).cross(position(pair[1]) - first))
+            .sum()
+    }
+
+    /// The triangles of a mesh with the vertices of the file.
+    fn without_vertices(&self, unused: &mut Unused) -> Mesh {
+        let mut mesh = self.empty_mesh();
+        self.for_each_triangle(unused, |face, corners| {
+            let index = |corner| self.polygons.corners.position(corner);
+            mesh.triangles.push(corners.map(index));
+            mesh.triangle_materials.push(self.polygons.material(face));
+        });
+        mesh
+    }
+
+    /// A mesh with a vertex for each combination of indices, and vertices of their own for flat faces.
+    fn with_own_vertices(&self, unused: &mut Unused) -> Mesh {
+        let polygons = self.polygons;
+        let mut mesh = self.empty_mesh();
+        let has_texcoords = !polygons.texcoords.is_empty();
+        // The vertices of each position, as lists: the last one, and from each the one before.
+        let mut last_of_position = vec![NONE; polygons.positions.len()];
+        let mut vertices: Vec<(u32, [u32; 2])> = Vec::new();
+        self.for_each_triangle(unused, |face, corners| {
+            let position = |corner| polygons.corners.position(corner) as usize;
+            let is_flat = self.is_flat(polygons.face(face));
+            let face_normal = || {
+                let [a, b, c] = corners.map(|corner| polygons.positions[position(corner)]);
+                // A triangle without area is never seen, so any unit normal will do.
+                let normal = (b - a).cross(c - a).try_normalize();
+                normal.unwrap_or(DVec3::Z)
+            };
+            let is_apart = is_flat && self.is_smooth;
+            let triangle = corners.map(|corner| {
+                let position = position(corner);
+                let texcoord = match has_texcoords {
+                    true => polygons.corners.texcoord(corner),
+                    false => NONE,
+                };
+                let normal = match self.is_smooth && !is_flat {
+                    true => polygons.corners.normal(corner),
+                    false => NONE,
+                };
+                let mut known = last_of_position[position];
+                while known != NONE
+                    && (is_apart || vertices[known as usize].1 != [texcoord, normal])
+                {
+                    known = vertices[known as usize].0;
+                }
+                if known != NONE {
+                    return known;
+                }
+                let vertex = vertices.len() as u32;
+                // A vertex of a flat face is in no list, because no other face shares it.
+                let before = if is_apart {
+                    NONE
+                } else {
+                    last_of_position[position]
+                };
+                vertices.push((before, [texcoord, normal]));
+                if !is_apart {
+                    last_of_position[position] = vertex;
+                }
+                mesh.positions_m.push(polygons.positions[position]);
+                if has_texcoords {
+                    // Faces without texture coordinates show no texture, so the value is never read.
+                    let texcoord = polygons.texcoords.get(texcoord as usize);
+                    mesh.texcoords.push(texcoord.copied().unwrap_or_default());
+                }
+                if self.is_smooth {
+                    let normal = polygons.normals.get(normal as usize).copied();
+                    mesh.normals.push(normal.unwrap_or_else(face_normal));
+                }
+                mesh.texcoords_1.extend(polygons.texcoords_1.get(position));
+                mesh.colors.extend(polygons.colors.get(position));
+                mesh.tangents.extend(polygons.tangents.get(position));
+                vertex
+            });
+            mesh.triangles.push(triangle);
+            mesh.triangle_materials.push(polygons.material(face));
+        });
+        mesh
+    }
+
+    fn empty_mesh(&self) -> Mesh {
+        let faces = self.polygons.face_count();
+        let corners = self.polygons.corners.len();
+        // Exact for simple polygons; a face of fewer than three corners has none.
+        let triangles = corners.saturating_sub(2 * faces);
+        Mesh {
+            triangles: Vec::with_capacity(triangles),
+            triangle_materials: Vec::with_capacity(triangles),
+            ..Mesh::default()
+        }
+    }
+}
+
+/// Splits polygons into triangles, and keeps its memory from one to the next.
+#[derive(Default)]
+struct Splitter {
+    earcut: Option<Earcut<f64>>,
+    outline: Vec<DVec3>,
+    outline_2d: Vec<[f64; 2]>,
+    triangles: Vec<u32>,
+}
+
+impl Splitter {
+    /// Calls `add` with the corners of each triangle, which turn as the polygon's do.
+    fn split(
+        &mut self,
+        corners: Range<usize>,
+        position: impl Fn(usize) -> DVec3,
+        mut add: impl FnMut([usize; 3]),
+    ) {
+        let first = corners.start;
+        let count = corners.len();
+        if count == 3 {
+            return add([first, first + 1, first + 2]);
+        }
+        self.outline.clear();
+        self.outline.extend(corners.map(position));
+        if let Some(apex) = fan_apex(&self.outline) {
+            let corner = |step: usize| first + (apex + step) % count;
+            (1..count - 1).for_each(|step| add([corner(0), corner(step), corner(step + 1)]));
+            return;
+        }
+        // Relative to a corner: far from the origin products would lose their digits.
+        let origin = self.outline[0];
+        let outline: Vec<[f64; 3]> = self
+            .outline
+            .iter()
+            .map(|corner| (corner - origin).to_array())
+            .collect();
+        self.triangles.clear();
+        if project3d_to_2d(&outline, count, &mut self.outline_2d) {
+            let earcut = self.earcut.get_or_insert_with(Earcut::new);
+            let outline = self.outline_2d.iter().copied();
+            earcut.earcut(outline, &[], &mut self.triangles);
+        }
+        let area = vector_area(&self.outline);
+        for triangle in self.triangles.as_chunks::<3>().0 {
+            let [a, b, c] = triangle.map(|corner| corner as usize);
+            let [pa, pb, pc] = [a, b, c].map(|corner| self.outline[corner]);
+            let turns_alike = (pb - pa).cross(pc - pa).dot(area) >= 0.0;
+            let [b, c] = if turns_alike { [b, c] } else { [c, b] };
+            add([first + a, first + b, first + c]);
+        }
+    }
+}
+
+/// Twice the vector area of a polygon (Newell): the sum over any fan of triangles.
+fn vector_area(outline: &[DVec3]) -> DVec3 {
+    let first = outline[0];
+    let pairs = outline[1..].windows(2);
+    pairs
+        .map(|pair| (pair[0] - first).cross(pair[1] - first))
+        .sum()
+}
+
+/// One of the first corners from which a fan of triangles fills the polygon without folding over. For a quadrilateral there is always one.
+fn fan_apex(outline: &[DVec3]) -> Option<usize> {
+    const MOST_TRIED: usize = 4;
+    let count = outline.len();
+    let area = vector_area(outline);
+    // A triangle without area does not fold; rounding may give it either sign.
+    let folded = -1e-9 * area.length_squared();
+    let is_unfolded = |apex: usize| {
+        (1..count - 1).all(|step| {
+            let [a, b, c] = [0, step, step + 1].map(|step| outline[(apex + step) % count]);
+            (b - a).cross(c - a).dot(area) >= folded
+        })
+    };
+    (0..count.min(MOST_TRIED)).find(|&apex| is_unfolded(apex))
+}
+
+/// Places a mesh in the file's space where it belongs.
+fn place(mesh: &mut Mesh, to_world: &DAffine3) {
+    let linear = to_world.matrix3;
+    let turn = normal_matrix(linear);
+    let is_moved = *to_world != DAffine3::IDENTITY;
+    if is_moved {
+        for position in &mut mesh.positions_m {
+            *position = to_world.transform_point3(*position);
+        }
+    }
+    for normal in &mut mesh.normals {
+        // A vertex that no smooth face uses may have any normal.
+        *normal = match normal.is_finite() && *normal != DVec3::ZERO {
+            true => unit_normal(turn, *normal),
+            false => DVec3::Z,
+        };
+    }
+    let is_mirrored = linear.determinant() < 0.0;
+    for tangent in &mut mesh.tangents {
+        let [x, y, z, sign] = tangent.map(f64::from);
+        let along = (linear * DVec3::new(x, y, z)).normalize_or_zero().as_vec3();
+        let sign = if is_mirrored { -sign } else { sign };
+        *tangent = along.extend(sign as f32).to_array();
+    }
+    if is_mirrored {
+        for triangle in &mut mesh.triangles {
+            triangle.swap(1, 2);
+        }
+    }
+}
