@@ -4,8 +4,6 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::scene::Material;
-
 /// f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
 #[derive(Debug, Clone, Copy)]
 pub struct Brdf {
@@ -27,15 +25,6 @@ pub struct Lobes {
 }
 
 impl Brdf {
-    /// The BRDF of a material with k_d = `kd`, as its texture gives it.
-    pub fn new(material: &Material, kd: DVec3) -> Brdf {
-        Brdf {
-            kd,
-            ks: material.ks.into(),
-            shininess: material.shininess,
-        }
-    }
-
     pub fn is_black(&self) -> bool {
         self.kd == DVec3::ZERO && self.ks == DVec3::ZERO
     }

@@ -12,9 +12,11 @@ mod goal;
 mod light;
 mod path;
 mod pixel;
+mod placed;
 mod pooling;
 mod rays;
 mod surface;
+mod texture;
 mod view_ray;
 
 use std::{ops::ControlFlow, path::Path, time::Instant};

@@ -1,9 +1,9 @@
 //! The surface at a ray's hit.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec4};
 
-use super::{brdf::Brdf, rays::Hit};
-use crate::scene::{Mesh, Scene, Texture};
+use super::{brdf::Brdf, placed::placed, rays::Hit, texture::Place};
+use crate::scene::{Instance, Material, Scene};
 
 /// Rounding error of a hit's position. γ(7) · Σ|weight · corner| of three coordinates within 1 (pbrt, "Managing rounding error") is
 /// 1.4e-15. That of the triangle's plane is the same size.
@@ -60,7 +60,10 @@ impl Surface {
 
 impl Surfaces {
     pub fn new(scene: &Scene, to_local: impl Fn(DVec3) -> DVec3) -> Surfaces {
-        let scene = scene.flattened();
+        let mut scene = scene.clone();
+        for instance in &mut scene.meshes {
+            *instance = Instance::from(placed(instance));
+        }
         let mut triangles = Vec::new();
         let mut sources = Vec::new();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
@@ -89,62 +92,63 @@ impl Surfaces {
         [mesh, materials[index as usize]]
     }
 
+    /// The point of its mesh, and the material there.
+    fn place(&self, hit: &Hit) -> (Place<'_>, &Material) {
+        let scene = &self.scene;
+        let [mesh, index] = self.sources[hit.triangle as usize].map(|index| index as usize);
+        let mesh = &scene.meshes[mesh];
+        let place = Place {
+            scene,
+            mesh,
+            corners: mesh.triangles[index].map(|corner| corner as usize),
+            weights: hit.weights,
+        };
+        let material = mesh.triangle_materials[index];
+        (place, &scene.materials[material as usize])
+    }
+
     /// Whether the triangle's material is present at the hit, and not cut out.
     pub fn is_at(&self, hit: &Hit) -> bool {
-        let [mesh, index] = self.sources[hit.triangle as usize].map(|index| index as usize);
-        let mesh = &self.scene.meshes[mesh];
-        let material = &self.scene.materials[mesh.triangle_materials[index] as usize];
-        let Some(texture) = material
-            .alpha_texture
-            .filter(|_| !mesh.texcoords.is_empty())
-        else {
-            return true;
-        };
-        let uvs = mesh.triangles[index].map(|corner| DVec2::from(mesh.texcoords[corner as usize]));
-        let uv: DVec2 = (0..3).map(|i| hit.weights[i] * uvs[i]).sum();
-        sample_bilinear(&self.scene.textures[texture.texture], uv.to_array()).x >= 0.5
+        let (place, material) = self.place(hit);
+        let alpha = place.value(material.alpha_texture);
+        alpha.is_none_or(|alpha| alpha.x >= material.alpha_cutoff)
     }
 
     /// The surface at a hit of a ray in this direction.
     pub fn at(&self, hit: &Hit, direction: DVec3) -> Surface {
-        let scene = &self.scene;
-        let [a, b, c] = self.triangles[hit.triangle as usize];
+        let corners = self.triangles[hit.triangle as usize];
+        let [a, b, c] = corners;
         let [wa, wb, wc] = hit.weights;
         let outward = (b - a).cross(c - a).normalize();
         let geometric_normal = turned_to(outward, -direction);
-
-        let [mesh, index] = self.sources[hit.triangle as usize];
-        let mesh = &scene.meshes[mesh as usize];
-        let corners = mesh.triangles[index as usize].map(|corner| corner as usize);
-        let normal = interpolated_normal(mesh, corners, hit.weights);
-        let material = &scene.materials[mesh.triangle_materials[index as usize] as usize];
-        let mut kd = DVec3::from(material.kd);
-        let mut normal = turned_to(normal.unwrap_or(geometric_normal), geometric_normal);
-        if !mesh.texcoords.is_empty() {
-            let uvs = corners.map(|corner| DVec2::from(mesh.texcoords[corner]));
-            let uv: DVec2 = (0..3).map(|i| hit.weights[i] * uvs[i]).sum();
-            if let Some(texture) = material.kd_texture {
-                kd *= sample_bilinear(&scene.textures[texture.texture], uv.to_array());
-            }
-            if let Some(texture) = material.normal_texture {
-                let map =
-                    2.0 * sample_bilinear(&scene.textures[texture.texture], uv.to_array()) - 1.0;
-                let side = outward.dot(geometric_normal).signum();
-                let mapped = mapped_normal(map, [a, b, c], uvs, side * normal);
-                let mapped = mapped.map(|mapped| side * mapped);
-                // Ignore a normal that is turned away from the viewer.
-                normal = mapped
-                    .filter(|n| n.dot(geometric_normal) > 0.01)
-                    .unwrap_or(normal);
-            }
-        }
+        let (place, material) = self.place(hit);
+        let front = interpolated_normal(&place).unwrap_or(outward);
+        let normal = turned_to(front, geometric_normal);
+        let mapped = mapped_normal(&place, material, corners, front)
+            .map(|mapped| if normal == front { mapped } else { -mapped })
+            // Ignore a normal that is turned away from the viewer.
+            .filter(|mapped| mapped.dot(geometric_normal) > 0.01);
         Surface {
             position: wa * a + wb * b + wc * c,
             geometric_normal,
-            normal,
+            normal: mapped.unwrap_or(normal),
             triangle: hit.triangle,
-            brdf: Brdf::new(material, kd),
+            brdf: brdf(&place, material),
         }
+    }
+}
+
+fn brdf(place: &Place, material: &Material) -> Brdf {
+    let Place { mesh, .. } = place;
+    let value = |lookup| place.value(lookup).unwrap_or(DVec3::ONE);
+    let color = match mesh.colors[..] {
+        [] => DVec3::ONE,
+        _ => place.blend(|vertex| DVec3::from(mesh.colors[vertex].map(f64::from))),
+    };
+    Brdf {
+        kd: DVec3::from(material.kd) * color * value(material.kd_texture),
+        ks: DVec3::from(material.ks) * value(material.ks_texture),
+        shininess: material.shininess * value(material.shininess_texture).x,
     }
 }
 
@@ -156,58 +160,59 @@ fn turned_to(normal: DVec3, side: DVec3) -> DVec3 {
     }
 }
 
-/// Applies a normal map's value, from −1 to 1, to the normal on a triangle's front. The gradients of u and v in the triangle's plane give
-/// the tangents. `None` if the texture coordinates span no area.
+/// The normal on the front that the material's normal map gives, where its value from −1 to 1 is along u, v and the front's own normal.
 fn mapped_normal(
-    map: DVec3,
-    [a, b, c]: [DVec3; 3],
-    uvs: [DVec2; 3],
+    place: &Place,
+    material: &Material,
+    corners: [DVec3; 3],
     front: DVec3,
 ) -> Option<DVec3> {
-    let (uv1, uv2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
+    let texcoords = place.texcoords(material.normal_texture)?;
+    let map = 2.0 * place.value(material.normal_texture)? - 1.0;
+    let [along_u, along_v] =
+        given_axes(place, front).or_else(|| axes(corners, texcoords, front))?;
+    let turned = map.x * along_u + map.y * along_v + map.z.max(0.0) * front;
+    turned.try_normalize()
+}
+
+/// The map's axes where the mesh gives tangents.
+fn given_axes(place: &Place, front: DVec3) -> Option<[DVec3; 2]> {
+    let tangents = &place.mesh.tangents;
+    if tangents.is_empty() {
+        return None;
+    }
+    let tangent = |vertex: usize| {
+        let tangent = Vec4::from(tangents[vertex]).as_dvec4();
+        let sign = tangent.w;
+        tangent.truncate().normalize_or_zero().extend(sign)
+    };
+    let blend = place.blend(tangent);
+    let along_u = blend.truncate().reject_from(front).try_normalize()?;
+    let sign = if blend.w < 0.0 { -1.0 } else { 1.0 };
+    Some([along_u, sign * front.cross(along_u)])
+}
+
+/// The map's axes as its coordinates at the corners give them, perpendicular to the front's normal. `None` if they span no area.
+fn axes([a, b, c]: [DVec3; 3], texcoords: [DVec2; 3], front: DVec3) -> Option<[DVec3; 2]> {
+    let (uv1, uv2) = (texcoords[1] - texcoords[0], texcoords[2] - texcoords[0]);
     // P = a + u'·p_u + v'·p_v with (u', v') from the first corner: two equations for each of p_u, p_v.
     let area = uv1.perp_dot(uv2);
     if area == 0.0 {
         return None;
     }
     let p_u = ((b - a) * uv2.y - (c - a) * uv1.y) / area;
-    let tangent = (p_u - front * front.dot(p_u)).try_normalize()?;
-    // Right-handed unless the map is mirrored on the surface.
-    let bitangent = front.cross(tangent) * area.signum();
-    let turned = map.x * tangent + map.y * bitangent + map.z.max(0.0) * front;
-    turned.try_normalize()
+    let p_v = ((c - a) * uv1.x - (b - a) * uv2.x) / area;
+    let along_u = p_u.reject_from(front).try_normalize()?;
+    let across = front.cross(along_u);
+    Some([along_u, turned_to(across, p_v)])
 }
 
 /// `None` for a flat mesh, and if normals cancel.
-fn interpolated_normal(mesh: &Mesh, corners: [usize; 3], weights: [f64; 3]) -> Option<DVec3> {
-    if mesh.normals.is_empty() {
+fn interpolated_normal(place: &Place) -> Option<DVec3> {
+    let normals = &place.mesh.normals;
+    if normals.is_empty() {
         return None;
     }
-    let blend: DVec3 = (0..3)
-        .map(|i| weights[i] * mesh.normals[corners[i]].normalize())
-        .sum();
+    let blend = place.blend(|vertex| normals[vertex].normalize());
     (blend.length() > 1e-6).then(|| blend.normalize())
-}
-
-/// Repeats, with v up and texel centres at half texels.
-fn sample_bilinear(texture: &Texture, [u, v]: [f64; 2]) -> DVec3 {
-    let [width, height] = texture.size_px.map(|size| size as usize);
-    let place = |coordinate: f64, size: usize| {
-        let texels = coordinate.rem_euclid(1.0) * size as f64 - 0.5;
-        let low = texels.floor();
-        let index = low.rem_euclid(size as f64) as usize % size;
-        (index, (index + 1) % size, texels - low)
-    };
-    let (left, right, x) = place(u, width);
-    let (top, bottom, y) = place(1.0 - v, height);
-    let texel = |column: usize, row: usize| {
-        DVec3::from(
-            texture
-                .texels
-                .reflectance(row * width + column)
-                .map(f64::from),
-        )
-    };
-    let [above, below] = [top, bottom].map(|row| texel(left, row).lerp(texel(right, row), x));
-    above.lerp(below, y)
 }
