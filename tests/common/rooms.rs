@@ -4,9 +4,12 @@ pub use camlux::doctor::scenes::{moved, quad};
 use camlux::{
     Scene,
     internals::SurfacePoint,
-    scene::{Bands, Camera, Direct, Instance, Lens, Light, Material, Mesh, Texture},
+    scene::{
+        Bands, Camera, Direct, Filter, Instance, Lens, Light, Material, Mesh, Texture,
+        TextureLookup, Wrap,
+    },
 };
-use glam::DVec3;
+use glam::{DMat2, DVec2, DVec3};
 
 use super::ray_caster::Hit;
 
@@ -20,56 +23,160 @@ pub struct Surface {
 
 /// Shading normal and material where a ray hits.
 pub fn surface_at(scene: &Scene, hit: &Hit) -> Surface {
-    let mesh = &scene.meshes[hit.mesh];
+    let instance = &scene.meshes[hit.mesh];
+    let mesh = &instance.mesh;
     let corners = mesh.triangles[hit.triangle].map(|corner| corner as usize);
     let [b1, b2] = hit.barycentric;
     let weights = [1.0 - b1 - b2, b1, b2];
-    let mut normal = hit.normal;
-    if !mesh.normals.is_empty() {
-        let smooth: DVec3 = (0..3)
-            .map(|i| weights[i] * mesh.normals[corners[i]].normalize())
-            .sum();
-        normal = smooth.normalize() * smooth.dot(hit.normal).signum();
-    }
     let material = &scene.materials[mesh.triangle_materials[hit.triangle] as usize];
-    let mut kd = material.kd;
-    if let Some(texture) = material.kd_texture.filter(|_| !mesh.texcoords.is_empty()) {
-        let coordinate = |axis: usize| -> f64 {
-            (0..3)
-                .map(|i| weights[i] * mesh.texcoords[corners[i]][axis])
-                .sum()
-        };
-        let texel = sample(
-            &scene.textures[texture.texture],
-            coordinate(0),
-            coordinate(1),
-        );
-        kd = std::array::from_fn(|band| kd[band] * texel[band]);
-    }
+    let look_up = |lookup: TextureLookup| {
+        let texcoords = texcoords(mesh, corners, &lookup)?;
+        let at = blend(weights, texcoords);
+        Some(sample(&scene.textures[lookup.texture], &lookup, at))
+    };
+    let value = |lookup: Option<TextureLookup>| lookup.and_then(look_up).unwrap_or(DVec3::ONE);
+    let color = match mesh.colors[..] {
+        [] => DVec3::ONE,
+        _ => blend(
+            weights,
+            corners.map(|i| DVec3::from(mesh.colors[i].map(f64::from))),
+        ),
+    };
+    let front = front_normal(instance, corners, weights);
+    let mapped = material.normal_texture.and_then(|lookup| {
+        let [along_u, along_v] = map_axes(instance, corners, weights, &lookup, front)?;
+        let map = 2.0 * look_up(lookup)? - 1.0;
+        let normal = (map.x * along_u + map.y * along_v + map.z.max(0.0) * front).normalize();
+        let seen = normal * side_of(front, hit.normal);
+        (seen.dot(hit.normal) > 0.01).then_some(seen)
+    });
     Surface {
-        normal,
-        kd,
-        ks: material.ks,
-        shininess: material.shininess,
+        normal: mapped.unwrap_or(front * side_of(front, hit.normal)),
+        kd: (DVec3::from(material.kd) * color * value(material.kd_texture)).to_array(),
+        ks: (DVec3::from(material.ks) * value(material.ks_texture)).to_array(),
+        shininess: material.shininess * value(material.shininess_texture).x,
     }
 }
 
-/// Bilinear lookup that repeats the texture; v points up.
-fn sample(texture: &Texture, u: f64, v: f64) -> Bands {
+/// 1 if the visible side is the front, −1 if it is the back.
+fn side_of(front: DVec3, visible: DVec3) -> f64 {
+    if front.dot(visible) < 0.0 { -1.0 } else { 1.0 }
+}
+
+fn blend<T: std::ops::Mul<f64, Output = T> + std::iter::Sum>(weights: [f64; 3], of: [T; 3]) -> T {
+    let weighted = of.into_iter().zip(weights);
+    weighted.map(|(value, weight)| value * weight).sum()
+}
+
+/// The edges of a triangle from its first corner, in world space.
+fn edges_m(instance: &Instance, corners: [usize; 3]) -> [DVec3; 2] {
+    let [a, b, c] = corners.map(|i| instance.positions_m[i]);
+    [b - a, c - a].map(|edge| instance.to_world.transform_vector3(edge))
+}
+
+/// The shading normal on the front: the mesh's own normals decide, or else the order of the mesh's corners.
+fn front_normal(instance: &Instance, corners: [usize; 3], weights: [f64; 3]) -> DVec3 {
+    let to_world = instance.to_world.matrix3;
+    let normal_to_world = to_world.inverse().transpose();
+    let mesh = &instance.mesh;
+    if mesh.normals.is_empty() {
+        let [a, b, c] = corners.map(|i| mesh.positions_m[i]);
+        return (normal_to_world * (b - a).cross(c - a)).normalize();
+    }
+    let normals = corners.map(|i| (normal_to_world * mesh.normals[i]).normalize());
+    blend(weights, normals).normalize()
+}
+
+/// The directions of a normal map's first two components, or `None` if they are undefined.
+fn map_axes(
+    instance: &Instance,
+    corners: [usize; 3],
+    weights: [f64; 3],
+    lookup: &TextureLookup,
+    front: DVec3,
+) -> Option<[DVec3; 2]> {
+    let mesh = &instance.mesh;
+    let (along_u, along_v) = if mesh.tangents.is_empty() {
+        let [a, b, c] = texcoords(mesh, corners, lookup)?;
+        let [p1, p2] = edges_m(instance, corners);
+        let from_uv = DMat2::from_cols(b - a, c - a);
+        if from_uv.determinant() == 0.0 {
+            return None;
+        }
+        // The share of each edge in a step along u and along v.
+        let steps = from_uv.inverse();
+        let along = |step: DVec2| step.x * p1 + step.y * p2;
+        (along(steps.x_axis), along(steps.y_axis))
+    } else {
+        let vector = |i: usize| {
+            let [x, y, z, _] = mesh.tangents[i].map(f64::from);
+            let along_u = instance.to_world.transform_vector3(DVec3::new(x, y, z));
+            along_u.normalize()
+        };
+        let along_u: DVec3 = blend(weights, corners.map(vector));
+        let sign: f64 = blend(weights, corners.map(|i| f64::from(mesh.tangents[i][3])));
+        let mirror = instance.to_world.matrix3.determinant().signum();
+        (along_u, sign * mirror * front.cross(along_u))
+    };
+    let u = (along_u - front * front.dot(along_u)).normalize();
+    // Perpendicular to both, on the side to which v grows.
+    let v = along_v - front * front.dot(along_v) - u * u.dot(along_v);
+    Some([u, v.normalize()])
+}
+
+/// The texture's coordinates at the corners.
+fn texcoords(mesh: &Mesh, corners: [usize; 3], lookup: &TextureLookup) -> Option<[DVec2; 3]> {
+    let of_set = [&mesh.texcoords, &mesh.texcoords_1][lookup.texcoord_set as usize];
+    let transformed = |&[u, v]: &[f64; 2]| {
+        let [x, y] = lookup.transform.map(|row| row[0] * u + row[1] * v + row[2]);
+        DVec2::new(x, y)
+    };
+    let [a, b, c] = corners.map(|i| of_set.get(i).map(transformed));
+    Some([a?, b?, c?])
+}
+
+/// The texture at a point; v points up.
+fn sample(texture: &Texture, lookup: &TextureLookup, at: DVec2) -> DVec3 {
     let [width, height] = texture.size_px.map(i64::from);
-    let x = u * width as f64 - 0.5;
-    let y = (1.0 - v) * height as f64 - 0.5;
-    let mut sum = [0.0; 3];
+    let texel = |column: i64, row: i64| {
+        let column = texel_inside(lookup.wrap[0], column, width);
+        let row = texel_inside(lookup.wrap[1], row, height);
+        DVec3::from(
+            texture
+                .texels
+                .reflectance(row * width as usize + column)
+                .map(f64::from),
+        )
+    };
+    let x = at.x * width as f64;
+    let y = (1.0 - at.y) * height as f64;
+    if lookup.filter == Filter::Nearest {
+        return texel(x.floor() as i64, y.floor() as i64);
+    }
+    let (x, y) = (x - 0.5, y - 0.5);
+    let mut sum = DVec3::ZERO;
     for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
         let (column, row) = (x.floor() as i64 + dx, y.floor() as i64 + dy);
         let weight = (1.0 - (x - column as f64).abs()) * (1.0 - (y - row as f64).abs());
-        let index = row.rem_euclid(height) * width + column.rem_euclid(width);
-        let texel = texture.texels.reflectance(index as usize);
-        for band in 0..3 {
-            sum[band] += weight * f64::from(texel[band]);
-        }
+        sum += weight * texel(column, row);
     }
     sum
+}
+
+/// The texel that stands for one beyond the edges.
+fn texel_inside(wrap: Wrap, mut index: i64, count: i64) -> usize {
+    // One step at a time.
+    while index < 0 || index >= count {
+        index = match wrap {
+            Wrap::Repeat if index < 0 => index + count,
+            Wrap::Repeat => index - count,
+            Wrap::Mirror if index < 0 => -1 - index,
+            Wrap::Mirror => 2 * count - 1 - index,
+            Wrap::Clamp if index < 0 => 0,
+            Wrap::Clamp => count - 1,
+        };
+    }
+    index as usize
 }
 
 /// A scene with one light, a camera of 64 x 64 pixels, and meshes with a material each.

@@ -7,7 +7,10 @@ use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Distortion, Encoding, IndirectLight, Lens, Light, Shadow, Texels, Texture},
+    scene::{
+        Distortion, Encoding, IndirectLight, Lens, Light, Shadow, Texels, Texture, TextureLookup,
+        Wrap,
+    },
 };
 use glam::DVec3;
 
@@ -21,6 +24,17 @@ fn alpha(width: u32, values: &[u8]) -> Texture {
 
 /// A card between a light, a floor and a wall. Its alpha texture keeps the half with u < 1/2; without one, the card is only that half.
 fn card_over_floor(has_alpha: bool) -> Scene {
+    let mut scene = card_of_width(if has_alpha { 1.0 } else { 0.5 });
+    if has_alpha {
+        // Bilinear between texels: it is 1/2 where u is 0 or 1/2.
+        scene.textures = vec![alpha(4, &[255, 255, 0, 0]).into()];
+        scene.materials[1].alpha_texture = Some(0.into());
+    }
+    scene
+}
+
+/// The same card, with u up to its width.
+fn card_of_width(width: f64) -> Scene {
     let floor = quad(
         "floor",
         DVec3::new(-1.0, 0.0, 1.0),
@@ -28,7 +42,6 @@ fn card_over_floor(has_alpha: bool) -> Scene {
         -2.0 * DVec3::Z,
         0,
     );
-    let width = if has_alpha { 1.0 } else { 0.5 };
     let mut card = quad(
         "card",
         DVec3::new(-0.46, 0.4, 0.37),
@@ -49,13 +62,7 @@ fn card_over_floor(has_alpha: bool) -> Scene {
         power_w: [10.0; 3],
     };
     let camera_m = DVec3::new(0.3, 1.1, 1.4);
-    let mut scene = scene_of(vec![floor, card, wall], light, camera_m, DVec3::Y * 0.2);
-    if has_alpha {
-        // Bilinear between texels: it is 1/2 where u is 0 or 1/2.
-        scene.textures = vec![alpha(4, &[255, 255, 0, 0]).into()];
-        scene.materials[1].alpha_texture = Some(0.into());
-    }
-    scene
+    scene_of(vec![floor, card, wall], light, camera_m, DVec3::Y * 0.2)
 }
 
 /// Seen by the rasteriser or by rays, with direct light and an RSM. A pixel or texel on the card's rim may be on either side.
@@ -110,6 +117,43 @@ fn a_card_with_half_of_it_cut_out_is_half_a_card() {
                     "the other half of the card is missed: {error}"
                 );
             }
+        }
+    }
+}
+
+/// Alpha falls from 1 to 0 between the centres of two texels, u = 3/8 and 5/8. The cutoff says where between them the card ends.
+#[test]
+fn the_cutoff_says_where_a_card_ends() {
+    let mut gpu = Gpu::open();
+    for (cutoff, width) in [(0.1, 0.6), (0.5, 0.5), (0.9, 0.4), (0.0, 1.0)] {
+        let mut cut = card_of_width(1.0);
+        cut.textures = vec![alpha(4, &[255, 255, 0, 0]).into()];
+        cut.materials[1].alpha_texture = Some(TextureLookup {
+            wrap: [Wrap::Clamp; 2],
+            ..0.into()
+        });
+        cut.materials[1].alpha_cutoff = cutoff;
+        let mut small = card_of_width(width);
+        for scene in [&mut cut, &mut small] {
+            scene.direct.shadow = Some(Shadow::Rays);
+        }
+        let due = reference_frame(&small, 1, 0);
+        let check = |what: &str, frame: &Frame| {
+            let ids = [frame, &due].map(|frame| frame.ids(Layer::InstanceId).expect("it is there"));
+            assert!(ids[1].contains(&2), "the card is seen");
+            let others = ids[0].iter().zip(ids[1]).filter(|(a, b)| a != b).count();
+            let direct = [frame, &due].map(|frame| values(frame, Layer::Direct));
+            let most = direct[1].iter().copied().fold(0.0, f32::max);
+            let pixels = direct[0].chunks(3).zip(direct[1].chunks(3));
+            let unlike = pixels.filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3 * most);
+            // A pixel on the rim of the card or of its shadow may be on either side.
+            let unlike = unlike.count();
+            println!("cutoff {cutoff}, {what}: {others} of another mesh, {unlike} of other light");
+            assert!(others < 4 && unlike < 6, "{what}: {others}, {unlike}");
+        };
+        check("reference", &reference_frame(&cut, 1, 0));
+        for frame in gpu.render_by_each_ray_kernel(&cut) {
+            check("frame", &frame);
         }
     }
 }

@@ -33,6 +33,8 @@ pub struct Errors {
     normal: f64,
     geometric_normal: f64,
     kd: f64,
+    ks: f64,
+    shininess: f64,
     depth: f64,
     falloff: f64,
     compared: usize,
@@ -66,10 +68,13 @@ impl Errors {
             .max(seen.geometric_normal.distance(hit.normal));
         for band in 0..3 {
             self.kd = self.kd.max((seen.brdf.kd[band] - surface.kd[band]).abs());
-            assert!((seen.brdf.ks[band] - surface.ks[band]).abs() < 1e-7);
+            self.ks = self.ks.max((seen.brdf.ks[band] - surface.ks[band]).abs());
         }
         let is_specular = surface.ks.iter().any(|&ks| ks > 0.0);
-        assert!(!is_specular || (seen.brdf.shininess - surface.shininess).abs() < 1e-4);
+        if is_specular {
+            let off = (seen.brdf.shininess - surface.shininess).abs();
+            self.shininess = self.shininess.max(off / surface.shininess.max(1.0));
+        }
         Some(hit)
     }
 
@@ -88,6 +93,9 @@ impl Errors {
         );
         // f32 texture coordinates over some hundred texels: measured up to 6.2e-5.
         assert!(self.kd <= 1.5e-4, "{what}: {self:?}");
+        // The same, where textures give them.
+        assert!(self.ks <= 1.5e-4, "{what}: {self:?}");
+        assert!(self.shininess <= 1.5e-4, "{what}: {self:?}");
         // Ratios of lengths from f32 positions: measured up to 3.8e-7, and 1.04e-6 through a fisheye lens.
         assert!(self.depth <= 1.5e-6, "{what}: {self:?}");
         // The same, squared: measured up to 1.5e-6.
@@ -199,14 +207,14 @@ fn whole_texel_measure(domain: &EmissionDomain, ray: &PixelRay) -> f64 {
     (texel * texel / ray.direction.length().powi(3)) * (1.0 - texel * texel)
 }
 
-fn with_rsm(mut scene: Scene, rsm_size: u32) -> Scene {
+pub fn with_rsm(mut scene: Scene, rsm_size: u32) -> Scene {
     let estimator = VplSum::RsmAverage;
     scene.indirect = Some(IndirectLight::vpl_sum(estimator, rsm_size));
     scene
 }
 
 /// Renders a scene and compares everything that is rasterised.
-fn compare(gpu: &mut Gpu, what: &str, scene: &Scene, skipped: f64) {
+pub fn compare(gpu: &mut Gpu, what: &str, scene: &Scene, skipped: f64) {
     let (frame, kept) = render(gpu, scene);
     camera_errors(scene, &frame, &kept).check(&format!("{what}, camera"), skipped);
     for (light, kept) in scene.lights.iter().zip(&kept.lights) {

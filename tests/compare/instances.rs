@@ -65,7 +65,7 @@ fn differing(shared: &Frame, own: &Frame, layer: Layer, bound: f32) -> f64 {
     pixels.filter(is_off).count() as f64 / ids[0].len() as f64
 }
 
-fn assert_same(gpu: &mut Gpu, what: &str, scene: &Scene) {
+pub fn assert_same(gpu: &mut Gpu, what: &str, scene: &Scene) {
     let shared = gpu.render_by_each_ray_kernel(scene);
     let own = gpu.render_by_each_ray_kernel(&scene.flattened());
     for (shared, own) in shared.iter().zip(&own) {

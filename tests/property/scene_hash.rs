@@ -2,8 +2,8 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, IndirectLight, Lens, Light, PixelFilter,
-    PixelSampling, Scene, Shadow, SpotCone, Texels, VplSum,
+    AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, Filter, IndirectLight, Lens, Light,
+    PixelFilter, PixelSampling, Scene, Shadow, SpotCone, Texels, TextureLookup, VplSum, Wrap,
 };
 use glam::DVec3;
 
@@ -45,7 +45,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 52] = [
+    let edits: [fn(&mut Scene); 70] = [
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }),
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }),
         |s| {
@@ -115,11 +115,29 @@ fn hash_changes_with_everything_but_names() {
         |s| s.materials[1].normal_texture = Some(0.into()),
         |s| s.materials[1].alpha_texture = Some(0.into()),
         |s| s.materials[1].kd_texture = None,
+        |s| s.materials[1].ks_texture = Some(0.into()),
+        |s| s.materials[1].shininess_texture = Some(0.into()),
+        |s| s.materials[1].alpha_cutoff = 0.4,
+        |s| looked_up(s).texcoord_set = 1,
+        |s| looked_up(s).transform[0][0] = 1.1,
+        |s| looked_up(s).transform[0][1] = 1.0,
+        |s| looked_up(s).transform[1][2] = 1.0,
+        |s| looked_up(s).wrap[0] = Wrap::Mirror,
+        |s| looked_up(s).wrap[0] = Wrap::Clamp,
+        |s| looked_up(s).wrap[1] = Wrap::Clamp,
+        |s| looked_up(s).filter = Filter::Nearest,
         |s| s.textures[0].size_px = [1, 2],
         |s| s.textures[0].texels = Texels::U8(vec![[9; 3], [9, 9, 10]], Encoding::Srgb),
         |s| s.meshes[0].positions_m[2].x += 1e-12,
         |s| s.meshes[0].normals[2].x += 1e-12,
         |s| s.meshes[0].texcoords[2][0] += 1e-12,
+        |s| s.meshes[0].texcoords_1 = vec![[0.0; 2]; 3],
+        |s| s.meshes[0].texcoords_1 = vec![[0.0, 0.1]; 3],
+        |s| s.meshes[0].colors = vec![[1.0; 3]; 3],
+        |s| s.meshes[0].colors = vec![[1.0, 0.9, 1.0]; 3],
+        |s| s.meshes[0].tangents = vec![[1.0, 0.0, 0.0, 1.0]; 3],
+        |s| s.meshes[0].tangents = vec![[1.0, 0.0, 0.0, -1.0]; 3],
+        |s| s.meshes[0].to_world.matrix3.x_axis.x = -1.0,
         |s| s.meshes[0].triangles[0] = [1, 0, 2],
         |s| s.meshes[0].triangle_materials[0] = 0,
     ];
@@ -134,6 +152,11 @@ fn hash_changes_with_everything_but_names() {
         );
         hashes.push(hash);
     }
+}
+
+fn looked_up(scene: &mut Scene) -> &mut TextureLookup {
+    let lookup = scene.materials[1].kd_texture.as_mut();
+    lookup.expect("the material has a texture")
 }
 
 /// The hash includes the target error, whether the file gives it or not.

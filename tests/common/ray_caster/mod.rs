@@ -50,9 +50,11 @@ struct Node {
 impl RayCaster {
     pub fn new(scene: &Scene) -> RayCaster {
         let mut triangles = Vec::new();
-        for (mesh_index, mesh) in scene.flattened().meshes.iter().enumerate() {
-            for (index, corners) in mesh.triangles.iter().enumerate() {
-                let [a, b, c] = corners.map(|corner| mesh.positions_m[corner as usize]);
+        for (mesh_index, instance) in scene.meshes.iter().enumerate() {
+            let place = |&at_m: &DVec3| instance.to_world.transform_point3(at_m);
+            let positions_m: Vec<DVec3> = instance.positions_m.iter().map(place).collect();
+            for (index, corners) in instance.triangles.iter().enumerate() {
+                let [a, b, c] = corners.map(|corner| positions_m[corner as usize]);
                 triangles.push(Triangle {
                     corner_m: a,
                     edge1_m: b - a,
