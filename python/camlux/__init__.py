@@ -57,6 +57,7 @@ from .scene import (
     Sensor,
     SensorNoise,
     SpotLight,
+    TextureLookup,
     TimeOfFlight,
 )
 
@@ -101,6 +102,7 @@ __all__ = [
     "SensorNoise",
     "SpotLight",
     "Texture",
+    "TextureLookup",
     "TimeOfFlight",
     "__version__",
     "compare",

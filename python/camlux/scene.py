@@ -132,6 +132,23 @@ class AreaLight:
 Light: TypeAlias = Union[PointLight, SpotLight, DirectionalLight, PatternLight, AreaLight]
 
 
+Wrap: TypeAlias = Literal["repeat", "mirror", "clamp"]
+
+
+@dataclass
+class TextureLookup:
+    """A texture, and how a material looks it up. A plain texture is looked up by the mesh's `texcoords`, repeated and bilinear."""
+
+    texture: Texture
+    #: 0: by the mesh's `texcoords`; 1: by its `texcoords_1`.
+    texcoord_set: int = 0
+    #: The rows of the affine transform from (u, v, 1) of the mesh to (u, v) of the texture.
+    transform: Sequence[Sequence[float]] | npt.NDArray[np.floating] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    #: What is beyond 0 and 1, along u and v. "mirror": repeated, every second time mirrored; "clamp": the texels at the edge.
+    wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
+    filter: Literal["bilinear", "nearest"] = "bilinear"
+
+
 @dataclass
 class Material:
     """Modified Phong: f = kd/π + ks·(shininess + 2)/(2π)·max(0, r·v)^shininess."""
@@ -141,10 +158,16 @@ class Material:
     ks: Bands = 0.0
     shininess: float = 1.0
     #: Multiplies kd.
-    kd_texture: Texture | None = None
-    normal_texture: Texture | None = None
-    #: Cut-out: there is no surface where its first channel is below 1/2.
-    alpha_texture: Texture | None = None
+    kd_texture: Texture | TextureLookup | None = None
+    normal_texture: Texture | TextureLookup | None = None
+    #: Cut-out: there is no surface where its first channel is below `alpha_cutoff`.
+    alpha_texture: Texture | TextureLookup | None = None
+    #: Multiplies ks.
+    ks_texture: Texture | TextureLookup | None = None
+    #: Its first channel multiplies the shininess.
+    shininess_texture: Texture | TextureLookup | None = None
+    #: 0 to 1.
+    alpha_cutoff: float = 0.5
 
 
 @dataclass

@@ -25,6 +25,16 @@ impl Number for f64 {
     }
 }
 
+impl Number for f32 {
+    fn from_f64(value: f64) -> Option<f32> {
+        Some(value as f32)
+    }
+
+    fn from_i64(value: i64) -> Option<f32> {
+        Some(value as f32)
+    }
+}
+
 impl Number for u32 {
     fn from_f64(_: f64) -> Option<u32> {
         None

@@ -19,10 +19,15 @@ const INDICES: &str = "whole numbers from 0 to 4294967295";
 ///
 /// Shape, unit:
 ///     positions_m: (vertices, 3), m.
-///     triangles: (triangles, 3), indices of vertices. Their winding does not matter: surfaces have two sides.
+///     triangles: (triangles, 3), indices of vertices. Surfaces have two sides. The winding matters only to normal maps on a mesh without
+///         normals: their front is the side on which the corners turn counterclockwise.
 ///     material: the index of a scene's material for all triangles, or (triangles,), one index for each.
 ///     normals: (vertices, 3), of any length except zero; None: flat shading.
 ///     texcoords: (vertices, 2), u and v, v up; None: the mesh shows no textures.
+///     texcoords_1: (vertices, 2), a second set, for `TextureLookup.texcoord_set`; None: none.
+///     colors: (vertices, 3), linear, 0 to 1, which multiply kd and are interpolated; None: white.
+///     tangents: (vertices, 4), a unit vector along u for normal maps, and 1 or -1: the sign of normal x tangent along v; None: they follow
+///         from the texture coordinates.
 #[pyclass(module = "camlux", frozen)]
 pub struct Mesh {
     pub instance: Instance,
@@ -46,7 +51,11 @@ impl Mesh {
 #[pymethods]
 impl Mesh {
     #[new]
-    #[pyo3(signature = (name, positions_m, triangles, material=None, *, normals=None, texcoords=None))]
+    #[pyo3(signature = (
+        name, positions_m, triangles, material=None, *,
+        normals=None, texcoords=None, texcoords_1=None, colors=None, tangents=None
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "Python's keywords")]
     fn new(
         name: String,
         positions_m: Bound<'_, PyAny>,
@@ -54,6 +63,9 @@ impl Mesh {
         material: Option<Bound<'_, PyAny>>,
         normals: Option<Bound<'_, PyAny>>,
         texcoords: Option<Bound<'_, PyAny>>,
+        texcoords_1: Option<Bound<'_, PyAny>>,
+        colors: Option<Bound<'_, PyAny>>,
+        tangents: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Mesh> {
         let at = |array: &str| format!("mesh \"{name}\": {array}");
         let vectors = |value: &Bound<'_, PyAny>, array: &str| -> PyResult<Vec<DVec3>> {
@@ -70,10 +82,16 @@ impl Mesh {
         };
         let normals = normals.map(|value| vectors(&value, "normals"));
         let texcoords = texcoords.map(|value| rows(&value, &at("texcoords"), NUMBERS));
+        let texcoords_1 = texcoords_1.map(|value| rows(&value, &at("texcoords_1"), NUMBERS));
+        let colors = colors.map(|value| rows(&value, &at("colors"), NUMBERS));
+        let tangents = tangents.map(|value| rows(&value, &at("tangents"), NUMBERS));
         let mesh = scene::Mesh {
             positions_m: vectors(&positions_m, "positions_m")?,
             normals: normals.transpose()?.unwrap_or_default(),
             texcoords: texcoords.transpose()?.unwrap_or_default(),
+            texcoords_1: texcoords_1.transpose()?.unwrap_or_default(),
+            colors: colors.transpose()?.unwrap_or_default(),
+            tangents: tangents.transpose()?.unwrap_or_default(),
             triangles,
             triangle_materials,
             name,
@@ -112,6 +130,24 @@ impl Mesh {
     #[getter]
     fn texcoords<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         elements(slf, slf.get().placed().texcoords.as_flattened(), 2)
+    }
+
+    /// The second u and v, (vertices, 2); (0, 2): the mesh has none.
+    #[getter]
+    fn texcoords_1<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        elements(slf, slf.get().placed().texcoords_1.as_flattened(), 2)
+    }
+
+    /// Red, green and blue, which multiply kd, (vertices, 3); (0, 3): white.
+    #[getter]
+    fn colors<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        elements(slf, slf.get().placed().colors.as_flattened(), 3)
+    }
+
+    /// Tangents and signs, (vertices, 4); (0, 4): the mesh has none.
+    #[getter]
+    fn tangents<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        elements(slf, slf.get().placed().tangents.as_flattened(), 4)
     }
 
     /// Indices of vertices, (triangles, 3).

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use camlux::glam::DVec3;
 use camlux::scene::{
-    self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, IndirectLight,
-    Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling, RadiationPattern,
-    Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup, TimeOfFlight,
+    self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
+    IndirectLight, Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling,
+    RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup, TimeOfFlight,
+    Wrap,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -16,6 +17,8 @@ use crate::errors::{raised, warn};
 use crate::parts::{Mesh, Pattern, ProjectedImage, Texture};
 
 const FILTERS: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
+const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+const FILTERS_OF_TEXTURES: [Filter; 2] = [Filter::Bilinear, Filter::Nearest];
 const RATIONAL: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
 const FISHEYE: [&str; 4] = ["k1", "k2", "k3", "k4"];
 
@@ -208,6 +211,21 @@ fn light_from(part: &Part) -> PyResult<Light> {
     })
 }
 
+fn wrap_name(wrap: Wrap) -> &'static str {
+    match wrap {
+        Wrap::Repeat => "repeat",
+        Wrap::Mirror => "mirror",
+        Wrap::Clamp => "clamp",
+    }
+}
+
+fn filter_name(filter: Filter) -> &'static str {
+    match filter {
+        Filter::Bilinear => "bilinear",
+        Filter::Nearest => "nearest",
+    }
+}
+
 /// The textures of a scene, each once.
 #[derive(Default)]
 struct Textures {
@@ -215,18 +233,45 @@ struct Textures {
 }
 
 impl Textures {
-    fn index(&mut self, part: &Part, name: &str) -> PyResult<Option<usize>> {
-        let texture: Option<Bound<Texture>> =
-            part.optional(name, "give a camlux.Texture, or None")?;
-        let Some(texture) = texture else {
-            return Ok(None);
-        };
-        let texture = &texture.get().0;
+    fn index(&mut self, texture: &Shared<scene::Texture>) -> usize {
         let known = self.list.iter().position(|known| known.ptr_eq(texture));
-        Ok(Some(known.unwrap_or_else(|| {
+        known.unwrap_or_else(|| {
             self.list.push(texture.clone());
             self.list.len() - 1
-        })))
+        })
+    }
+
+    /// The lookup of that name, which is a texture or says how one is looked up.
+    fn lookup(&mut self, part: &Part, name: &str) -> PyResult<Option<TextureLookup>> {
+        let Some(given) = part.part(name)? else {
+            return Ok(None);
+        };
+        if let Ok(texture) = given.object.cast::<Texture>() {
+            return Ok(Some(self.index(&texture.get().0).into()));
+        }
+        if !given.object.hasattr("texcoord_set")? {
+            let hint = "give a camlux.Texture, a camlux.TextureLookup, or None";
+            let problem = format_args!("{name} is of {}", given.object.get_type());
+            return Err(part.error(problem, hint));
+        }
+        let given = Part::new(given.object, format!("{}: {name}", part.at));
+        let texture: Bound<Texture> = given.need("texture", "give a camlux.Texture")?;
+        let wrap: [String; 2] =
+            given.need("wrap", "give two strings, such as (\"repeat\", \"clamp\")")?;
+        let wrap = wrap.map(|word| {
+            let known = WRAPS.into_iter().find(|&wrap| wrap_name(wrap) == word);
+            let hint = "give one of: repeat, mirror, clamp";
+            known.ok_or_else(|| given.error(format_args!("wrap is \"{word}\""), hint))
+        });
+        let [wrap_u, wrap_v] = wrap;
+        let filter = given.choice("filter", &FILTERS_OF_TEXTURES, filter_name)?;
+        Ok(Some(TextureLookup {
+            texture: self.index(&texture.get().0),
+            texcoord_set: given.count("texcoord_set")?,
+            transform: given.need("transform", "give two rows of three numbers")?,
+            wrap: [wrap_u?, wrap_v?],
+            filter: filter.unwrap_or_default(),
+        }))
     }
 
     fn material(&mut self, part: &Part) -> PyResult<Material> {
@@ -235,10 +280,12 @@ impl Textures {
             kd: part.bands("kd")?,
             ks: part.bands("ks")?,
             shininess: part.number("shininess")?,
-            kd_texture: self.index(part, "kd_texture")?.map(Into::into),
-            normal_texture: self.index(part, "normal_texture")?.map(Into::into),
-            alpha_texture: self.index(part, "alpha_texture")?.map(Into::into),
-            ..Material::lambert("", [0.0; 3])
+            kd_texture: self.lookup(part, "kd_texture")?,
+            ks_texture: self.lookup(part, "ks_texture")?,
+            shininess_texture: self.lookup(part, "shininess_texture")?,
+            normal_texture: self.lookup(part, "normal_texture")?,
+            alpha_texture: self.lookup(part, "alpha_texture")?,
+            alpha_cutoff: part.number("alpha_cutoff")?,
         })
     }
 }
@@ -513,15 +560,60 @@ impl<'py> Classes<'py> {
         material: &Material,
         textures: &[Bound<'py, Texture>],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let texture = |lookup: Option<TextureLookup>| lookup.and_then(|lookup| textures.get(lookup.texture));
+        // Destructured, so that no field is forgotten.
+        let Material {
+            name,
+            kd,
+            ks,
+            shininess,
+            kd_texture,
+            ks_texture,
+            shininess_texture,
+            normal_texture,
+            alpha_texture,
+            alpha_cutoff,
+        } = material;
+        let texture = |lookup: &Option<TextureLookup>| {
+            let lookup = lookup.map(|lookup| self.lookup(lookup, &textures[lookup.texture]));
+            lookup.transpose()
+        };
         object!(self, "Material",
-            name: &material.name,
-            kd: triple(material.kd),
-            ks: triple(material.ks),
-            shininess: material.shininess,
-            kd_texture: texture(material.kd_texture),
-            normal_texture: texture(material.normal_texture),
-            alpha_texture: texture(material.alpha_texture),
+            name: name,
+            kd: triple(*kd),
+            ks: triple(*ks),
+            shininess: *shininess,
+            kd_texture: texture(kd_texture)?,
+            ks_texture: texture(ks_texture)?,
+            shininess_texture: texture(shininess_texture)?,
+            normal_texture: texture(normal_texture)?,
+            alpha_texture: texture(alpha_texture)?,
+            alpha_cutoff: *alpha_cutoff,
+        )
+    }
+
+    /// The texture itself if it is looked up in the usual way.
+    fn lookup(
+        &self,
+        lookup: TextureLookup,
+        texture: &Bound<'py, Texture>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if lookup == TextureLookup::from(lookup.texture) {
+            return Ok(texture.clone().into_any());
+        }
+        let TextureLookup {
+            texture: _,
+            texcoord_set,
+            transform,
+            wrap: [wrap_u, wrap_v],
+            filter,
+        } = lookup;
+        let [along_u, along_v] = transform.map(triple);
+        object!(self, "TextureLookup",
+            texture: texture,
+            texcoord_set: texcoord_set,
+            transform: (along_u, along_v),
+            wrap: (wrap_name(wrap_u), wrap_name(wrap_v)),
+            filter: filter_name(filter),
         )
     }
 

@@ -125,6 +125,93 @@ def test_an_even_texture_is_a_factor(renderer, scene, pixels):
     np.testing.assert_array_equal(textured["direct"][~floor], plain[~floor])
 
 
+def striped(scene):
+    """The floor's stripes along u, half white and half black, as the program would load them from a file."""
+    floor = scene.meshes[0]
+    texcoords = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])[: floor.vertex_count]
+    scene.meshes[0] = camlux.Mesh("floor", floor.positions_m, floor.triangles, texcoords=texcoords, texcoords_1=texcoords[:, ::-1])
+    return camlux.Texture("stripes", np.array([[1.0, 0.0]]))
+
+
+def test_lookups_say_how_a_texture_lies_on_a_surface(renderer, scene):
+    scene.indirect = None
+    texture = striped(scene)
+    hashes = set()
+    for lookup in [
+        texture,
+        camlux.TextureLookup(texture, texcoord_set=1),
+        camlux.TextureLookup(texture, transform=((2, 0, 0), (0, 1, 0))),
+        camlux.TextureLookup(texture, transform=np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]])),
+        camlux.TextureLookup(texture, wrap=("mirror", "clamp")),
+        camlux.TextureLookup(texture, filter="nearest"),
+    ]:
+        for name in ["kd_texture", "ks_texture", "shininess_texture", "normal_texture", "alpha_texture"]:
+            material = camlux.Material("floor", 0.5, ks=0.2, **{name: lookup})
+            scene.materials[0] = material
+            hashes.add(renderer.render(scene).scene_hash)
+    assert len(hashes) == 30
+    # A lookup without arguments is the texture itself.
+    scene.materials[0] = camlux.Material("floor", 0.5, ks=0.2, kd_texture=camlux.TextureLookup(texture))
+    assert renderer.render(scene).scene_hash in hashes
+    scene.materials[0].alpha_cutoff = 0.25
+    assert renderer.render(scene).scene_hash not in hashes
+
+
+@pytest.mark.parametrize(
+    ("lookup", "message"),
+    [
+        ("stripes.png", "kd_texture is of .*give a camlux.Texture, a camlux.TextureLookup, or None"),
+        (lambda t: camlux.TextureLookup(t, wrap=("repeat", "once")), 'kd_texture: wrap is "once"; give one of: repeat, mirror, clamp'),
+        (lambda t: camlux.TextureLookup(t, wrap="repeat"), "give two strings"),
+        (lambda t: camlux.TextureLookup(t, filter="cubic"), 'filter is "cubic"; give one of: bilinear, nearest'),
+        (lambda t: camlux.TextureLookup(t, transform=(1, 0, 0)), "give two rows of three numbers"),
+        (lambda t: camlux.TextureLookup(t, texcoord_set=2), "give 0 or 1"),
+    ],
+)
+def test_lookups_that_cannot_be_are_refused(scene, lookup, message):
+    scene.materials[0].kd_texture = lookup(striped(scene)) if callable(lookup) else lookup
+    with pytest.raises(camlux.SceneError, match=message):
+        scene.validate()
+
+
+def test_meshes_have_colours_and_tangents(renderer, scene):
+    scene.indirect = None
+    plain = renderer.render(scene)
+    floor = scene.meshes[0]
+    count = floor.vertex_count
+    colors = np.full((count, 3), (0.5, 0.25, 1.0))
+    tangents = np.full((count, 4), (1.0, 0.0, 0.0, -1.0))
+    scene.meshes[0] = camlux.Mesh("floor", floor.positions_m, floor.triangles, colors=colors, tangents=tangents)
+    np.testing.assert_array_equal(scene.meshes[0].colors, colors.astype(np.float32))
+    np.testing.assert_array_equal(scene.meshes[0].tangents, tangents.astype(np.float32))
+    assert floor.colors.shape == (0, 3) and floor.tangents.shape == (0, 4) and floor.texcoords_1.shape == (0, 2)
+    colored = renderer.render(scene)
+    is_floor = plain["id.material"] == 1
+    np.testing.assert_allclose(colored["direct"][is_floor], plain["direct"][is_floor] * (0.5, 0.25, 1.0), rtol=1e-4)
+
+
+def test_a_loaded_material_loses_nothing(renderer, program, tmp_path):
+    (tmp_path / "mesh.obj").write_text(
+        "mtllib mesh.mtl\nv -1 0 1\nv 1 0 1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt .5 1\nusemtl m\nf 1/1 2/2 3/3\n"
+    )
+    stripes = "stripes.png"
+    (tmp_path / "mesh.mtl").write_text(
+        f"newmtl m\nKd .5 .5 .5\nKs .2 .2 .2\nNs 20\nmap_Kd -s 2 3 1 -o .1 .2 0 -clamp on {stripes}\nmap_Ks {stripes}\nmap_Ns {stripes}\n"
+    )
+    (tmp_path / stripes).write_bytes((SCENES / stripes).read_bytes())
+    (tmp_path / "scene.toml").write_text(
+        "[camera]\nresolution = [8, 8]\nposition = [0, 2, 2]\nlook_at = [0, 0, 0]\nup = [0, 1, 0]\nfov_y_deg = 50\n"
+        '[[light]]\nkind = "point"\nposition = [0, 2, 0]\npower_w = 10\n[[mesh]]\npath = "mesh.obj"\n'
+    )
+    scene = camlux.Scene.load(tmp_path / "scene.toml")
+    material = scene.materials[0]
+    assert material.kd_texture.wrap == ("clamp", "clamp") and material.kd_texture.transform[0][0] == 2
+    assert isinstance(material.ks_texture, camlux.Texture) and isinstance(material.shininess_texture, camlux.Texture)
+    program("render", tmp_path / "scene.toml", "-o", tmp_path / "frame.exr")
+    image = camlux.read_exr(tmp_path / "frame.exr")
+    assert image.attributes["camlux.scene_hash"] == renderer.render(scene).scene_hash
+
+
 def test_8_bit_textures_are_srgb_unless_they_say_otherwise(renderer, scene):
     floor = scene.meshes[0]
     scene.meshes[0] = camlux.Mesh("floor", floor.positions_m, floor.triangles, texcoords=np.zeros((4, 2)))

@@ -9,6 +9,9 @@ use crate::scene::{Instance, Material, Scene};
 /// 1.4e-15. That of the triangle's plane is the same size.
 const POSITION_ROUNDING: f64 = 8e-15;
 
+/// A texel that equals the cutoff is not below it, although texels are f32.
+const ALPHA_ROUNDING: f64 = 1e-7;
+
 /// Sine of 1°. P is sure to be moved off another surface within its rounding if the view ray meets that surface at this angle or more.
 const LEAST_SINE: f64 = 0.017;
 /// Limit of the move of P: 10⁻⁸ of the scene's size.
@@ -111,7 +114,7 @@ impl Surfaces {
     pub fn is_at(&self, hit: &Hit) -> bool {
         let (place, material) = self.place(hit);
         let alpha = place.value(material.alpha_texture);
-        alpha.is_none_or(|alpha| alpha.x >= material.alpha_cutoff)
+        alpha.is_none_or(|alpha| alpha.x >= material.alpha_cutoff - ALPHA_ROUNDING)
     }
 
     /// The surface at a hit of a ray in this direction.
