@@ -1,18 +1,18 @@
-// The surface where a ray hits it, the packing of its directions, and where rays start beside it. The importing file defines a function
-// normal_texture for the normal maps.
+// The surface where a ray hits it, the packing of its directions, and where rays start beside it.
 
-#import brdf
-#import texels
+#import materials
 
 struct Hit {
     position: vec3<f32>,
     // Unit normals, on the side that the ray hits.
     geometric_normal: vec3<f32>,
     shading_normal: vec3<f32>,
-    // Includes the texture, if there is one.
+    // Includes textures and colours of vertices.
     brdf: Brdf,
 }
 
+#if DETAILED
+#else
 struct Corner {
     position: vec3<f32>,
     // 0: flat.
@@ -26,9 +26,8 @@ struct Triangle {
     normal: vec3<f32>,
     brdf: Brdf,
     texture: Texture,
-    // 0: no normal map; else the number by which the importing file's normal_texture finds the map.
-    normal_map: u32,
 }
+#endif
 
 // The point with barycentric coordinates `b`, hit from `direction`.
 fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
@@ -42,64 +41,44 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     hit.geometric_normal = select(triangle.normal, -triangle.normal, dot(triangle.normal, direction) > 0.0);
     hit.shading_normal = hit.geometric_normal;
     hit.brdf = triangle.brdf;
-#if SMOOTH BUMPED
+#if SMOOTH DETAILED
     // Opposed normals may cancel; then the triangle's own normal stays.
     let blend = b.x * c0.normal + b.y * c1.normal + b.z * c2.normal;
     let length_squared = dot(blend, blend);
+    let has_normal = length_squared > 1e-12;
     let smooth_normal = blend * inverseSqrt(max(length_squared, 1e-12));
-    let turned = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
-    hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
+    let is_turned = dot(smooth_normal, hit.geometric_normal) < 0.0;
+    hit.shading_normal = select(hit.shading_normal, select(smooth_normal, -smooth_normal, is_turned), has_normal);
 #endif
-#if TEXTURED BUMPED
-    let texcoord = texcoord_at(triangle, b);
+#if TEXTURED
     if (triangle.texture.size.x > 0u) {
+        let texcoord = b.x * c0.texcoord + b.y * c1.texcoord + b.z * c2.texcoord;
         hit.brdf.kd *= sample_texture(triangle.texture, texcoord);
     }
 #endif
-#if BUMPED
-    // A loop that other surfaces skip: drivers that compute both sides of a branch would make them pay for it.
-    for (var i = 0u; i < select(0u, 1u, triangle.normal_map > 0u); i++) {
-        let is_behind = dot(triangle.normal, direction) > 0.0;
-        hit.shading_normal = mapped_normal(triangle, texcoord, hit.geometric_normal, hit.shading_normal, is_behind);
+#if DETAILED
+    for (var i = 0u; i < turns(triangle, HAS_COLORS); i++) {
+        hit.brdf.kd *= color_at(triangle, b);
+    }
+    for (var i = 0u; i < turns(triangle, HAS_KD_MAP); i++) {
+        hit.brdf.kd *= sample_map(triangle, KD_MAP, b);
+    }
+#if PHONG
+    for (var i = 0u; i < turns(triangle, HAS_KS_MAP); i++) {
+        hit.brdf.ks *= sample_map(triangle, KS_MAP, b);
+    }
+    for (var i = 0u; i < turns(triangle, HAS_SHININESS_MAP); i++) {
+        hit.brdf.shininess *= sample_map(triangle, SHININESS_MAP, b).x;
+    }
+#endif
+    for (var i = 0u; i < turns(triangle, HAS_NORMAL_MAP); i++) {
+        // The front is the side of the mesh's normals; without them, the side on which the corners turn counterclockwise.
+        let is_behind = select(triangle.front * dot(triangle.normal, direction) > 0.0, is_turned, has_normal);
+        hit.shading_normal = mapped_normal(triangle, b, hit.geometric_normal, hit.shading_normal, is_behind);
     }
 #endif
     return hit;
 }
-
-#if TEXTURED BUMPED
-fn texcoord_at(triangle: Triangle, b: vec3<f32>) -> vec2<f32> {
-    return b.x * triangle.corners[0].texcoord + b.y * triangle.corners[1].texcoord + b.z * triangle.corners[2].texcoord;
-}
-#endif
-
-#if BUMPED
-// The shading normal that a normal map gives. The map's axes are the shading normal on the triangle's front and, perpendicular to it, the
-// directions in which u and v grow.
-fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3<f32>, shading_normal: vec3<f32>, is_behind: bool) -> vec3<f32> {
-    let c0 = triangle.corners[0];
-    let edge1 = triangle.corners[1].position - c0.position;
-    let edge2 = triangle.corners[2].position - c0.position;
-    let uv1 = triangle.corners[1].texcoord - c0.texcoord;
-    let uv2 = triangle.corners[2].texcoord - c0.texcoord;
-    let front = select(shading_normal, -shading_normal, is_behind);
-    // Determinant of the texture coordinates; its sign tells whether the map is mirrored.
-    let determinant = uv1.x * uv2.y - uv1.y * uv2.x;
-    let along_u = (edge1 * uv2.y - edge2 * uv1.y) * sign(determinant);
-    let across = along_u - front * dot(front, along_u);
-    let length_squared = dot(across, across);
-    let tangent = across * inverseSqrt(max(length_squared, 1e-37));
-    let bitangent = cross(front, tangent) * sign(determinant);
-    let map = 2.0 * sample_texture(normal_texture(triangle.normal_map), texcoord) - 1.0;
-    let turned = normalize(map.x * tangent + map.y * bitangent + max(map.z, 0.0) * front);
-    let normal = select(turned, -turned, is_behind);
-    // A mapped normal that faces away from the visible side is not used.
-    let is_usable = length_squared > 0.0 && determinant != 0.0 && dot(normal, geometric_normal) > LEAST_FACING;
-    return select(shading_normal, normal, is_usable);
-}
-
-// Least cosine between a mapped normal and the triangle's.
-const LEAST_FACING: f32 = 0.01;
-#endif
 
 // A unit vector as an integer below 2^24, exact in f32: octahedral, 12 bits per axis, within 1.1e-3 rad. The axes are exact, because 4094
 // is even.

@@ -6,11 +6,6 @@
 // Lists in images, like ray_triangles in trace.wgsl. Four texels per triangle, in the order of Geometry: the corners' normals (0: flat),
 // their texture coordinates, the material.
 var triangle_shading: texture_storage_2d<rgba32float, read>;
-// Six texels per material. k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and the index in this list
-// where its normal map is described, 0 without one. Then two texels for the texture: columns and rows (0 for none), words per texel, and
-// whether it is encoded in sRGB; its first word, for word_index. Then the same two for the normal map.
-var materials: texture_storage_2d<rgba32float, read>;
-
 // `hit_triangle` is a value of ray_hit.
 fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     let corners = corners_of_hit(hit_triangle);
@@ -36,15 +31,15 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     let shading1 = textureLoad(triangle_shading, list_place(index + 1u));
     let shading2 = textureLoad(triangle_shading, list_place(index + 2u));
     let shading3 = textureLoad(triangle_shading, list_place(index + 3u));
-    let material = 6u * u32(shading3.w);
-    let kd_shininess = textureLoad(materials, list_place(material));
-    let ks_map = textureLoad(materials, list_place(material + 1u));
+    let material = MATERIAL_TEXELS * u32(shading3.w);
+    let kd_shininess = material_texel(material);
+    let ks_has = material_texel(material + 1u);
     var triangle: Triangle;
     triangle.corners[0] = Corner(corners.a.xyz, shading0.xyz, shading2.yz);
     triangle.corners[1] = Corner(corners.b.xyz, vec3<f32>(shading0.w, shading1.xy), vec2<f32>(shading2.w, shading3.x));
     triangle.corners[2] = Corner(corners.c.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
     triangle.normal = vec3<f32>(corners.a.w, corners.b.w, corners.c.w);
-#if SMOOTH BUMPED
+#if SMOOTH DETAILED
 #if INSTANCED SHADE
     for (var i = 0u; i < min(found.instance, 1u); i++) {
         let placement = to_mesh(found.instance);
@@ -54,32 +49,36 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     }
 #endif
 #endif
-    triangle.brdf = Brdf(kd_shininess.rgb, ks_map.rgb, kd_shininess.w);
-#if TEXTURED BUMPED
-    triangle.texture = texture_at(material + 2u);
+    triangle.brdf = Brdf(kd_shininess.rgb, ks_has.rgb, kd_shininess.w);
+#if TEXTURED
+    triangle.texture = texture_at(material + KD_MAP);
 #endif
-#if BUMPED
-    triangle.normal_map = u32(ks_map.w);
+#if DETAILED
+    triangle.material = material;
+    triangle.has = u32(ks_has.w);
+    triangle.instance = found.instance;
+    triangle.front = 1.0;
+#if INSTANCED SHADE
+    triangle.front = handedness(found.instance);
+#endif
+    for (var i = 0u; i < turns(triangle, HAS_VERTICES); i++) {
+        triangle.vertices = corners_in_mesh(material, index / 4u);
+    }
 #endif
     return triangle;
 }
 
-#if BUMPED
-fn normal_texture(map: u32) -> Texture {
-    return texture_at(map);
+#if DETAILED
+fn tangent_in_scene(instance: u32, tangent: vec3<f32>) -> vec3<f32> {
+#if INSTANCED SHADE
+    return placed_direction(to_scene(instance), tangent);
+#else
+    return tangent;
+#endif
 }
 #endif
 
-#if TEXTURED BUMPED
-// The texture that two texels of `materials` describe.
-fn texture_at(index: u32) -> Texture {
-    let texture = vec4<u32>(textureLoad(materials, list_place(index)));
-    let first_word = word_index(textureLoad(materials, list_place(index + 1u)).xy);
-    return Texture(texture.xy, first_word, texture.z, texture.w);
-}
-#endif
-
-// The material's index in `materials`.
+// The material's place in `materials`.
 fn material_at(hit_triangle: u32) -> u32 {
     return u32(textureLoad(triangle_shading, list_place(4u * scene_triangle(hit_triangle) + 3u)).w);
 }

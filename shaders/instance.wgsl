@@ -65,7 +65,12 @@ fn placed_normal(to_mesh: Placement, normal: vec3<f32>) -> vec3<f32> {
     return along * select(0.0, 1.0 / sqrt(length_squared), length_squared > 0.0);
 }
 
-// The same for a triangle's normal. Its side depends on the order of the corners, so a mirrored instance flips it.
+// −1 for a mirrored instance, else 1.
+fn handedness(instance: u32) -> f32 {
+    return instance_texel(instance, 7u).z;
+}
+
+// A triangle's normal in the scene. Its side depends on the order of the corners, so a mirrored instance flips it.
 fn placed_triangle_normal(instance: u32, normal: vec3<f32>) -> vec3<f32> {
-    return instance_texel(instance, 7u).z * placed_normal(to_mesh(instance), normal);
+    return handedness(instance) * placed_normal(to_mesh(instance), normal);
 }

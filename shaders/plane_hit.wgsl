@@ -1,6 +1,5 @@
 // The point where a ray hits the triangle that a pixel shows. The position comes from the ray and the triangle's plane, not from the method
-// that found the triangle: rasterisers snap vertices to a subpixel grid, which would move positions by 1/512 pixel along the surface. For
-// surfaces with cut-outs, the importing file defines a function alpha_texture.
+// that found the triangle: rasterisers snap vertices to a subpixel grid, which would move positions by 1/512 pixel along the surface.
 
 #import hit
 
@@ -51,8 +50,9 @@ fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, di
     let rest = select(nearest_on_rim(from0, edge1, edge2), plain, is_inside);
     let b = vec3<f32>(1.0 - rest.x - rest.y, rest);
 #if CUTOUT
-    let alpha = alpha_texture();
-    if (is_cut_out(alpha.size, alpha.first_word, texcoord_at(triangle, b))) {
+    let alpha = texture_at(triangle.material + ALPHA_MAP);
+    let cutoff = material_texel(triangle.material + ALPHA_MAP + 2u).w;
+    if (is_cut_out(alpha, cutoff, blended(map_texcoords(triangle, ALPHA_MAP, alpha), b))) {
         discard;
     }
 #endif

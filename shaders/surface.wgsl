@@ -11,9 +11,12 @@ struct Draw {
     shininess: f32,
     // 1 + index of the material.
     material_id: f32,
+    // The first texel in `materials`, and its HAS_ bits.
+    material: u32,
+    has: u32,
+    // The mesh's first vertex among the scene's.
+    first_vertex: u32,
     texture: Texture,
-    normal_texture: Texture,
-    alpha_texture: Texture,
 }
 
 #import view
@@ -28,15 +31,9 @@ var<immediate> draw: Draw;
 // Imported here, so that its bindings come after those that both stages share.
 #import plane_hit
 
-#if BUMPED
-fn normal_texture(map: u32) -> Texture {
-    return draw.normal_texture;
-}
-#endif
-
-#if CUTOUT
-fn alpha_texture() -> Texture {
-    return draw.alpha_texture;
+#if DETAILED
+fn tangent_in_scene(instance: u32, tangent: vec3<f32>) -> vec3<f32> {
+    return placed_direction(to_scene(instance), tangent);
 }
 #endif
 
@@ -49,17 +46,17 @@ struct Raster {
 fn corner(instance: u32, index: u32) -> Corner {
     var corner: Corner;
     corner.position = positions[index].xyz;
-#if SMOOTH BUMPED
+#if SMOOTH DETAILED
     corner.normal = normals[index].xyz;
 #endif
     // A loop that other surfaces skip: drivers that compute both sides of a branch would make them pay for it.
     for (var i = 0u; i < min(instance, 1u); i++) {
         corner.position = placed_point(to_scene(instance), corner.position);
-#if SMOOTH BUMPED
+#if SMOOTH DETAILED
         corner.normal = placed_normal(to_mesh(instance), corner.normal);
 #endif
     }
-#if TEXTURED BUMPED
+#if TEXTURED DETAILED
     corner.texcoord = texcoords[index];
 #endif
     return corner;
@@ -75,11 +72,16 @@ fn hit_surface(raster: Raster) -> Hit {
     triangle.corners[1] = corner(raster.instance, indices[3u * raster.triangle + 1u]);
     triangle.corners[2] = corner(raster.instance, indices[3u * raster.triangle + 2u]);
     triangle.brdf = Brdf(draw.kd, draw.ks, draw.shininess);
-#if TEXTURED BUMPED
+#if TEXTURED
     triangle.texture = draw.texture;
 #endif
-#if BUMPED
-    triangle.normal_map = draw.normal_texture.size.x;
+#if DETAILED
+    let first = 3u * raster.triangle;
+    triangle.vertices = vec3<u32>(indices[first], indices[first + 1u], indices[first + 2u]) - draw.first_vertex;
+    triangle.material = draw.material;
+    triangle.has = draw.has;
+    triangle.instance = raster.instance;
+    triangle.front = handedness(raster.instance);
 #endif
     return hit_on_plane(triangle, view.origin, ray_offset, ray_direction, view.forward);
 }

@@ -7,11 +7,24 @@ struct Texture {
     first_word: u32,
     // Words per texel: 1, three values of 8 bits; 2, three of 16 bits; 3, three floats.
     words: u32,
-    // 1: integers are encoded by sRGB.
-    is_srgb: u32,
+    // The sum of these constants.
+    flags: u32,
 }
 
-#if TEXTURED BUMPED CUTOUT
+// Integers are encoded by sRGB.
+const SRGB: u32 = 1u;
+// Beyond the edges along u and v: mirrored, or the texels at the edge; else repeated.
+const MIRROR_U: u32 = 2u;
+const CLAMP_U: u32 = 4u;
+const MIRROR_V: u32 = 8u;
+const CLAMP_V: u32 = 16u;
+// The nearest texel.
+const NEAREST: u32 = 32u;
+// By the second set of texture coordinates; by transformed coordinates.
+const SECOND_SET: u32 = 64u;
+const TRANSFORMED: u32 = 128u;
+
+#if TEXTURED DETAILED CUTOUT
 // A list of words in layers of 4096 x 4096.
 var texels: texture_storage_2d_array<r32uint, read>;
 
@@ -28,7 +41,7 @@ fn texture_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
     } else if (texture.words == 3u) {
         values = bitcast<vec3<f32>>(vec3<u32>(first, word(place + 1u), word(place + 2u)));
     }
-    return select(values, linear_from_srgb(values), texture.is_srgb == 1u);
+    return select(values, linear_from_srgb(values), (texture.flags & SRGB) != 0u);
 }
 
 // A word's index from two numbers, as texels of an image hold it: 2^16 · first + second.
@@ -52,9 +65,9 @@ fn linear_from_srgb(encoded: vec3<f32>) -> vec3<f32> {
     return select(t4 * t4 * power, encoded * (1.0 / 12.92), encoded <= vec3<f32>(0.04045));
 }
 
-// Bilinear, repeating, v up, with full f32 weights: samplers interpolate with 8 bits.
+// v up, with full f32 weights: samplers interpolate with 8 bits.
 fn sample_texture(texture: Texture, texcoord: vec2<f32>) -> vec3<f32> {
-    let corner = texel_corner(texture.size, texcoord);
+    let corner = texel_corner(texture, texcoord);
     let low = corner.texel;
     let high = (low + 1u) % texture.size;
     let above = mix(texture_texel(texture, low), texture_texel(texture, vec2<u32>(high.x, low.y)), corner.weight.x);
@@ -68,20 +81,34 @@ struct TexelCorner {
     weight: vec2<f32>,
 }
 
-fn texel_corner(size: vec2<u32>, texcoord: vec2<f32>) -> TexelCorner {
-    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * vec2<f32>(size) - 0.5;
+fn texel_corner(texture: Texture, texcoord: vec2<f32>) -> TexelCorner {
+    let size = vec2<f32>(texture.size);
+#if DETAILED CUTOUT
+    // Where a texture does not repeat, the place is moved to the centres of its outermost texels, whose neighbours then have no weight.
+    let mirrors = (vec2<u32>(texture.flags) & vec2<u32>(MIRROR_U, MIRROR_V)) != vec2<u32>(0u);
+    let clamps = (vec2<u32>(texture.flags) & vec2<u32>(CLAMP_U, CLAMP_V)) != vec2<u32>(0u);
+    let down = vec2<f32>(texcoord.x, 1.0 - texcoord.y);
+    let there_and_back = 1.0 - abs(2.0 * fract(0.5 * down) - 1.0);
+    let folded = select(select(fract(down), there_and_back, mirrors), clamp(down, vec2<f32>(0.0), vec2<f32>(1.0)), clamps);
+    let between = folded * size - 0.5;
+    let within = select(between, clamp(between, vec2<f32>(0.0), size - 1.0), mirrors | clamps);
+    let nearest = min(floor(folded * size), size - 1.0);
+    let place = select(within, nearest, (texture.flags & NEAREST) != 0u);
+#else
+    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * size - 0.5;
+#endif
     let corner = floor(place);
-    return TexelCorner(vec2<u32>(vec2<i32>(corner) + vec2<i32>(size)) % size, place - corner);
+    return TexelCorner(vec2<u32>(vec2<i32>(corner) + vec2<i32>(texture.size)) % texture.size, place - corner);
 }
 #if CUTOUT
 
-// Whether a surface with an alpha texture of this size is cut out at a point. A word has the alpha of a texel, and of those to the right,
-// below, and below right.
-fn is_cut_out(size: vec2<u32>, first_word: u32, texcoord: vec2<f32>) -> bool {
-    let corner = texel_corner(size, texcoord);
-    let alpha = unpack4x8unorm(word(first_word + corner.texel.y * size.x + corner.texel.x));
+// Whether a surface with an alpha texture is cut out at a point. A word has the alpha of a texel, and of those to the right, below, and
+// below right.
+fn is_cut_out(texture: Texture, cutoff: f32, texcoord: vec2<f32>) -> bool {
+    let corner = texel_corner(texture, texcoord);
+    let alpha = unpack4x8unorm(word(texture.first_word + corner.texel.y * texture.size.x + corner.texel.x));
     let above_below = mix(alpha.xz, alpha.yw, corner.weight.x);
-    return mix(above_below.x, above_below.y, corner.weight.y) < 0.5;
+    return mix(above_below.x, above_below.y, corner.weight.y) < cutoff;
 }
 #endif
 #endif

@@ -5,6 +5,7 @@
 // Rendering", section "Managing rounding error".
 
 #import instance
+#import texel_list
 #import triangle_hit
 #if QUERY
 #import ray_query
@@ -15,7 +16,7 @@
 // Four texels per triangle: its corners, each with a component of the unit normal; its index in the scene, and 1 + its index among the
 // triangles with cut-outs, if it has any. The fourth texel of the first triangle also holds the index where the second geometry of an
 // acceleration structure begins, and the number of triangles. After all triangles, those with cut-outs follow again, three texels each: the
-// texture coordinates of the corners, columns and rows of the alpha texture, and its first word, for word_index.
+// texture coordinates of the corners, columns and rows of the alpha texture; its first word, for word_index; the cutoff; and flags.
 var ray_triangles: texture_storage_2d<rgba32float, read>;
 
 // Rays per lane.
@@ -26,9 +27,6 @@ const RAY_PAIRS: u32 = 4u;
 const RAYS: u32 = 2u;
 const RAY_PAIRS: u32 = 1u;
 #endif
-// Texels per row of the images, as a shift.
-const ROW_SHIFT: u32 = 10u;
-const ROW_MASK: u32 = 1023u;
 const NOTHING_HIT: u32 = 0xffffffffu;
 
 // Data per ray. From an origin: its direction, whose length is the unit of its distances. To a light: its start.
@@ -48,11 +46,6 @@ fn set_ray(ray: u32, vector: vec3<f32>, inverse_t: f32) {
     ray_vector[SLOT] = select(ray_vector[SLOT], vector, ray == SLOTu);
     ray_inverse_t[SLOT] = select(ray_inverse_t[SLOT], inverse_t, ray == SLOTu);
 #endrepeat
-}
-
-// Place in its image of a list's texel.
-fn list_place(index: u32) -> vec2<u32> {
-    return vec2<u32>(index & ROW_MASK, index >> ROW_SHIFT);
 }
 
 fn triangle_texel(index: u32) -> vec4<f32> {

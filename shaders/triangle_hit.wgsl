@@ -128,9 +128,10 @@ fn is_hole(cutout: u32, b: vec3<f32>) -> bool {
     let first = 4u * u32(triangle_texel(3u).w) + 3u * (cutout - 1u);
     let texcoords01 = triangle_texel(first);
     let texcoord2_size = triangle_texel(first + 1u);
-    let first_word = word_index(triangle_texel(first + 2u).xy);
+    let place = triangle_texel(first + 2u);
+    let alpha = Texture(vec2<u32>(texcoord2_size.zw), word_index(place.xy), 1u, u32(place.w));
     let texcoord = (b.x * texcoords01.xy + b.y * texcoords01.zw + b.z * texcoord2_size.xy) / (b.x + b.y + b.z);
-    return is_cut_out(vec2<u32>(texcoord2_size.zw), first_word, texcoord);
+    return is_cut_out(alpha, place.z, texcoord);
 }
 
 // 1 + index among the triangles with cut-outs; 0: the triangle is whole.

@@ -122,19 +122,28 @@ impl Geometry {
 impl GeometrySize {
     /// The size of a scene's geometry, without building the geometry.
     pub fn of(scene: &Scene) -> GeometrySize {
-        let mut size = GeometrySize::default();
-        let mut seen = HashSet::new();
-        for (instance, is_shared) in scene.meshes.iter().zip(are_shared(scene)) {
-            size.shared_instances += u64::from(is_shared);
-            if is_shared && !seen.insert(instance.mesh.id()) {
-                continue;
-            }
+        let are_shared = are_shared(scene).into_iter();
+        let mut size = GeometrySize {
+            shared_instances: are_shared.filter(|is_shared| *is_shared).count() as u64,
+            ..GeometrySize::default()
+        };
+        for mesh in meshes_on_device(scene) {
             size.meshes += 1;
-            size.triangles += instance.triangles.len() as u64;
-            size.vertices += instance.positions_m.len() as u64;
+            size.triangles += mesh.triangles.len() as u64;
+            size.vertices += mesh.positions_m.len() as u64;
         }
         size
     }
+}
+
+/// The meshes that the device holds: one for each instance, or one for all instances that share it.
+pub(crate) fn meshes_on_device(scene: &Scene) -> impl Iterator<Item = &Shared<Mesh>> {
+    let mut seen = HashSet::new();
+    let instances = scene.meshes.iter().zip(are_shared(scene));
+    instances.filter_map(move |(instance, is_shared)| {
+        let is_new = !is_shared || seen.insert(instance.mesh.id());
+        is_new.then_some(&instance.mesh)
+    })
 }
 
 fn are_alike<T>(a: &[T], b: &[T], is_alike: impl Fn(&T, &T) -> bool) -> bool {

@@ -9,8 +9,8 @@ use crate::{
     geometry::GeometrySize,
     output::{FrameParts, Layer},
     passes::{
-        final_gather, hits, light, primary_rays, rays, rsm::Rsm, shadow::ShadowMap, surface,
-        textures, vpl::VplLists,
+        final_gather, hits, light, materials, primary_rays, rays, rsm::Rsm, shadow::ShadowMap,
+        surface, textures, vpl::VplLists,
     },
     plan::{Plan, TofPlan},
     scene::{Scene, Shadow},
@@ -153,7 +153,10 @@ fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
 fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()> {
     let of_scene = || requirements.of(GrowsWith::Scene);
     surface::declare(&of_scene(), scene, plan)?;
-    if plan.is_textured {
+    if plan.needs_materials() {
+        materials::declare(&of_scene(), scene)?;
+    }
+    if plan.reads_texcoords() {
         let smaller = "scale the textures down, or choose another device";
         textures::declare(&of_scene().with_hint(smaller), scene)?;
     }

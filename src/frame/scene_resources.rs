@@ -10,6 +10,7 @@ use crate::{
         Context,
         hits::HitSurfaces,
         instances::Instances,
+        materials::Materials,
         primary_rays,
         rays::RayTriangles,
         surface::Surfaces,
@@ -26,6 +27,8 @@ pub(crate) struct SceneResources {
     textures: Cached<TexturesKey, Arc<Textures>>,
     geometry: Cached<GeometryKey, Arc<Geometry>>,
     surfaces: Cached<SurfacesKey, Surfaces>,
+    /// Only if kernels read it.
+    materials: Cached<SurfacesKey, Arc<Materials>>,
     /// Only if something casts rays.
     ray_tree: Cached<RayTreeKey, RayTriangles>,
     mesh_trees: MeshTrees,
@@ -132,7 +135,7 @@ impl SceneResources {
         let (geometry, _) = self.geometry.get_or_make(geometry_key, geometry)?;
         let geometry = geometry.clone();
         let textures_key = TexturesKey {
-            is_textured: plan.is_textured,
+            is_textured: plan.reads_texcoords(),
             uses: uses_of(scene),
             textures: SameValues(scene.textures.clone()),
         };
@@ -160,6 +163,7 @@ impl SceneResources {
         self.surfaces.drop_unless(&surfaces_key);
         self.ray_tree.drop_unless(&ray_tree_key);
         self.hit_surfaces.drop_unless(&surfaces_key);
+        self.materials.drop_unless(&surfaces_key);
         if kernel.is_none() {
             self.ray_tree.take();
             self.mesh_trees = MeshTrees::default();
@@ -171,7 +175,7 @@ impl SceneResources {
         self.lens_rays.drop_unless(&lens_key);
 
         let (textures, _) = self.textures.get_or_make(textures_key, || {
-            Ok(Arc::new(match plan.is_textured {
+            Ok(Arc::new(match plan.reads_texcoords() {
                 true => Textures::upload(commands, scene)?,
                 false => Textures::default(),
             }))
@@ -192,9 +196,20 @@ impl SceneResources {
                 (Arc::new(none), false)
             }
         };
+        let materials = match plan.needs_materials() {
+            true => {
+                let upload = || Ok(Materials::upload(commands, scene, &geometry, textures)?.into());
+                Some(&*self.materials.get_or_make(surfaces_key.clone(), upload)?.0)
+            }
+            false => {
+                self.materials.take();
+                None
+            }
+        };
         let (surfaces, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
             let instanced = (&*geometry, &instances);
-            Surfaces::upload(commands, scene, plan, space, textures, instanced)
+            let shown = (&*textures, materials);
+            Surfaces::upload(commands, scene, plan, space, shown, instanced)
         })?;
         surfaces.instances = instances;
         self.generation += u64::from(is_new || are_moved);
@@ -203,7 +218,10 @@ impl SceneResources {
             self.lens_rays.get_or_make(lens_key, lens)?;
         }
         if plan.shades_hits() {
-            let hits = || HitSurfaces::upload(commands, scene, &geometry, textures);
+            let materials = materials.ok_or_else(|| {
+                Error::internal("the materials of what rays hit are not on the device")
+            })?;
+            let hits = || HitSurfaces::upload(commands, &geometry, textures, materials);
             self.hit_surfaces.get_or_make(surfaces_key, hits)?;
         }
         Ok(())

@@ -13,7 +13,7 @@ use earcut::utils3d::project3d_to_2d;
 use glam::{DAffine3, DVec3};
 
 use super::unused::Unused;
-use crate::scene::{Mesh, normal_matrix, unit_normal};
+use crate::scene::Mesh;
 
 /// The index of a corner that has no texture coordinate or no normal.
 pub(super) const NONE: u32 = u32::MAX;
@@ -480,31 +480,16 @@ fn fan_apex(outline: &[DVec3]) -> Option<usize> {
 
 /// Places a mesh in the file's space where it belongs.
 fn place(mesh: &mut Mesh, to_world: &DAffine3) {
-    let linear = to_world.matrix3;
-    let turn = normal_matrix(linear);
-    let is_moved = *to_world != DAffine3::IDENTITY;
-    if is_moved {
+    if *to_world != DAffine3::IDENTITY {
         for position in &mut mesh.positions_m {
             *position = to_world.transform_point3(*position);
         }
     }
     for normal in &mut mesh.normals {
         // A vertex that no smooth face uses may have any normal.
-        *normal = match normal.is_finite() && *normal != DVec3::ZERO {
-            true => unit_normal(turn, *normal),
-            false => DVec3::Z,
-        };
-    }
-    let is_mirrored = linear.determinant() < 0.0;
-    for tangent in &mut mesh.tangents {
-        let [x, y, z, sign] = tangent.map(f64::from);
-        let along = (linear * DVec3::new(x, y, z)).normalize_or_zero().as_vec3();
-        let sign = if is_mirrored { -sign } else { sign };
-        *tangent = along.extend(sign as f32).to_array();
-    }
-    if is_mirrored {
-        for triangle in &mut mesh.triangles {
-            triangle.swap(1, 2);
+        if !normal.is_finite() || *normal == DVec3::ZERO {
+            *normal = DVec3::Z;
         }
     }
+    mesh.place_directions(to_world.matrix3);
 }

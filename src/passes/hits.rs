@@ -2,22 +2,18 @@
 
 use std::sync::Arc;
 
-use super::{
-    surface::brdf_texels,
-    textures::{Textures, halves_of_first_word},
-};
+use super::{materials::Materials, textures::Textures};
 use crate::{
     Result, Scene,
     geometry::{Geometry, GeometrySize, PlacedMesh},
-    scene::TextureLookup,
     vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList},
 };
 
 /// The lists of `shaders/hits.wgsl`.
 pub(crate) struct HitSurfaces {
-    /// Sixteen words per triangle, in the order of the geometry: three normals (0: flat), three texture coordinates, the material.
+    /// Sixteen words per triangle, in the order of the geometry: three normals (0: flat), three texture coordinates, the entry of the material.
     triangles: TexelList,
-    materials: TexelList,
+    materials: Arc<Materials>,
     textures: Arc<Textures>,
     /// For each mesh in the scene's space: the number of triangles up to its end, and its id.
     mesh_ends: Arc<Buffer>,
@@ -30,61 +26,20 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
     let mesh_bytes = 8 * size.meshes;
     allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Device)?;
     allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Staging)?;
-    TexelList::declare(allocate, "shading of triangles", 4 * size.triangles)?;
-    // Each material is stored with and without its textures, in six texels each.
-    TexelList::declare(allocate, "materials", 12 * scene.materials.len() as u64)
+    TexelList::declare(allocate, "shading of triangles", 4 * size.triangles)
 }
 
 impl HitSurfaces {
-    /// Copies the shading data of a valid scene's surfaces to the device.
+    /// Copies the shading data of a scene's surfaces to the device.
     pub fn upload(
         commands: &CommandPool,
-        scene: &Scene,
         geometry: &Geometry,
         textures: &Arc<Textures>,
+        materials: &Arc<Materials>,
     ) -> Result<HitSurfaces> {
-        let place = |texture: Option<TextureLookup>| {
-            let texture = textures.place_of(texture);
-            let [width, height] = texture.size;
-            let [first, second] = halves_of_first_word(texture);
-            [
-                [width, height, texture.words, texture.is_srgb].map(|n| n as f32),
-                [first, second, 0.0, 0.0],
-            ]
-        };
-        let mut materials: Vec<[[f32; 4]; 6]> = scene
-            .materials
-            .iter()
-            .enumerate()
-            .map(|(index, material)| {
-                let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
-                let [texture, texels] = place(material.kd_texture);
-                let normal_map = material.normal_texture.map_or(0, |_| 6 * index + 4);
-                let [normal_texture, normal_texels] = place(material.normal_texture);
-                [
-                    [kd[0], kd[1], kd[2], shininess],
-                    [kr, kg, kb, normal_map as f32],
-                    texture,
-                    texels,
-                    normal_texture,
-                    normal_texels,
-                ]
-            })
-            .collect();
-        // A mesh without texture coordinates uses its materials without textures.
-        let plain = materials.clone();
-        materials.extend(plain.iter().map(|&[kd, [kr, kg, kb, _], ..]| {
-            let nothing = [0.0; 4];
-            [kd, [kr, kg, kb, 0.0], nothing, nothing, nothing, nothing]
-        }));
         let mut triangles: Vec<[f32; 16]> = Vec::new();
-        for mesh in geometry.meshes() {
-            let plain = if mesh.texcoords.is_empty() {
-                scene.materials.len() as u32
-            } else {
-                0
-            };
-            for (corners, material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+        for (index, mesh) in geometry.meshes().enumerate() {
+            for (corners, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
                 let mut words = [0.0; 16];
                 for (i, &corner) in corners.iter().enumerate() {
                     if let Some(normal) = mesh.normals.get(corner as usize) {
@@ -95,7 +50,7 @@ impl HitSurfaces {
                         words[9 + 2 * i..11 + 2 * i].copy_from_slice(&texcoord.map(|c| c as f32));
                     }
                 }
-                words[15] = (material + plain) as f32;
+                words[15] = materials.entry(index, material) as f32;
                 triangles.push(words);
             }
         }
@@ -115,7 +70,7 @@ impl HitSurfaces {
             placed_count: mesh_ends.len() as u32,
             mesh_ends: commands.upload("ends of meshes", &mesh_ends)?,
             triangles: TexelList::new(commands, "shading of triangles", triangles)?,
-            materials: TexelList::new(commands, "materials", materials.into_flattened())?,
+            materials: materials.clone(),
         })
     }
 
@@ -126,10 +81,8 @@ impl HitSurfaces {
 
     /// The images with their names in the shaders.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let mut resources = vec![
-            ("triangle_shading", self.triangles.resource()),
-            ("materials", self.materials.resource()),
-        ];
+        let mut resources = vec![("triangle_shading", self.triangles.resource())];
+        resources.extend(self.materials.resources());
         resources.extend(self.textures.resource());
         resources
     }

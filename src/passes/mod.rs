@@ -25,6 +25,7 @@ pub(crate) mod hits;
 pub(crate) mod instances;
 pub(crate) mod light;
 pub(crate) mod light_rays;
+pub(crate) mod materials;
 pub(crate) mod modulation;
 pub(crate) mod pixel_filter;
 pub(crate) mod predict;
@@ -158,7 +159,7 @@ mod tests {
             ["flat", "textured"],
             ["smooth", ""],
             ["smooth", "textured"],
-            ["bumped", ""],
+            ["detailed", ""],
         ];
         let mut requested = vec![
             ("vertex", vec![]),
@@ -189,7 +190,7 @@ mod tests {
                 ("phong", "glossy"),
             ] {
                 let shadings = shadings.iter();
-                let has = |shading: &str| tree != "cutout" || shading == "bumped";
+                let has = |shading: &str| tree != "cutout" || shading == "detailed";
                 for [shading, texture] in shadings.filter(|[shading, _]| has(shading)) {
                     let words =
                         |phasors| vec![brdf, receiver, shading, texture, phasors, kernel, tree];
@@ -207,7 +208,7 @@ mod tests {
                 let words =
                     |[shading, texture]: [&'static str; 2]| (pass, vec![brdf, shading, texture]);
                 requested.extend(shadings.map(words));
-                requested.push(words(["bumped", "cutout"]));
+                requested.push(words(["detailed", "cutout"]));
             }
             for [shading, texture] in shadings {
                 let words = |lens| ("primary_rays", vec!["shade", lens, brdf, shading, texture]);

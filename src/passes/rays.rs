@@ -83,7 +83,7 @@ fn alpha_textures<'s>(
 ) -> impl Iterator<Item = Option<TextureLookup>> + 's {
     let materials = mesh.triangle_materials.iter();
     let alpha = |&material: &u32| scene.materials[material as usize].alpha_texture;
-    materials.map(move |material| alpha(material).filter(|_| !mesh.texcoords.is_empty()))
+    materials.map(move |material| alpha(material).filter(|lookup| mesh.shows(lookup)))
 }
 
 /// For each triangle in the scene's space: 1 + its place among those with cut-outs, or 0. Also returns the triangles with cut-outs,
@@ -96,17 +96,19 @@ fn cutouts_of(
     let mut numbers = Vec::new();
     let mut texels = Vec::new();
     for PlacedMesh { mesh, .. } in &geometry.placed {
-        for (corners, alpha) in mesh.triangles.iter().zip(alpha_textures(scene, mesh)) {
-            if alpha.is_some() {
+        let triangles = mesh.triangles.iter().zip(&mesh.triangle_materials);
+        for ((corners, &material), alpha) in triangles.zip(alpha_textures(scene, mesh)) {
+            if let Some(lookup) = alpha {
                 let [a, b, c] =
-                    corners.map(|corner| mesh.texcoords[corner as usize].map(|c| c as f32));
+                    corners.map(|corner| mesh.texcoord(&lookup, corner).map(|c| c as f32));
                 let place = textures.alpha_place_of(alpha);
                 let [width, height] = place.size.map(|size| size as f32);
                 let [first, second] = halves_of_first_word(place);
+                let cutoff = scene.materials[material as usize].alpha_cutoff as f32;
                 texels.extend([
                     [a[0], a[1], b[0], b[1]],
                     [c[0], c[1], width, height],
-                    [first, second, 0.0, 0.0],
+                    [first, second, cutoff, place.flags as f32],
                 ]);
             }
             numbers.push(alpha.map_or(0, |_| (texels.len() as u64 / CUTOUT_TEXELS) as u32));

@@ -5,17 +5,18 @@ use std::sync::Arc;
 use super::{
     Context,
     instances::{self, Instances},
+    materials::Materials,
     textures::Textures,
 };
 use crate::{
     Result,
     geometry::{Geometry, GeometrySize, PlacedMesh},
     local_space::LocalSpace,
-    plan::{Plan, shading_words},
-    scene::{Material, Mesh, Scene, TextureLookup},
+    plan::{Plan, is_detailed, shading_words},
+    scene::{Mesh, Scene, TextureLookup},
     vulkan::{
         Allocate, Buffer, BufferUse, CommandPool, Device, Recorder, Resource, Target,
-        shaders::{self, Draw, View},
+        shaders::{Draw, View},
     },
 };
 
@@ -26,16 +27,10 @@ pub(crate) struct Surfaces {
     normals: Arc<Buffer>,
     texcoords: Arc<Buffer>,
     textures: Arc<Textures>,
+    materials: Option<Arc<Materials>>,
     /// Where the instances of shared meshes are. Only this changes when they move.
     pub instances: Arc<Instances>,
     ranges: Vec<Range>,
-}
-
-/// k_d; k_s and s of a material, in the device's layout.
-pub(crate) fn brdf_texels(material: &Material) -> ([f32; 3], [f32; 4]) {
-    let [kr, kg, kb] = material.ks.map(|ks| ks as f32);
-    let kd = material.kd.map(|kd| kd as f32);
-    (kd, [kr, kg, kb, material.shininess as f32])
 }
 
 /// Triangles of one mesh and one material.
@@ -45,6 +40,8 @@ struct Range {
     /// The first instance in the list of instances, and the number of instances. For a mesh in the scene's space: 0 and 1.
     instances: [u32; 2],
     is_smooth: bool,
+    is_detailed: bool,
+    has_cutouts: bool,
     draw: Draw,
 }
 
@@ -68,7 +65,7 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> R
     if plan.is_smooth {
         list("normals", vertices, 16)?;
     }
-    if plan.is_textured {
+    if plan.reads_texcoords() {
         list("texture coordinates", vertices, 8)?;
     }
     Ok(())
@@ -81,19 +78,25 @@ impl Surfaces {
         scene: &Scene,
         plan: &Plan,
         space: &LocalSpace,
-        textures: &Arc<Textures>,
+        (textures, materials): (&Arc<Textures>, Option<&Arc<Materials>>),
         (geometry, instances): (&Geometry, &Arc<Instances>),
     ) -> Result<Surfaces> {
         let mut lists = Lists::default();
+        let shading = Shading {
+            scene,
+            plan,
+            textures,
+            materials: materials.map(|materials| &**materials),
+        };
         for PlacedMesh { index, mesh, .. } in &geometry.placed {
-            lists.add(scene, plan, (space, textures), (*index, [0, 1]), mesh);
+            lists.add(&shading, space, (*index, [0, 1]), mesh);
         }
         let mut first = 1;
         for shared in &geometry.shared {
             let count = shared.instances.len() as u32;
             // The indices of these instances are in the list of instances.
             let index = (0, [first, count]);
-            lists.add(scene, plan, (&shared.space, textures), index, &shared.mesh);
+            lists.add(&shading, &shared.space, index, &shared.mesh);
             first += count;
         }
         Ok(Surfaces {
@@ -102,6 +105,7 @@ impl Surfaces {
             normals: commands.upload("normals", &lists.normals)?,
             texcoords: commands.upload("texcoords", &lists.texcoords)?,
             textures: textures.clone(),
+            materials: materials.cloned(),
             instances: instances.clone(),
             ranges: lists.ranges,
         })
@@ -129,18 +133,10 @@ impl Surfaces {
         let pipelines = context.pipelines;
         recorder.render(target, |recorder| {
             for range in &self.ranges {
-                let Draw {
-                    texture,
-                    normal_texture,
-                    alpha_texture,
-                    ..
-                } = range.draw;
-                let textures = [texture, normal_texture, alpha_texture];
-                let [is_textured, is_bumped, has_cutouts] =
-                    textures.map(|texture| texture.size[0] > 0);
-                let [shading, detail] = match has_cutouts {
-                    true => ["bumped", "cutout"],
-                    false => shading_words(range.is_smooth, is_textured, is_bumped),
+                let is_textured = range.draw.texture.size[0] > 0;
+                let [shading, detail] = match range.has_cutouts {
+                    true => ["detailed", "cutout"],
+                    false => shading_words(range.is_smooth, is_textured, range.is_detailed),
                 };
                 let words = brdf.map(|brdf| [brdf, shading, detail]);
                 let words = words.as_ref().map_or(&[][..], |words| words);
@@ -153,6 +149,8 @@ impl Surfaces {
                 resources.extend(self.triangles());
                 resources.push(self.instances.resource());
                 resources.extend(self.textures.resource());
+                let materials = self.materials.iter();
+                resources.extend(materials.flat_map(|materials| materials.resources()));
                 resources.extend_from_slice(more_resources);
                 recorder.bind_raster(&pipeline, &resources)?;
                 let triangles = [range.first_triangle, range.triangle_count];
@@ -177,17 +175,34 @@ struct Lists {
     /// One per position if there are textures, else empty.
     texcoords: Vec<[f32; 2]>,
     ranges: Vec<Range>,
+    mesh_count: usize,
+}
+
+/// What decides how a surface is drawn.
+struct Shading<'s> {
+    scene: &'s Scene,
+    plan: &'s Plan,
+    textures: &'s Textures,
+    materials: Option<&'s Materials>,
 }
 
 impl Lists {
+    /// Adds the next mesh of the geometry.
     fn add(
         &mut self,
-        scene: &Scene,
-        plan: &Plan,
-        (space, textures): (&LocalSpace, &Textures),
+        shading: &Shading,
+        space: &LocalSpace,
         (mesh_index, instances): (usize, [u32; 2]),
         mesh: &Mesh,
     ) {
+        let Shading {
+            scene,
+            plan,
+            textures,
+            materials,
+        } = *shading;
+        let index_in_geometry = self.mesh_count;
+        self.mesh_count += 1;
         let first_vertex = self.positions.len() as u32;
         for (i, &position_m) in mesh.positions_m.iter().enumerate() {
             let [x, y, z] = space.to_local(position_m);
@@ -197,7 +212,7 @@ impl Lists {
                 let normal = normal.normalize_or_zero().as_vec3();
                 self.normals.push(normal.extend(0.0).to_array());
             }
-            if plan.is_textured {
+            if plan.reads_texcoords() {
                 let texcoord = mesh.texcoords.get(i).copied().unwrap_or_default();
                 self.texcoords.push(texcoord.map(|c| c as f32));
             }
@@ -216,29 +231,27 @@ impl Lists {
                 self.indices
                     .extend(corners.map(|corner| first_vertex + corner));
             }
-            let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
-            // A mesh without texture coordinates uses its materials without textures.
-            let place = |texture: Option<TextureLookup>| match mesh.texcoords[..] {
-                [] => shaders::Texture::default(),
-                _ => textures.place_of(texture),
-            };
+            let [material_texel, has] = materials.map_or([0; 2], |materials| {
+                materials.texel_and_has(materials.entry(index_in_geometry, material_index))
+            });
+            let shown = |lookup: &TextureLookup| mesh.shows(lookup);
             self.ranges.push(Range {
                 first_triangle,
                 triangle_count: same.len() as u32,
                 instances,
                 is_smooth: !mesh.normals.is_empty(),
+                is_detailed: is_detailed(mesh, material),
+                has_cutouts: material.alpha_texture.filter(shown).is_some(),
                 draw: Draw {
-                    kd,
+                    kd: material.kd.map(|kd| kd as f32),
                     mesh_id: (mesh_index + 1) as f32,
-                    ks: [kr, kg, kb],
-                    shininess,
+                    ks: material.ks.map(|ks| ks as f32),
+                    shininess: material.shininess as f32,
                     material_id: (material_index + 1) as f32,
-                    texture: place(material.kd_texture),
-                    normal_texture: place(material.normal_texture),
-                    alpha_texture: match mesh.texcoords[..] {
-                        [] => shaders::Texture::default(),
-                        _ => textures.alpha_place_of(material.alpha_texture),
-                    },
+                    material: material_texel,
+                    has,
+                    first_vertex,
+                    texture: textures.place_of(material.kd_texture.filter(shown)),
                     ..Draw::default()
                 },
             });

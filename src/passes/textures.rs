@@ -2,9 +2,17 @@
 
 use crate::{
     Result, Scene,
-    scene::{Encoding, Texels, Texture, TextureLookup},
+    scene::{Encoding, Filter, Texels, Texture, TextureLookup, Wrap},
     vulkan::{CommandPool, Declarations, Resource, WordList, shaders},
 };
+
+/// Flags of `shaders/texels.wgsl`. A mirror's flag is followed by that of a clamp.
+const SRGB: u32 = 1;
+const MIRROR_U: u32 = 2;
+const MIRROR_V: u32 = 8;
+const NEAREST: u32 = 32;
+const SECOND_SET: u32 = 64;
+const TRANSFORMED: u32 = 128;
 
 /// All texels of a scene, as `texels` of `shaders/texels.wgsl`: at the precision of their source, and alpha at 8 bits.
 #[derive(Default)]
@@ -36,13 +44,13 @@ pub(crate) struct TextureUses {
 pub(crate) fn uses_of(scene: &Scene) -> Vec<TextureUses> {
     let mut uses = vec![TextureUses::default(); scene.textures.len()];
     for material in &scene.materials {
-        for index in [material.kd_texture, material.normal_texture] {
-            index
-                .into_iter()
-                .for_each(|i| uses[i.texture].has_bands = true);
+        for (name, lookup) in material.textures() {
+            let used = &mut uses[lookup.texture];
+            match name {
+                "alpha_texture" => used.has_alpha = true,
+                _ => used.has_bands = true,
+            }
         }
-        let alpha = material.alpha_texture.into_iter();
-        alpha.for_each(|i| uses[i.texture].has_alpha = true);
     }
     uses
 }
@@ -76,7 +84,7 @@ impl Textures {
                     // The plan has checked that this fits.
                     first_word: first_word as u32,
                     words: words as u32,
-                    is_srgb: is_srgb.into(),
+                    flags: SRGB * u32::from(is_srgb),
                     ..shaders::Texture::default()
                 };
                 first_word += words * texture.texels.len() as u64;
@@ -102,16 +110,14 @@ impl Textures {
         })
     }
 
-    /// The place of a material's texture in the list of texels. It has no columns if the material has no texture.
+    /// The place of a material's texture in the list of texels, and how it is looked up. It has no columns if the material has no texture.
     pub fn place_of(&self, texture: Option<TextureLookup>) -> shaders::Texture {
-        let place = texture.and_then(|lookup| self.places.get(lookup.texture));
-        place.copied().unwrap_or_default()
+        looked_up(&self.places, texture)
     }
 
     /// The same for an alpha texture.
     pub fn alpha_place_of(&self, texture: Option<TextureLookup>) -> shaders::Texture {
-        let place = texture.and_then(|lookup| self.alpha_places.get(lookup.texture));
-        place.copied().unwrap_or_default()
+        looked_up(&self.alpha_places, texture)
     }
 
     /// The list with its name in the shaders.
@@ -119,6 +125,32 @@ impl Textures {
         let texels = self.texels.as_ref()?;
         Some(("texels", texels.resource()))
     }
+}
+
+fn looked_up(places: &[shaders::Texture], texture: Option<TextureLookup>) -> shaders::Texture {
+    let place = texture.and_then(|lookup| Some((lookup, *places.get(lookup.texture)?)));
+    place.map_or(shaders::Texture::default(), |(lookup, place)| {
+        shaders::Texture {
+            flags: place.flags | flags_of(&lookup),
+            ..place
+        }
+    })
+}
+
+/// The flags of `shaders/texels.wgsl`.
+fn flags_of(lookup: &TextureLookup) -> u32 {
+    let [along_u, along_v] = lookup.wrap.map(|wrap| match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Mirror => 1,
+        Wrap::Clamp => 2,
+    });
+    let is_nearest = lookup.filter == Filter::Nearest;
+    let is_transformed = lookup.transform != TextureLookup::IDENTITY;
+    along_u * MIRROR_U
+        + along_v * MIRROR_V
+        + u32::from(is_nearest) * NEAREST
+        + lookup.texcoord_set * SECOND_SET
+        + u32::from(is_transformed) * TRANSFORMED
 }
 
 /// The two numbers from which `word_index` of `shaders/texels.wgsl` computes a texture's first word.

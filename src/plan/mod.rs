@@ -13,7 +13,7 @@ use crate::{
     geometry::has_shared_meshes,
     scene::{
         DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling,
-        Scene, Shadow, VplSum,
+        Scene, Shadow, TextureLookup, VplSum,
     },
     vulkan::{DeviceInfo, shaders::most_storage_images},
 };
@@ -42,9 +42,10 @@ pub struct Plan {
     pub is_smooth: bool,
     /// Some visible material has a texture.
     pub is_textured: bool,
-    /// Some visible material has a normal map. Its mesh then also counts as smooth and as textured.
-    pub is_bumped: bool,
-    /// Some visible material has an alpha texture. All surfaces that rays hit are then shaded as if they had normal maps.
+    /// Some visible surface has more than a texture of k_d: colours of vertices, other textures, or another way to look one up. Its mesh then
+    /// also counts as smooth.
+    pub is_detailed: bool,
+    /// Some visible material has an alpha texture. All surfaces that rays hit are then shaded as detailed ones.
     pub has_cutouts: bool,
     /// Whether instances share meshes on the device.
     pub has_shared_meshes: bool,
@@ -213,10 +214,12 @@ impl Plan {
         let distinct_meshes = scene.distinct_meshes();
         let meshes = || distinct_meshes.iter();
         let is_specular = |mesh: &Mesh| scene.has_material(mesh, Material::is_specular);
-        let has_material = |mesh: &Mesh, is_it: fn(&Material) -> bool| {
-            !mesh.texcoords.is_empty() && scene.has_material(mesh, is_it)
-        };
-        let is_bumped = meshes().any(|mesh| has_material(mesh, |m| m.normal_texture.is_some()));
+        let is_textured = meshes().any(|mesh| {
+            let shows = |(_, lookup)| mesh.shows(&lookup);
+            scene.has_material(mesh, |material| material.textures().any(shows))
+        });
+        let is_detailed =
+            meshes().any(|mesh| scene.has_material(mesh, |material| is_detailed(mesh, material)));
         let has_cutouts = scene.has_cutouts();
         let has_shared_meshes = has_shared_meshes(scene);
         let bounds = scene.bounding_sphere_or_unit();
@@ -261,9 +264,9 @@ impl Plan {
         Ok(Plan {
             resolution_px: scene.camera.resolution_px,
             is_specular: meshes().any(|mesh| is_specular(mesh)),
-            is_smooth: is_bumped || has_cutouts || meshes().any(|mesh| !mesh.normals.is_empty()),
-            is_textured: meshes().any(|mesh| has_material(mesh, Material::has_texture)),
-            is_bumped,
+            is_smooth: is_detailed || has_cutouts || meshes().any(|mesh| !mesh.normals.is_empty()),
+            is_textured,
+            is_detailed,
             has_cutouts,
             has_shared_meshes,
             has_distortion: scene.camera.distortion().is_some(),
@@ -313,10 +316,24 @@ impl Plan {
         if self.is_specular { "phong" } else { "lambert" }
     }
 
+    /// Whether kernels read the list of materials.
+    pub(crate) fn needs_materials(&self) -> bool {
+        self.shows_detail() || self.shades_hits()
+    }
+
+    /// Whether kernels read texture coordinates, and textures if there are some.
+    pub(crate) fn reads_texcoords(&self) -> bool {
+        self.is_textured || self.shows_detail()
+    }
+
+    /// Whether kernels read `shaders/materials.wgsl` for more than a texture of k_d.
+    pub(crate) fn shows_detail(&self) -> bool {
+        self.is_detailed || self.has_cutouts
+    }
+
     /// The permutation words for the shading of a surface, apart from its BRDF.
     pub(crate) fn shading_words(&self) -> [&'static str; 2] {
-        let is_bumped = self.is_bumped || self.has_cutouts;
-        shading_words(self.is_smooth, self.is_textured, is_bumped)
+        shading_words(self.is_smooth, self.is_textured, self.shows_detail())
     }
 
     /// The name of the BRDF for readers.
@@ -391,14 +408,24 @@ impl Plan {
     }
 }
 
+/// Whether a material on a mesh needs more than a repeated, bilinear texture of k_d.
+pub(crate) fn is_detailed(mesh: &Mesh, material: &Material) -> bool {
+    let is_plain = |(name, lookup): (&str, TextureLookup)| {
+        let plain = TextureLookup::from(lookup.texture);
+        name == "alpha_texture" || name == "kd_texture" && lookup == plain
+    };
+    let mut shown = material.textures().filter(|(_, lookup)| mesh.shows(lookup));
+    !mesh.colors.is_empty() || !shown.all(is_plain)
+}
+
 /// The shading words of one kind of surface.
 pub(crate) fn shading_words(
     is_smooth: bool,
     is_textured: bool,
-    is_bumped: bool,
+    is_detailed: bool,
 ) -> [&'static str; 2] {
-    match is_bumped {
-        true => ["bumped", ""],
+    match is_detailed {
+        true => ["detailed", ""],
         false => [
             if is_smooth { "smooth" } else { "flat" },
             if is_textured { "textured" } else { "" },

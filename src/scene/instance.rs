@@ -2,7 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::{Mesh, Shared};
 
@@ -35,13 +35,12 @@ impl Instance {
         }
         let positions_m = self.mesh.positions_m.iter();
         let positions_m = positions_m.map(|&at_m| self.to_world.transform_point3(at_m));
-        let turn = normal_matrix(self.to_world.matrix3);
-        let normals = self.mesh.normals.iter();
-        Shared::from(Mesh {
+        let mut placed = Mesh {
             positions_m: positions_m.collect(),
-            normals: normals.map(|&normal| unit_normal(turn, normal)).collect(),
             ..Mesh::clone(&self.mesh)
-        })
+        };
+        placed.place_directions(self.to_world.matrix3);
+        Shared::from(placed)
     }
 
     /// The same mesh, rotated about the world's origin and then translated.
@@ -56,6 +55,27 @@ impl Instance {
     pub(super) fn corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
         let place = |at_m| self.to_world.transform_point3(at_m);
         self.mesh.corners_m().map(move |corners| corners.map(place))
+    }
+}
+
+impl Mesh {
+    /// Transforms everything but positions. The front of each triangle stays its front where the transform mirrors.
+    pub(crate) fn place_directions(&mut self, linear: DMat3) {
+        let turn = normal_matrix(linear);
+        for normal in &mut self.normals {
+            *normal = unit_normal(turn, *normal);
+        }
+        let is_mirrored = linear.determinant() < 0.0;
+        for [x, y, z, sign] in &mut self.tangents {
+            let along = linear * Vec3::new(*x, *y, *z).as_dvec3();
+            [*x, *y, *z] = along.normalize_or_zero().as_vec3().to_array();
+            *sign = if is_mirrored { -*sign } else { *sign };
+        }
+        if is_mirrored {
+            self.triangles
+                .iter_mut()
+                .for_each(|triangle| triangle.swap(1, 2));
+        }
     }
 }
 

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::TextureLookup;
+
 /// A triangle mesh in world space.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
@@ -41,6 +43,22 @@ impl Mesh {
             triangle_materials: vec![material; triangles.len()],
             ..Mesh::default()
         }
+    }
+
+    /// Whether the mesh has the texture coordinates of a lookup.
+    pub fn shows(&self, lookup: &TextureLookup) -> bool {
+        match lookup.texcoord_set {
+            0 => !self.texcoords.is_empty(),
+            _ => !self.texcoords_1.is_empty(),
+        }
+    }
+
+    /// The texture coordinates of a lookup, for a vertex of a mesh that has them.
+    pub fn texcoord(&self, lookup: &TextureLookup, vertex: u32) -> [f64; 2] {
+        lookup.texcoord(match lookup.texcoord_set {
+            0 => self.texcoords[vertex as usize],
+            _ => self.texcoords_1[vertex as usize],
+        })
     }
 
     /// The corners of each triangle. The mesh must belong to a validated scene.

@@ -120,7 +120,8 @@ impl Scene {
     /// Whether a surface has cut-outs. The scene must be validated.
     pub(crate) fn has_cutouts(&self) -> bool {
         self.distinct_meshes().iter().any(|mesh| {
-            !mesh.texcoords.is_empty() && self.has_material(mesh, |m| m.alpha_texture.is_some())
+            let cuts = |m: &Material| m.alpha_texture.is_some_and(|lookup| mesh.shows(&lookup));
+            self.has_material(mesh, cuts)
         })
     }
 }

@@ -168,7 +168,7 @@ fn bumpy(has_tangents: bool) -> Scene {
         }
     }
     scene.direct.shadow = Some(Shadow::Rays);
-    scene.indirect = Some(IndirectLight::final_gather(0.03));
+    scene.indirect = Some(IndirectLight::final_gather(TARGET_ERROR));
     scene
 }
 
@@ -176,6 +176,8 @@ fn edited(mut scene: Scene, edit: impl Fn(&mut Mesh)) -> Scene {
     scene.meshes.iter_mut().for_each(|instance| edit(instance));
     scene
 }
+
+const TARGET_ERROR: f64 = 0.03;
 
 /// Turns every second triangle around.
 fn rewound(mesh: &mut Mesh) {
@@ -249,8 +251,9 @@ fn winding_mirroring_and_indices_change_no_pixel() {
                 "{what}: {of_reference:?}"
             );
             let [normal, direct, indirect] = of_frame;
+            // Rounding decides which light paths a final gather samples. Each image meets its target error.
             assert!(
-                normal < 1e-5 && direct < 3e-5 && indirect < 0.02,
+                normal < 1e-5 && direct < 3e-5 && indirect < 2_f64.sqrt() * TARGET_ERROR,
                 "{what}: {of_frame:?}"
             );
         }

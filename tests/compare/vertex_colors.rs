@@ -128,7 +128,10 @@ fn one_colour_is_a_material() {
                 .map(|frame| frame.values(layer).expect("it is there"));
             let error = relative_rmse_where(found, due, |_| true);
             println!("{}, {layer:?}: {error:.1e}", indirect.name());
-            assert!(error < 1e-3, "{}, {layer:?}: {error}", indirect.name());
+            // Rounding decides which light paths a final gather samples. Each image meets its target error.
+            let target_error = indirect.target_error().filter(|_| layer == Layer::Indirect);
+            let bound = target_error.map_or(1e-5, |error| 2_f64.sqrt() * error);
+            assert!(error < bound, "{}, {layer:?}: {error}", indirect.name());
         }
     }
 }

@@ -1,0 +1,248 @@
+//! The scene's materials on the device, as `shaders/materials.wgsl` lists them, and the values of vertices that few meshes have.
+
+use super::textures::{Textures, halves_of_first_word};
+use crate::{
+    Result, Scene,
+    geometry::{Geometry, meshes_on_device},
+    scene::{Material, Mesh, TextureLookup},
+    vulkan::{Allocate, CommandPool, Resource, TexelList},
+};
+
+/// Texels of a material, and of a map in it, as in the shader.
+const MATERIAL_TEXELS: usize = 24;
+const MAP_TEXELS: usize = 4;
+/// The shader's HAS_ bits of colours, of tangents, and of any value of vertices.
+const HAS_COLORS: u32 = 16;
+const HAS_TANGENTS: u32 = 32;
+const HAS_VERTICES: u32 = 64;
+
+pub(crate) struct Materials {
+    list: TexelList,
+    vertex_values: TexelList,
+    /// The HAS_ bits of each entry of the list.
+    has: Vec<u32>,
+    /// For each mesh of the geometry, the first of its entries, which has the scene's first material.
+    entries_of_mesh: Vec<u32>,
+}
+
+/// Which values of vertices the surfaces of a mesh show, beyond those that every mesh may have.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct VertexValues {
+    pub colors: bool,
+    pub texcoords_1: bool,
+    pub tangents: bool,
+}
+
+impl VertexValues {
+    /// Those of a mesh of a validated scene.
+    pub fn of(scene: &Scene, mesh: &Mesh) -> VertexValues {
+        let needs = |is_there: bool, is_such: fn(&Material) -> bool| {
+            is_there && scene.has_material(mesh, is_such)
+        };
+        VertexValues {
+            colors: !mesh.colors.is_empty(),
+            texcoords_1: needs(!mesh.texcoords_1.is_empty(), |material| {
+                let mut textures = material.textures();
+                textures.any(|(_, lookup)| lookup.texcoord_set == 1)
+            }),
+            tangents: needs(!mesh.tangents.is_empty(), |m| m.normal_texture.is_some()),
+        }
+    }
+
+    pub fn is_any(self) -> bool {
+        self != VertexValues::default()
+    }
+
+    fn texels_per_vertex(self) -> usize {
+        [self.colors, self.texcoords_1, self.tangents]
+            .map(usize::from)
+            .iter()
+            .sum()
+    }
+}
+
+/// Declares the memory for a scene's materials.
+pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
+    let (mut blocks, mut texels) = (2, 0);
+    for mesh in meshes_on_device(scene) {
+        let values = VertexValues::of(scene, mesh);
+        if values.is_any() {
+            blocks += 1;
+            texels += mesh.triangles.len() + values.texels_per_vertex() * mesh.positions_m.len();
+        }
+    }
+    let entries = blocks * scene.materials.len();
+    TexelList::declare(allocate, "materials", (MATERIAL_TEXELS * entries) as u64)?;
+    TexelList::declare(allocate, "values of vertices", texels as u64)
+}
+
+/// What a block of entries shares: all materials of the scene, for some of its meshes.
+#[derive(Default)]
+struct Block {
+    has_texcoords: bool,
+    values: VertexValues,
+    /// The two texels of the shader's VERTICES.
+    vertices: [[f32; 4]; 2],
+}
+
+impl Materials {
+    /// Copies the materials and vertices of a valid scene to the device.
+    pub fn upload(
+        commands: &CommandPool,
+        scene: &Scene,
+        geometry: &Geometry,
+        textures: &Textures,
+    ) -> Result<Materials> {
+        let mut blocks = [true, false]
+            .map(|has_texcoords| Block {
+                has_texcoords,
+                ..Block::default()
+            })
+            .into_iter()
+            .collect::<Vec<_>>();
+        let mut vertex_values = Vec::new();
+        let mut entries_of_mesh = Vec::new();
+        let mut first_triangle = 0;
+        for mesh in geometry.meshes() {
+            let values = VertexValues::of(scene, mesh);
+            let has_texcoords = !mesh.texcoords.is_empty();
+            let block = match values.is_any() {
+                true => blocks.len(),
+                false => usize::from(!has_texcoords),
+            };
+            if values.is_any() {
+                blocks.push(Block {
+                    has_texcoords,
+                    values,
+                    vertices: add_vertices(&mut vertex_values, mesh, values, first_triangle),
+                });
+            }
+            entries_of_mesh.push((block * scene.materials.len()) as u32);
+            first_triangle += mesh.triangles.len();
+        }
+        let mut has = Vec::new();
+        let mut texels = Vec::new();
+        for block in &blocks {
+            for material in &scene.materials {
+                let (entry, of_entry) = entry(material, block, textures);
+                texels.extend(entry);
+                has.push(of_entry);
+            }
+        }
+        Ok(Materials {
+            list: TexelList::new(commands, "materials", texels)?,
+            vertex_values: TexelList::new(commands, "values of vertices", vertex_values)?,
+            has,
+            entries_of_mesh,
+        })
+    }
+
+    /// The entry of a material on a mesh, which is the index of the mesh in the geometry.
+    pub fn entry(&self, mesh: usize, material: u32) -> u32 {
+        self.entries_of_mesh[mesh] + material
+    }
+
+    /// The first texel of an entry, and its HAS_ bits.
+    pub fn texel_and_has(&self, entry: u32) -> [u32; 2] {
+        [entry * MATERIAL_TEXELS as u32, self.has[entry as usize]]
+    }
+
+    /// The lists with their names in the shaders.
+    pub fn resources(&self) -> [(&'static str, Resource<'_>); 2] {
+        [
+            ("materials", self.list.resource()),
+            ("vertex_values", self.vertex_values.resource()),
+        ]
+    }
+}
+
+/// Adds a mesh's triangles and vertices. Returns where they are.
+fn add_vertices(
+    texels: &mut Vec<[f32; 4]>,
+    mesh: &Mesh,
+    values: VertexValues,
+    first_triangle: usize,
+) -> [[f32; 4]; 2] {
+    let triangle_0 = texels.len() as f32 - first_triangle as f32;
+    texels.extend(mesh.triangles.iter().map(|&[a, b, c]| {
+        let [a, b, c] = [a, b, c].map(|corner| corner as f32);
+        [a, b, c, 0.0]
+    }));
+    let vertex_0 = texels.len() as f32;
+    for vertex in 0..mesh.positions_m.len() {
+        if values.colors {
+            let [r, g, b] = mesh.colors[vertex];
+            texels.push([r, g, b, 0.0]);
+        }
+        if values.texcoords_1 {
+            let [u, v] = mesh.texcoords_1[vertex].map(|value| value as f32);
+            texels.push([u, v, 0.0, 0.0]);
+        }
+        if values.tangents {
+            texels.push(mesh.tangents[vertex]);
+        }
+    }
+    let texcoord = f32::from(u8::from(values.colors));
+    let tangent = texcoord + f32::from(u8::from(values.texcoords_1));
+    [
+        [triangle_0, vertex_0, values.texels_per_vertex() as f32, 0.0],
+        [0.0, texcoord, tangent, 0.0],
+    ]
+}
+
+/// The texels of a material in a block, and its HAS_ bits.
+fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 4]>, u32) {
+    let is_shown = |lookup: &TextureLookup| match lookup.texcoord_set {
+        0 => block.has_texcoords,
+        _ => block.values.texcoords_1,
+    };
+    let [kr, kg, kb] = material.kd.map(|kd| kd as f32);
+    let [sr, sg, sb] = material.ks.map(|ks| ks as f32);
+    let mut has = 0;
+    let mut maps = Vec::with_capacity(5 * MAP_TEXELS);
+    // In the order of the shader, which has bits for all but the last.
+    for (i, lookup) in [
+        material.kd_texture,
+        material.ks_texture,
+        material.shininess_texture,
+        material.normal_texture,
+        material.alpha_texture,
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let Some(lookup) = lookup.filter(is_shown) else {
+            maps.extend([[0.0; 4]; MAP_TEXELS]);
+            continue;
+        };
+        let is_alpha = i == 4;
+        has |= if is_alpha { 0 } else { 1 << i };
+        has |= HAS_VERTICES * lookup.texcoord_set;
+        let place = match is_alpha {
+            true => textures.alpha_place_of(Some(lookup)),
+            false => textures.place_of(Some(lookup)),
+        };
+        let [width, height] = place.size;
+        let [first, second] = halves_of_first_word(place);
+        let [row_u, row_v] = lookup.transform.map(|row| row.map(|value| value as f32));
+        maps.extend([
+            [width, height, place.words, place.flags].map(|n| n as f32),
+            [first, second, 0.0, 0.0],
+            [row_u[0], row_u[1], row_u[2], material.alpha_cutoff as f32],
+            [row_v[0], row_v[1], row_v[2], 0.0],
+        ]);
+    }
+    if block.values.colors {
+        has |= HAS_COLORS | HAS_VERTICES;
+    }
+    if block.values.tangents {
+        has |= HAS_TANGENTS | HAS_VERTICES;
+    }
+    let mut texels = vec![
+        [kr, kg, kb, material.shininess as f32],
+        [sr, sg, sb, has as f32],
+    ];
+    texels.extend(maps);
+    texels.extend(block.vertices);
+    (texels, has)
+}
