@@ -154,7 +154,8 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
     let of_scene = || requirements.of(GrowsWith::Scene);
     surface::declare(&of_scene(), scene, plan)?;
     if plan.needs_materials() {
-        materials::declare(&of_scene(), scene)?;
+        let fewer = "use fewer materials, or choose another device";
+        materials::declare(&of_scene().with_hint(fewer), scene)?;
     }
     if plan.reads_texcoords() {
         let smaller = "scale the textures down, or choose another device";
@@ -211,7 +212,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         }
     }
     if plan.shades_hits() {
-        let fewer = "simplify the meshes, use fewer materials, or choose another device";
+        let fewer = "simplify the meshes, or choose another device";
         hits::declare(&of_scene().with_hint(fewer), scene)?;
     }
     primary_rays::declare(&requirements.of(GrowsWith::Resolution), plan)
