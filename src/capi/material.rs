@@ -29,7 +29,7 @@ pub struct camlux_material {
     /// directions in which u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
     pub normal_texture: u32,
     /// The index of an alpha texture, used in its linear encoding: there is a surface where R is at least 0.5. Below 0.5 the surface is cut out,
-    /// on both sides. CAMLUX_NONE: none.
+    /// on both sides. A scene file may give another cutoff. CAMLUX_NONE: none.
     pub alpha_texture: u32,
 }
 
@@ -66,7 +66,8 @@ pub unsafe extern "C" fn camlux_scene_add_material(
     })
 }
 
-/// Replaces a material.
+/// Replaces a material. It keeps what camlux_material does not hold and a scene file may give: textures of ks and shininess, the cutoff of
+/// alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its index stays the same.
 ///
 /// \param index of the material to replace.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
@@ -83,6 +84,7 @@ pub unsafe extern "C" fn camlux_scene_set_material(
         let material = unsafe { material_from_c(args::read(material)?) }?;
         let scene = &mut object.lock_to_change().scene;
         let place = part(&mut scene.materials, index, "material")?;
+        let material = replaced(place, material);
         material.validate(index as usize, scene.textures.len())?;
         *place = material;
         Ok(())
@@ -124,6 +126,31 @@ pub unsafe extern "C" fn camlux_scene_get_material(
     })
 }
 
+/// The new material, with what [`camlux_material`] does not hold from the old one.
+fn replaced(old: &Material, new: Material) -> Material {
+    let lookup = |old: Option<TextureLookup>, new: Option<TextureLookup>| {
+        let texture = |lookup: Option<TextureLookup>| lookup.map(|lookup| lookup.texture);
+        if texture(old) == texture(new) {
+            old
+        } else {
+            new
+        }
+    };
+    // Without `..`, so that no field is forgotten.
+    Material {
+        name: new.name,
+        kd: new.kd,
+        ks: new.ks,
+        shininess: new.shininess,
+        kd_texture: lookup(old.kd_texture, new.kd_texture),
+        ks_texture: old.ks_texture,
+        shininess_texture: old.shininess_texture,
+        normal_texture: lookup(old.normal_texture, new.normal_texture),
+        alpha_texture: lookup(old.alpha_texture, new.alpha_texture),
+        alpha_cutoff: old.alpha_cutoff,
+    }
+}
+
 /// # Safety
 /// The name is null or a C string.
 unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
@@ -144,4 +171,45 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
         return Err(Error::scene(place, problem, "set shininess to an exponent such as 20").into());
     }
     Ok(material)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Filter, Wrap};
+
+    #[test]
+    fn a_replaced_material_keeps_what_the_struct_does_not_hold() {
+        let lookup = |texture: usize| {
+            Some(TextureLookup {
+                texcoord_set: 1,
+                wrap: [Wrap::Clamp, Wrap::Mirror],
+                filter: Filter::Nearest,
+                ..texture.into()
+            })
+        };
+        let old = Material {
+            kd_texture: lookup(0),
+            ks_texture: lookup(1),
+            shininess_texture: lookup(2),
+            normal_texture: lookup(3),
+            alpha_texture: lookup(4),
+            alpha_cutoff: 0.2,
+            ..Material::lambert("old", [0.5; 3])
+        };
+        let new = Material {
+            kd_texture: Some(0.into()),
+            normal_texture: Some(1.into()),
+            ..Material::lambert("new", [0.25; 3])
+        };
+        let due = Material {
+            kd_texture: lookup(0),
+            normal_texture: Some(1.into()),
+            alpha_texture: None,
+            name: "new".into(),
+            kd: [0.25; 3],
+            ..old.clone()
+        };
+        assert_eq!(replaced(&old, new), due);
+    }
 }

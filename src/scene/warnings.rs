@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Bands, Material, Scene};
+use super::{Bands, Material, Scene, TextureLookup};
 
 /// Distance relative to the radius of the scene. A light nearer to a surface than this counts as in the surface: rounding then decides
 /// which side it lights, if any.
@@ -14,9 +14,11 @@ impl Scene {
     /// for a validated scene only. [`Frame::warnings`](crate::output::Frame::warnings) has the warnings that need a finished frame.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.left_out.clone();
-        for material in &self.materials {
-            let kd = self.brightest_kd(material);
-            if (0..3).any(|band| kd[band] + material.ks[band] > 1.0) {
+        let colors = self.brightest_colors();
+        for (index, material) in self.materials.iter().enumerate() {
+            let kd = self.brightest(material.kd, material.kd_texture);
+            let ks = self.brightest(material.ks, material.ks_texture);
+            if (0..3).any(|band| kd[band] * colors[index][band] + ks[band] > 1.0) {
                 warnings.push(format!(
                     "material \"{}\" reflects more than it receives: kd + ks is above 1; lower kd {:?} or ks {:?}",
                     material.name, material.kd, material.ks
@@ -32,16 +34,38 @@ impl Scene {
         if self.meshes.is_empty() {
             warnings.push("there is no mesh, so every frame is black".into());
         }
+        // The name of a texture that each material looks up by each set of coordinates.
+        let of_sets = [0, 1].map(|set| {
+            let of_material = |material: &Material| {
+                let mut textures = material.textures();
+                let found = textures.find(|(_, lookup)| lookup.texcoord_set == set);
+                found.map(|(name, _)| name)
+            };
+            let names = self.materials.iter().map(of_material);
+            names.collect::<Vec<Option<&str>>>()
+        });
         for mesh in &self.meshes {
-            let materials = mesh.triangle_materials.iter();
-            let mut materials = materials.map(|&material| &self.materials[material as usize]);
-            if mesh.texcoords.is_empty()
-                && let Some(material) = materials.find(|m| m.has_texture())
-            {
-                warnings.push(format!(
-                    "the texture of material \"{}\" cannot be seen on mesh \"{}\", which has no texture coordinates",
-                    material.name, mesh.name
-                ));
+            for (set, texcoords) in [&mesh.texcoords, &mesh.texcoords_1].into_iter().enumerate() {
+                // Most scenes have no such texture, so their triangles need not be checked.
+                if !texcoords.is_empty() || of_sets[set].iter().all(Option::is_none) {
+                    continue;
+                }
+                let mut materials = mesh.triangle_materials.iter();
+                let hidden = materials.find_map(|&material| {
+                    let name = of_sets[set][material as usize]?;
+                    Some((name, &self.materials[material as usize].name))
+                });
+                match hidden {
+                    Some((_, material)) if set == 0 => warnings.push(format!(
+                        "the texture of material \"{material}\" cannot be seen on mesh \"{}\", which has no texture coordinates",
+                        mesh.name
+                    )),
+                    Some((name, material)) => warnings.push(format!(
+                        "the {name} of material \"{material}\" cannot be seen on mesh \"{}\", which has no second set of texture coordinates",
+                        mesh.name
+                    )),
+                    None => {}
+                }
             }
             if mesh.triangles.is_empty() {
                 warnings.push(format!(
@@ -76,16 +100,41 @@ impl Scene {
         warnings
     }
 
-    /// k_d per band at the brightest texel.
-    fn brightest_kd(&self, material: &Material) -> Bands {
-        let Some(texture) = material.kd_texture else {
-            return material.kd;
+    /// A reflectance per band at the brightest texel.
+    fn brightest(&self, reflectance: Bands, lookup: Option<TextureLookup>) -> Bands {
+        let Some(lookup) = lookup else {
+            return reflectance;
         };
-        let texels = self.textures[texture.texture].texels.reflectances();
+        let texels = self.textures[lookup.texture].texels.reflectances();
         let brightest = texels.fold([0.0_f32; 3], |most, texel| {
             std::array::from_fn(|band| most[band].max(texel[band]))
         });
-        std::array::from_fn(|band| material.kd[band] * f64::from(brightest[band]))
+        std::array::from_fn(|band| reflectance[band] * f64::from(brightest[band]))
+    }
+
+    /// For each material, the largest value per band among the colours of the vertices that have it.
+    fn brightest_colors(&self) -> Vec<Bands> {
+        let white = [1.0; 3];
+        if self.meshes.iter().all(|mesh| mesh.colors.is_empty()) {
+            return vec![white; self.materials.len()];
+        }
+        let mut brightest = vec![None; self.materials.len()];
+        for mesh in self.distinct_meshes() {
+            for (corners, &material) in mesh.triangles.iter().zip(&mesh.triangle_materials) {
+                let most: &mut Bands = brightest[material as usize].get_or_insert([0.0; 3]);
+                if mesh.colors.is_empty() {
+                    *most = white;
+                    continue;
+                }
+                for &corner in corners {
+                    for (most, color) in most.iter_mut().zip(mesh.colors[corner as usize]) {
+                        *most = most.max(color.into());
+                    }
+                }
+            }
+        }
+        let brightest = brightest.into_iter();
+        brightest.map(|most| most.unwrap_or(white)).collect()
     }
 }
 

@@ -312,7 +312,7 @@ fn a_mirrored_scene_gives_the_mirrored_image() {
         println!("tangents {has_tangents}: {of_reference:?} {of_frame:?} {apart:.1e}");
         let [normal, direct, indirect] = of_reference;
         assert!(
-            normal < 1e-6 && direct < 1e-6 && indirect < 0.05,
+            normal < 1e-6 && direct < 1e-6 && indirect < 0.08,
             "{of_reference:?}"
         );
         let [normal, direct, indirect] = of_frame;

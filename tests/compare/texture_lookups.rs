@@ -330,8 +330,6 @@ fn transforms_and_sets_are_other_coordinates() {
     }
 }
 
-type Remove = fn(&mut Mesh);
-
 /// Textures whose coordinates a mesh lacks are not applied: neither colours nor holes.
 #[test]
 fn textures_without_coordinates_are_not_applied() {
@@ -347,11 +345,7 @@ fn textures_without_coordinates_are_not_applied() {
         };
     }
     let frame = gpu.render(&bare);
-    let removes: [(u32, Remove); 2] = [
-        (1, |mesh| mesh.texcoords_1.clear()),
-        (0, |mesh| mesh.texcoords.clear()),
-    ];
-    for (set, remove) in removes {
+    for set in [1, 0] {
         let mut scene = of_all_kinds();
         scene.indirect = bare.indirect;
         for material in &mut scene.materials {
@@ -368,7 +362,10 @@ fn textures_without_coordinates_are_not_applied() {
                     .for_each(|lookup| lookup.texcoord_set = set);
             }
         }
-        scene.meshes.iter_mut().for_each(|mesh| remove(mesh));
+        for mesh in &mut scene.meshes {
+            let mesh: &mut Mesh = mesh;
+            [&mut mesh.texcoords, &mut mesh.texcoords_1][set as usize].clear();
+        }
         let truth = reference_frame(&scene, 1, 0);
         let found = gpu.render(&scene);
         let by_lens = gpu.render(&through_lens(scene));

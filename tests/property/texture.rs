@@ -1,7 +1,7 @@
 //! Textures are decoded to linear reflectance, and each file is loaded once.
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
-use camlux::scene::{Encoding, Texels};
+use camlux::scene::{Encoding, Scene, Shared, Texels, Texture, TextureLookup};
 
 /// sRGB values of IEC 61966-2-1: 0 and 1, one on the linear part, one on the power part.
 #[test]
@@ -204,4 +204,59 @@ fn where_a_material_is_comes_from_alpha_or_grey() {
         let error = load(line).expect_err(line);
         assert!(error.contains(part), "{part} is missing in: {error}");
     }
+}
+
+/// Textures and colours that darken a surface count, and so do coordinates that are not there.
+#[test]
+fn warnings_know_lookups_and_colours() {
+    let folder = SceneFolder::new();
+    folder.write("mesh.obj", TRIANGLE);
+    folder.write(
+        "mesh.mtl",
+        "newmtl white\nKd .7 .7 .7\nKs .5 .5 .5\nNs 10\n",
+    );
+    let scene = folder.load(&format!("{CAMERA}{LIGHT}{MESH}")).unwrap();
+    let is_too_bright = |edit: &dyn Fn(&mut Scene)| {
+        let mut scene = scene.clone();
+        scene.textures.push(Shared::from(Texture {
+            name: "half".into(),
+            size_px: [1, 1],
+            texels: Texels::F32(vec![[0.5; 3]]),
+        }));
+        let count = scene.meshes[0].positions_m.len();
+        scene.meshes[0].texcoords = vec![[0.0; 2]; count];
+        edit(&mut scene);
+        scene.validate().unwrap();
+        scene.warnings()
+    };
+    let bright = is_too_bright(&|_| {}).join("\n");
+    assert!(
+        bright.contains("reflects more than it receives"),
+        "{bright}"
+    );
+    let half = Some(TextureLookup::from(0));
+    let darkens: [&dyn Fn(&mut Scene); 3] = [
+        &|scene| scene.materials.iter_mut().for_each(|m| m.ks_texture = half),
+        &|scene| scene.materials.iter_mut().for_each(|m| m.kd_texture = half),
+        &|scene| {
+            let count = scene.meshes[0].positions_m.len();
+            scene.meshes[0].colors = vec![[0.6; 3]; count];
+        },
+    ];
+    for darken in darkens {
+        assert_eq!(is_too_bright(darken), Vec::<String>::new());
+    }
+    let of_second_set = Some(TextureLookup {
+        texcoord_set: 1,
+        ..0.into()
+    });
+    let hidden = is_too_bright(&|scene| {
+        let materials = scene.materials.iter_mut();
+        materials.for_each(|m| m.ks_texture = of_second_set);
+    });
+    let hidden = hidden.join("\n");
+    assert!(
+        hidden.contains("the ks_texture of material") && hidden.contains("no second set"),
+        "{hidden}"
+    );
 }
