@@ -129,9 +129,15 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<PatternFile> {
             );
             return Err(lines.error(index + 1, problem));
         }
-        unused.add(&format!("the text after its numbers, from line {}", index + 1));
+        unused.add(&format!(
+            "the text after its numbers, from line {}",
+            index + 1
+        ));
     }
-    if AREA.filter_map(|line| lines.extra(line)).any(|mm| mm != 0.0) {
+    if AREA
+        .filter_map(|line| lines.extra(line))
+        .any(|mm| mm != 0.0)
+    {
         unused.add(SIZE);
     }
     if let Some(tilt_deg) = lines.extra(TILT).filter(|&tilt| tilt != 0.0) {

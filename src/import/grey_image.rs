@@ -52,7 +52,10 @@ impl GreyImage {
         let image = decode_file(file, &|_| None)?;
         let chosen = picture(&image.layers)?;
         let mut unused = Unused::default();
-        let others = image.layers.iter().filter(|layer| layer.name != chosen.name);
+        let others = image
+            .layers
+            .iter()
+            .filter(|layer| layer.name != chosen.name);
         for layer in others {
             unused.add(&match layer.name.as_str() {
                 "" => format!("the channels {}", layer.channel_names.join(", ")),

@@ -133,7 +133,8 @@ impl Numbers<'_> {
     fn factor_without_tilt(&mut self, unused: &mut Unused) -> Result<f64> {
         let geometry = self.next("lamp-to-luminaire geometry of TILT=INCLUDE")?;
         if ![1.0, 2.0, 3.0].contains(&geometry) {
-            let problem = format!("the lamp-to-luminaire geometry is {geometry}, and not 1, 2 or 3");
+            let problem =
+                format!("the lamp-to-luminaire geometry is {geometry}, and not 1, 2 or 3");
             return Err(self.error(problem));
         }
         let count = self.count("number of tilt angles")?;
@@ -160,7 +161,11 @@ impl Numbers<'_> {
             unused.add(&format!("the text after its numbers, from line {line}"));
             return Ok(());
         }
-        let more = 1 + self.words.by_ref().filter(|(_, word)| parsed(word).is_some()).count();
+        let more = 1 + self
+            .words
+            .by_ref()
+            .filter(|(_, word)| parsed(word).is_some())
+            .count();
         Err(self.error(format!(
             "the file holds {more} more numbers than its counts of angles state"
         )))
@@ -207,7 +212,9 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<PatternFile> {
         return Err(numbers.error("there is no TILT= line, which every IES file needs"));
     };
     numbers.line = tilt_line;
-    let mut head = lines().take(tilt_line - 1).filter(|(_, line)| !line.is_empty());
+    let mut head = lines()
+        .take(tilt_line - 1)
+        .filter(|(_, line)| !line.is_empty());
     let first_line = head.next().map_or("", |(_, line)| line);
     let after_ballast = after_ballast(first_line, &mut unused);
     report_keyword(first_line, &mut unused);
@@ -281,9 +288,8 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<PatternFile> {
             planes_deg,
             intensities,
         }),
-        Some(polar_axis) => {
-            Grid::new(polar_axis, gammas_deg, planes_deg, intensities).and_then(|grid| grid.pattern())
-        }
+        Some(polar_axis) => Grid::new(polar_axis, gammas_deg, planes_deg, intensities)
+            .and_then(|grid| grid.pattern()),
     };
     Ok(PatternFile {
         pattern: pattern.map_err(|problem| numbers.error(problem))?,

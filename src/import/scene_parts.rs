@@ -9,8 +9,8 @@ use super::{gltf, pattern};
 use crate::keys::{Keys, Value};
 use crate::scene::{
     AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material,
-    PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor,
-    Shadow, SpotCone,
+    PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor, Shadow,
+    SpotCone,
 };
 use crate::{Error, Result};
 

@@ -100,7 +100,9 @@ impl Grid {
         let at = planes_deg
             .iter()
             .flat_map(|&plane| gammas_deg.iter().map(move |&gamma| (gamma, plane)));
-        let intensities = at.map(|(gamma, plane)| self.intensity(gamma, plane)).collect();
+        let intensities = at
+            .map(|(gamma, plane)| self.intensity(gamma, plane))
+            .collect();
         Pattern::of(Measured {
             gammas_deg,
             planes_deg,
@@ -134,7 +136,11 @@ impl Grid {
         let along = |angles: &[f64], angle_deg: f64| {
             let (first, last) = (angles[0], angles[angles.len() - 1]);
             // Angles from 0 on mean that the other side is the same.
-            let angle_deg = if first == 0.0 { angle_deg.abs() } else { angle_deg };
+            let angle_deg = if first == 0.0 {
+                angle_deg.abs()
+            } else {
+                angle_deg
+            };
             let is_measured = (first - AT_EDGE_DEG..=last + AT_EDGE_DEG).contains(&angle_deg);
             is_measured.then(|| place(angles, angle_deg))
         };

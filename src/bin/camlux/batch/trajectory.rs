@@ -158,6 +158,9 @@ fn ignored_columns(words: &[&str], columns: &[Column]) -> Option<String> {
     (!names.is_empty()).then(|| names.join(", "))
 }
 
+/// Names of the time.
+const TIMES: [&str; 5] = ["t", "time", "timestamp", "stamp", "seconds"];
+
 /// The column of a name, as TUM, EuRoC and ROS call it: `qx`, `q_x`, `q_RS_w []`, `p_RS_R_x [m]`, `timestamp [ns]`, `pose.position.x`.
 fn column_of(name: &str) -> Column {
     let name = name.trim().trim_matches('"').to_ascii_lowercase();
@@ -196,8 +199,7 @@ fn column_of(name: &str) -> Column {
             _ => Column::Other,
         };
     }
-    let is_time = |part: &&str| matches!(*part, "t" | "time" | "timestamp" | "stamp" | "seconds");
-    let Some(at) = parts.iter().position(|part| is_time(&part)) else {
+    let Some(at) = parts.iter().position(|part| TIMES.contains(part)) else {
         return Column::Other;
     };
     match parts.get(at + 1).copied().unwrap_or(unit) {
@@ -223,7 +225,11 @@ fn pose_of(words: &[&str], columns: &[Column]) -> Result<Pose, String> {
             word.escape_debug()
         )),
     };
-    let numbers: Vec<f64> = words.iter().enumerate().map(number).collect::<Result<_, _>>()?;
+    let numbers: Vec<f64> = words
+        .iter()
+        .enumerate()
+        .map(number)
+        .collect::<Result<_, _>>()?;
     let (count, due) = (numbers.len(), columns.len());
     if count != due {
         return Err(format!("a row has {count} values instead of {due}"));

@@ -153,7 +153,10 @@ fn example(image: &LayeredImage, reference: &LayeredImage) -> String {
             };
             ["R", "G", "B"].into_iter().all(of_band)
         };
-        let first = layers.clone().find(has_bands).or_else(|| layers.clone().next());
+        let first = layers
+            .clone()
+            .find(has_bands)
+            .or_else(|| layers.clone().next());
         let name = known.map(|layer| layer.name.clone());
         name.or_else(|| first.map(|layer| layer.name.clone()))
             .unwrap_or_default()
@@ -163,9 +166,7 @@ fn example(image: &LayeredImage, reference: &LayeredImage) -> String {
     if of_image == of_reference {
         return format!("name a layer of both with --layer {of_image}");
     }
-    format!(
-        "name one of each, first that of the image: --layer \"{of_image}={of_reference}\""
-    )
+    format!("name one of each, first that of the image: --layer \"{of_image}={of_reference}\"")
 }
 
 /// R, G and B of a layer that also has alpha, which is no light, if the other image has none.
@@ -229,9 +230,8 @@ fn pair<'images>(
     }
     let layer = Layer::from_name(name);
     let reference_layer = Layer::from_name(reference_name);
-    let written_unit = |image: &'images LayeredImage, name: &str| {
-        image.attribute(&format!("camlux.unit.{name}"))
-    };
+    let written_unit =
+        |image: &'images LayeredImage, name: &str| image.attribute(&format!("camlux.unit.{name}"));
     let unit = written_unit(image, name);
     let due_unit = written_unit(reference, reference_name);
     if let (Some(unit), Some(due_unit)) = (unit, due_unit)
