@@ -189,8 +189,10 @@ fn readable(value: &AttributeValue) -> Option<String> {
     })
 }
 
-/// Memory that the pixels of a display window may take, however few of them the data window has.
-const MOST_BYTES_OF_DISPLAY: u64 = 1 << 28;
+/// Memory that the pixels of a display window may take, however small the file is.
+const LEAST_BYTES_OF_DISPLAY: u64 = 1 << 26;
+/// The maximum expansion of one byte. Deflate reaches 1032, and PXR24 leaves out every fourth byte before it.
+const MOST_EXPANSION: u64 = 1032 * 4 / 3;
 
 /// Refuses headers that would be read wrongly, and headers that claim more than the file can hold.
 fn check_headers(headers: &[Header], file_bytes: u64) -> Result<(), Refusal> {
@@ -210,12 +212,11 @@ fn check_headers(headers: &[Header], file_bytes: u64) -> Result<(), Refusal> {
                 return Err(damaged(format!("channel {twice} is there twice")));
             }
         }
-        // The maximum expansion of one byte. Deflate reaches 1032, and PXR24 leaves out every fourth byte before it. DWA may write one zero
-        // pair for the 64 coefficients of a block before it.
+        // DWA may write one zero pair for the 64 coefficients of a block before Deflate.
         let bytes_per_byte: u64 = match header.compression {
             Compression::Uncompressed => 1,
             Compression::DWAA(_) | Compression::DWAB(_) => 64 * 2 * 1032,
-            _ => 1032 * 4 / 3,
+            _ => MOST_EXPANSION,
         };
         // A block of a small image may be larger than the image, and its compressed form has a header.
         most_bytes = most_bytes.max(
@@ -246,7 +247,10 @@ fn check_headers(headers: &[Header], file_bytes: u64) -> Result<(), Refusal> {
         .iter()
         .any(|header| (0..2).any(|axis| PartWindow::of(header).crops(axis)));
     let display_bytes = display_pixels.saturating_mul(4 * channels);
-    if is_cropped && display_bytes > most_bytes.max(MOST_BYTES_OF_DISPLAY) {
+    let most_display_bytes = file_bytes
+        .saturating_mul(MOST_EXPANSION)
+        .saturating_add(LEAST_BYTES_OF_DISPLAY);
+    if is_cropped && display_bytes > most_display_bytes {
         return Err(unsupported(format!(
             "its display window of {width} x {height} pixels needs too much memory for what its data window holds"
         )));

@@ -19,7 +19,7 @@ pub struct LayeredImage {
 
 impl LayeredImage {
     /// Reads a scan-line or tiled file with flat pixels, at its full resolution. It accepts every compression that the `exr` crate knows (all
-    /// but HTJ2K). The memory used is bounded by the file's real contents, or 256 MiB where the data window is smaller than the display window.
+    /// but HTJ2K). The memory used is bounded by the file's real contents, and by 64 MiB more where a data window is smaller than the display window.
     ///
     /// The image is the display window. Pixels outside of the data window are 0, see [`LayeredImage::data_pixels`]. In a file of several
     /// parts, the name of a channel begins with that of its part: channel `R` of the part `direct` is `direct.R`.
