@@ -1606,6 +1606,8 @@ camlux_status camlux_job_wait(camlux_job *job,
 
 /** Smallest depth of a pixel's samples, m; with samples of camlux_camera. */
 #define CAMLUX_LAYER_DEPTH_NEAREST 13
+/** That point in the camera's axes, m from its centre, channels X (right), Y (down), Z (forward). Exact far from the world's origin, too. */
+#define CAMLUX_LAYER_CAMERA_POSITION 14
 
 /** The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH. */
 #define CAMLUX_VERSION_MAJOR 0
@@ -1664,7 +1666,7 @@ typedef struct camlux_exr_options {
   /** 1: radiance, direct, indirect and normals are written in 16 bits. Values above 65504 are then stored as 65504. */
   int32_t half;
   /**
-   * Layers to write: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_DEPTH_NEAREST. If this and tof_layers are 0:
+   * Layers to write: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_CAMERA_POSITION. If this and tof_layers are 0:
    * all layers of the frame.
    */
   uint32_t layers;

@@ -1,5 +1,6 @@
 //! Opens input files. Pipes and devices are refused, because they may never end.
 
+use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
@@ -35,4 +36,14 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     bytes.try_reserve_exact(usize::try_from(file_bytes).unwrap_or(usize::MAX))?;
     file.take(file_bytes).read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+/// The text without a byte order mark, and with `\n` at the end of each line: files also have `\r\n`, and `\r` alone.
+pub fn plain_lines(text: &str) -> Cow<'_, str> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if text.contains('\r') {
+        text.replace("\r\n", "\n").replace('\r', "\n").into()
+    } else {
+        text.into()
+    }
 }

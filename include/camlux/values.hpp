@@ -95,6 +95,7 @@ enum class layer : std::int32_t {
     half_path = CAMLUX_LAYER_HALF_PATH,
     depth_mean = CAMLUX_LAYER_DEPTH_MEAN,
     depth_nearest = CAMLUX_LAYER_DEPTH_NEAREST,
+    camera_position = CAMLUX_LAYER_CAMERA_POSITION,
     tof_phasor = CAMLUX_LAYER_TOF_PHASOR,
     tof_phasor_direct = CAMLUX_LAYER_TOF_PHASOR_DIRECT,
     tof_phasor_indirect = CAMLUX_LAYER_TOF_PHASOR_INDIRECT,

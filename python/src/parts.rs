@@ -10,7 +10,7 @@ use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::arrays::{as_array, list, numbers, rows, view};
-use crate::errors::{SceneError, raised};
+use crate::errors::{SceneError, raised, warn};
 
 const NUMBERS: &str = "numbers";
 const INDICES: &str = "whole numbers from 0 to 4294967295";
@@ -335,10 +335,11 @@ impl Pattern {
     /// Reads an IES (.ies) or EULUMDAT (.ldt) file, or a map of all directions (.png, .exr).
     #[staticmethod]
     #[pyo3(signature = (path, *, encoding="srgb"))]
-    fn load(path: PathBuf, encoding: &str) -> PyResult<Pattern> {
+    fn load(py: Python<'_>, path: PathBuf, encoding: &str) -> PyResult<Pattern> {
         let at = path.display().to_string();
         let encoding = encoding_named(Some(encoding), &at)?;
-        let pattern = scene::Pattern::load(&path, encoding, &at).map_err(raised)?;
+        let (pattern, warning) = scene::Pattern::load(&path, encoding, &at).map_err(raised)?;
+        warn(py, warning.as_slice())?;
         Ok(Pattern(pattern.into()))
     }
 }

@@ -41,8 +41,10 @@ pub const CAMLUX_LAYER_STDERR: i32 = 10;
 pub const CAMLUX_LAYER_DEPTH_MEAN: i32 = 12;
 /// Smallest depth of a pixel's samples, m; with samples of camlux_camera.
 pub const CAMLUX_LAYER_DEPTH_NEAREST: i32 = 13;
+/// That point in the camera's axes, m from its centre, channels X (right), Y (down), Z (forward). Exact far from the world's origin, too.
+pub const CAMLUX_LAYER_CAMERA_POSITION: i32 = 14;
 
-const LAYERS: [(i32, &str, Layer); 14] = args::choices![
+const LAYERS: [(i32, &str, Layer); 15] = args::choices![
     CAMLUX_LAYER_RADIANCE => Layer::Radiance,
     CAMLUX_LAYER_DIRECT => Layer::Direct,
     CAMLUX_LAYER_INDIRECT => Layer::Indirect,
@@ -57,6 +59,7 @@ const LAYERS: [(i32, &str, Layer); 14] = args::choices![
     CAMLUX_LAYER_HALF_PATH => Layer::HalfPath,
     CAMLUX_LAYER_DEPTH_MEAN => Layer::MeanDepth,
     CAMLUX_LAYER_DEPTH_NEAREST => Layer::NearestDepth,
+    CAMLUX_LAYER_CAMERA_POSITION => Layer::CameraPosition,
 ];
 
 /// A layer in the frame's memory. Initialise with CAMLUX_VIEW_INIT.
@@ -96,7 +99,7 @@ pub struct camlux_exr_options {
     pub struct_size: u32,
     /// 1: radiance, direct, indirect and normals are written in 16 bits. Values above 65504 are then stored as 65504.
     pub half: i32,
-    /// Layers to write: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_DEPTH_NEAREST. If this and tof_layers are 0:
+    /// Layers to write: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_CAMERA_POSITION. If this and tof_layers are 0:
     /// all layers of the frame.
     pub layers: u32,
     /// Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.

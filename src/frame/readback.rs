@@ -90,14 +90,15 @@ pub(crate) fn read_layers(
         radiance
     });
 
-    let (position, depth, range, mesh_ids) = match geometry {
+    let (position, in_camera, depth, range, mesh_ids) = match geometry {
         Some(geometry) => (
             Some(geometry.position),
+            Some(geometry.in_camera),
             Some(geometry.depth),
             Some(geometry.range),
             Some(geometry.mesh_ids),
         ),
-        None => (None, None, None, None),
+        None => (None, None, None, None, None),
     };
     let float = |values: Option<Vec<f32>>| values.map(LayerData::Float);
     let layers = [
@@ -107,6 +108,7 @@ pub(crate) fn read_layers(
         (Layer::StandardError, float(stderr)),
         (Layer::Energy, float(energy)),
         (Layer::Position, float(position)),
+        (Layer::CameraPosition, float(in_camera)),
         (Layer::Normal, float(normal)),
         (Layer::Depth, float(depth)),
         (Layer::Range, float(range)),
@@ -241,17 +243,19 @@ fn add_time_of_flight(
     }
 }
 
-/// What the image of positions and mesh ids holds: P, its distances from the camera (m), and ids.
+/// What the image of positions and mesh ids holds: P in the world and in the camera's axes, its distances from the camera (m), and ids.
 struct Geometry {
     position: Vec<f32>,
+    in_camera: Vec<f32>,
     depth: Vec<f32>,
     range: Vec<f32>,
     mesh_ids: Vec<u32>,
 }
 
 impl Geometry {
-    const LAYERS: [Layer; 4] = [
+    const LAYERS: [Layer; 5] = [
         Layer::Position,
+        Layer::CameraPosition,
         Layer::Depth,
         Layer::Range,
         Layer::InstanceId,
@@ -266,36 +270,46 @@ impl Geometry {
         let count = pixels.len();
         let mut geometry = Geometry {
             position: pool.floats(3 * count),
+            in_camera: pool.floats(3 * count),
             depth: pool.floats(count),
             range: pool.floats(count),
             mesh_ids: pool.ids(count),
         };
         // Differences are taken in local space: in world space they could cancel.
         let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
-        let forward = camera.basis().forward;
+        let basis = camera.basis();
         let share = pixels_of_a_thread(count);
         let parts = pixels
             .chunks(share)
             .zip(geometry.position.chunks_mut(3 * share))
+            .zip(geometry.in_camera.chunks_mut(3 * share))
             .zip(geometry.depth.chunks_mut(share))
             .zip(geometry.range.chunks_mut(share))
             .zip(geometry.mesh_ids.chunks_mut(share));
-        for_each_at_once(parts, |((((pixels, position), depth), range), mesh_ids)| {
-            let (position, _) = position.as_chunks_mut::<3>();
-            for (i, &[x, y, z, mesh_id]) in pixels.iter().enumerate() {
-                mesh_ids[i] = mesh_id as u32;
-                if mesh_id == 0.0 {
-                    position[i] = [0.0; 3];
-                    depth[i] = f32::INFINITY;
-                    range[i] = f32::INFINITY;
-                    continue;
+        for_each_at_once(
+            parts,
+            |(((((pixels, position), in_camera), depth), range), mesh_ids)| {
+                let (position, _) = position.as_chunks_mut::<3>();
+                let (in_camera, _) = in_camera.as_chunks_mut::<3>();
+                for (i, &[x, y, z, mesh_id]) in pixels.iter().enumerate() {
+                    mesh_ids[i] = mesh_id as u32;
+                    if mesh_id == 0.0 {
+                        position[i] = [0.0; 3];
+                        in_camera[i] = [0.0; 3];
+                        depth[i] = f32::INFINITY;
+                        range[i] = f32::INFINITY;
+                        continue;
+                    }
+                    let offset = DVec3::from([x, y, z].map(f64::from)) - camera_local;
+                    position[i] = space.to_world([x, y, z]).as_vec3().to_array();
+                    let along =
+                        [basis.right, basis.down, basis.forward].map(|axis| offset.dot(axis));
+                    in_camera[i] = along.map(|units| (units * space.metres_per_unit) as f32);
+                    depth[i] = in_camera[i][2];
+                    range[i] = (offset.length() * space.metres_per_unit) as f32;
                 }
-                let offset = DVec3::from([x, y, z].map(f64::from)) - camera_local;
-                position[i] = space.to_world([x, y, z]).as_vec3().to_array();
-                depth[i] = (offset.dot(forward) * space.metres_per_unit) as f32;
-                range[i] = (offset.length() * space.metres_per_unit) as f32;
-            }
-        });
+            },
+        );
         geometry
     }
 }

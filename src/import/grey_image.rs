@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::texture;
-use crate::exr_decode::{Refusal, decode_file};
+use super::unused::Unused;
+use crate::exr_decode::{ImageLayer, Refusal, decode_file};
 use crate::scene::Encoding;
 use crate::{Error, Result};
 
@@ -11,6 +12,7 @@ use crate::{Error, Result};
 pub(super) struct GreyImage {
     pub size_px: [u32; 2],
     pub values: Vec<f32>,
+    pub unused: Unused,
 }
 
 impl GreyImage {
@@ -42,32 +44,41 @@ impl GreyImage {
         Ok(GreyImage {
             size_px: image.size_px,
             values,
+            unused: Unused::default(),
         })
     }
 
     fn load_exr(file: &Path) -> std::result::Result<GreyImage, Refusal> {
         let image = decode_file(file, &|_| None)?;
-        let plain = image.layers.into_iter().find(|layer| layer.name.is_empty());
-        let plain = plain.ok_or_else(|| {
-            let problem = "it has no channel without a layer's name".into();
-            (problem, "save it with one channel, Y, or with R, G and B")
-        })?;
-        // Alpha carries no light.
-        let is_band = |name: &String| name != "A";
-        let bands = plain
-            .channel_names
+        let chosen = picture(&image.layers)?;
+        let mut unused = Unused::default();
+        let others = image
+            .layers
             .iter()
-            .filter(|name| is_band(name))
-            .count();
-        let pixels = plain.values.chunks(plain.channel_names.len());
+            .filter(|layer| layer.name != chosen.name);
+        for layer in others {
+            unused.add(&match layer.name.as_str() {
+                "" => format!("the channels {}", layer.channel_names.join(", ")),
+                name => format!("the layer {name}"),
+            });
+        }
+        let names = || chosen.channel_names.iter().map(|name| last_part(name));
+        // Alpha carries no light.
+        let mut bands: Vec<bool> = names().map(|name| BANDS.contains(&name)).collect();
+        if !bands.contains(&true) {
+            bands = names().map(|name| name != "A").collect();
+        }
+        for (name, _) in names().zip(&bands).filter(|(_, is_band)| !**is_band) {
+            unused.add(&format!("the channel {name}"));
+        }
+        let pixels = chosen.values.chunks(chosen.channel_names.len());
         let grey = pixels.map(|pixel| {
-            let mut of_bands = plain.channel_names.iter().zip(pixel);
-            let mut of_bands = of_bands.by_ref().filter(|(name, _)| is_band(name));
-            let (_, &first) = of_bands.next()?;
-            of_bands.all(|(_, &value)| value == first).then_some(first)
+            let mut of_bands = pixel.iter().zip(&bands).filter(|(_, is_band)| **is_band);
+            let (&first, _) = of_bands.next()?;
+            of_bands.all(|(&value, _)| value == first).then_some(first)
         });
         let grey: Option<Vec<f32>> = grey.collect();
-        let grey = grey.filter(|_| bands > 0).ok_or_else(|| {
+        let grey = grey.ok_or_else(|| {
             let problem = "it is not grey".into();
             (
                 problem,
@@ -85,6 +96,33 @@ impl GreyImage {
         Ok(GreyImage {
             size_px: image.size_px,
             values: grey.into_iter().map(|value| value / most).collect(),
+            unused,
         })
     }
+}
+
+/// The channels of light.
+const BANDS: [&str; 4] = ["R", "G", "B", "Y"];
+
+fn last_part(channel: &str) -> &str {
+    channel.rsplit('.').next().unwrap_or_default()
+}
+
+/// The layer without a name, or the only one with channels of light.
+fn picture(layers: &[ImageLayer]) -> std::result::Result<&ImageLayer, Refusal> {
+    if let Some(plain) = layers.iter().find(|layer| layer.name.is_empty()) {
+        return Ok(plain);
+    }
+    let is_band = |name: &String| BANDS.contains(&last_part(name));
+    let is_picture = |layer: &&ImageLayer| layer.channel_names.iter().any(is_band);
+    let mut pictures = layers.iter().filter(is_picture);
+    if let (Some(only), None) = (pictures.next(), pictures.next()) {
+        return Ok(only);
+    }
+    let names: Vec<&str> = layers.iter().map(|layer| layer.name.as_str()).collect();
+    let problem = format!(
+        "it has the layers {}, and it is not clear which of them is the picture",
+        names.join(", ")
+    );
+    Err((problem, "save it with one channel, Y, or with R, G and B"))
 }

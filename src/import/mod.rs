@@ -17,4 +17,5 @@ mod scene_file;
 mod scene_parts;
 mod texture;
 mod tof;
+mod types_a_b;
 mod unused;

@@ -4,39 +4,65 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use super::grey_image::GreyImage;
+use super::unused::Unused;
 use super::{eulumdat, ies};
 use crate::scene::{Encoding, Pattern};
 use crate::{Error, Result, input_file};
 
+/// A pattern, and what its file says beyond it.
+pub(super) struct PatternFile {
+    pub pattern: Pattern,
+    pub unused: Unused,
+    /// Why the intensities are only relative to each other.
+    pub without_unit: Option<String>,
+}
+
+/// Reads a file as [`Pattern::load`] does.
+pub(super) fn read(path: &Path, encoding: Encoding, named_at: &str) -> Result<PatternFile> {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg" | "exr")) {
+        let map = GreyImage::load(path, encoding, named_at)?;
+        let pattern = Pattern::of_map(&map)
+            .map_err(|problem| Error::scene(named_at, problem, "give another image"))?;
+        let path = path.display();
+        return Ok(PatternFile {
+            pattern,
+            unused: map.unused,
+            without_unit: Some(format!("{path} is a map, whose values are only ratios")),
+        });
+    }
+    let parse = match extension.to_str() {
+        Some("ies") => ies::parse,
+        Some("ldt") => eulumdat::parse,
+        _ => {
+            return Err(Error::scene(
+                named_at,
+                format!("pattern {} has an unknown format", path.display()),
+                "give an IES file (.ies), a EULUMDAT file (.ldt), or a map of all directions (.png, .exr)",
+            ));
+        }
+    };
+    let bytes = input_file::read(path).map_err(|error| {
+        let problem = format!("cannot read the pattern {}: {error}", path.display());
+        Error::scene(named_at, problem, "check the path")
+    })?;
+    // Makers' names come in any encoding; only the ASCII text matters.
+    parse(&String::from_utf8_lossy(&bytes), path)
+}
+
 impl Pattern {
     /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, or a map of all directions (`.png`, `.jpg`, `.exr`). `named_at` is the line of the
-    /// scene file that names it, or the file itself.
+    /// scene file that names it, or the file itself. Also returns a warning of what the file holds and camlux does not use.
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) if the file is missing or is no pattern.
-    pub fn load(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pattern> {
-        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg" | "exr")) {
-            return Pattern::of_map(&GreyImage::load(path, encoding, named_at)?)
-                .map_err(|problem| Error::scene(named_at, problem, "give another image"));
-        }
-        let parse = match extension.to_str() {
-            Some("ies") => ies::parse,
-            Some("ldt") => eulumdat::parse,
-            _ => {
-                return Err(Error::scene(
-                    named_at,
-                    format!("pattern {} has an unknown format", path.display()),
-                    "give an IES file (.ies), a EULUMDAT file (.ldt), or a map of all directions (.png, .exr)",
-                ));
-            }
-        };
-        let bytes = input_file::read(path).map_err(|error| {
-            let problem = format!("cannot read the pattern {}: {error}", path.display());
-            Error::scene(named_at, problem, "check the path")
-        })?;
-        // Makers' names come in any encoding; only the ASCII text matters.
-        parse(&String::from_utf8_lossy(&bytes), path)
+    pub fn load(
+        path: &Path,
+        encoding: Encoding,
+        named_at: &str,
+    ) -> Result<(Pattern, Option<String>)> {
+        let file = read(path, encoding, named_at)?;
+        Ok((file.pattern, file.unused.warning(path)))
     }
 
     /// Converts an equirectangular map: γ runs from 0 at the upper edge to 180° at the lower, C from 0 at the left to 360° at the right.

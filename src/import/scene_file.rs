@@ -61,12 +61,15 @@ impl Scene {
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
         let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
+        let mut left_out = Vec::new();
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert_table("light", i, &light);
             let read = scene_parts::light(light, folder)?;
             lights.push(read.light);
             modulated.push(read.modulated);
             carriers.extend(read.carrier.map(|carrier| (i, carrier)));
+            let is_new = |warning: &String| !left_out.contains(warning);
+            left_out.extend(read.warning.filter(is_new));
         }
         if let (None, Some(Some(modulated))) = (&tof, modulated.iter().find(|m| m.is_some())) {
             let hint = "remove it, or add a [tof] table";
@@ -77,6 +80,7 @@ impl Scene {
             .transpose()?;
 
         let mut assets = Assets::default();
+        assets.left_out.extend(left_out);
         if let Some(mut materials) = keys.table("material")? {
             for (name, value) in materials.take_all() {
                 let material = value.table(format!("[material.{name}]"))?;

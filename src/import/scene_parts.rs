@@ -4,15 +4,15 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::gltf;
 use super::grey_image::GreyImage;
-use crate::Result;
+use super::{gltf, pattern};
 use crate::keys::{Keys, Value};
 use crate::scene::{
     AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material,
-    Pattern, PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor,
-    Shadow, SpotCone,
+    PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor, Shadow,
+    SpotCone,
 };
+use crate::{Error, Result};
 
 pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
     keys.only(&[
@@ -214,6 +214,8 @@ pub(super) struct ReadLight<'t> {
     pub modulated: Option<Value<'t>>,
     /// The carrier, and the value that names it.
     pub carrier: Option<(Carrier, Value<'t>)>,
+    /// What its file holds and camlux does not use.
+    pub warning: Option<String>,
 }
 
 fn carrier<'t>(keys: &mut Keys<'t>) -> Result<Option<(Carrier, Value<'t>)>> {
@@ -244,6 +246,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
     let kind = keys.need("kind", &kinds)?;
     let modulated = keys.take("modulated");
     let carrier = carrier(&mut keys)?;
+    let mut warning = None;
     let light = match kind.choice(&Light::KINDS, |kind| kind)? {
         "point" => {
             keys.only(&["position", "power_w"])?;
@@ -278,16 +281,21 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             ])?;
             let named = keys.need("pattern", "pattern = \"lamp.ies\"")?;
             let encoding = encoding(&mut keys)?;
-            let whole = Pattern::load(&folder.join(named.text()?), encoding, &named.at)?;
+            let path = folder.join(named.text()?);
+            let file = pattern::read(&path, encoding, &named.at)?;
+            warning = file.unused.warning(&path);
             let pattern = match opening(&mut keys)? {
-                None => whole.clone(),
-                Some(cone) => whole.within(cone),
+                None => file.pattern,
+                Some(cone) => file.pattern.within(cone),
             };
             let power = keys.take_one(&["power_w", "scale"])?;
             let power_w = match power {
                 Some(("power_w", power)) => power.bands()?,
                 Some((_, scale)) => {
                     scale.choice(&["file"], |name| name)?;
+                    if let Some(problem) = file.without_unit {
+                        return Err(Error::scene(scale.at, problem, format!("give {POWER}")));
+                    }
                     [pattern.peak * PatternIntegral::new(&pattern).total(); 3]
                 }
                 None => {
@@ -318,7 +326,9 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             ])?;
             let named = keys.need("image", "image = \"stripes.png\"")?;
             let encoding = encoding(&mut keys)?;
-            let image = GreyImage::load(&folder.join(named.text()?), encoding, &named.at)?;
+            let path = folder.join(named.text()?);
+            let image = GreyImage::load(&path, encoding, &named.at)?;
+            warning = image.unused.warning(&path);
             let (position_m, direction, up) = (
                 keys.need("position", POSITION)?.vec3()?,
                 keys.need("direction", DIRECTION)?.vec3()?,
@@ -388,6 +398,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
         light,
         modulated,
         carrier,
+        warning,
     })
 }
 

@@ -12,17 +12,21 @@ use crate::exr_decode::{DecodedImage, decode_file};
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayeredImage {
     resolution_px: [u32; 2],
+    covered_px: [[u32; 2]; 2],
     layers: Vec<ImageLayer>,
     attributes: BTreeMap<String, String>,
 }
 
 impl LayeredImage {
-    /// Reads a scan-line or tiled file with one part of flat pixels, at its full resolution. It accepts every compression that the `exr`
-    /// crate knows (all but HTJ2K). The memory used is bounded by the file's real contents.
+    /// Reads a scan-line or tiled file with flat pixels, at its full resolution. It accepts every compression that the `exr` crate knows (all
+    /// but HTJ2K). The memory used is bounded by the file's real contents, and by 64 MiB more where a data window is smaller than the display window.
+    ///
+    /// The image is the display window. Pixels outside of the data window are 0, see [`LayeredImage::data_pixels`]. In a file of several
+    /// parts, the name of a channel begins with that of its part: channel `R` of the part `direct` is `direct.R`.
     ///
     /// # Errors
     /// [`Error::Input`] when the file is missing or cannot be read, when it is not OpenEXR or is damaged, and for what camlux does not
-    /// read: several parts, deep pixels, subsampled channels, a data window that differs from the display window.
+    /// read: deep pixels and subsampled channels.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         let own_layer = |channel: &str| {
@@ -33,12 +37,14 @@ impl LayeredImage {
         };
         let DecodedImage {
             size_px,
+            covered_px,
             layers,
             attributes,
         } = decode_file(path, &own_layer)
             .map_err(|(problem, hint)| Error::input(path.display().to_string(), problem, hint))?;
         Ok(LayeredImage {
             resolution_px: size_px,
+            covered_px,
             layers,
             attributes,
         })
@@ -75,9 +81,26 @@ impl LayeredImage {
         Some(direct.iter().zip(indirect).map(|(d, i)| d + i).collect())
     }
 
+    /// Which pixels the file holds, row by row from the top: those in the data windows of all its parts.
+    pub fn data_pixels(&self) -> Vec<bool> {
+        let [width, height] = self.resolution_px;
+        let [[left, top], [right, bottom]] = self.covered_px;
+        let has = |x, y| (left..right).contains(&x) && (top..bottom).contains(&y);
+        let rows = (0..height).flat_map(|y| (0..width).map(move |x| has(x, y)));
+        rows.collect()
+    }
+
     /// Which pixels show a surface, row by row from the top. The first of these layers in the file decides: `valid.A` over 0.5,
-    /// `id.instance` over 0, finite `depth`. Without any of them, all pixels count.
+    /// `id.instance` over 0, finite `depth`. Without any of them, all pixels count that the file holds.
     pub fn surface_pixels(&self) -> Vec<bool> {
+        let mut pixels = self.pixels_by_layers();
+        for (counts, has_data) in pixels.iter_mut().zip(self.data_pixels()) {
+            *counts &= has_data;
+        }
+        pixels
+    }
+
+    fn pixels_by_layers(&self) -> Vec<bool> {
         let single = |name: &str| {
             self.layer(name)
                 .filter(|layer| layer.channel_names.len() == 1)

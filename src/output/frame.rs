@@ -1,5 +1,7 @@
 //! The result of a render: named layers of pixels, how they were computed, and their cost.
 
+use glam::DVec3;
+
 use super::atomic::output_error;
 use super::tof::TofCamera;
 use super::{Layer, TofQuantity};
@@ -43,14 +45,37 @@ impl Frame {
     }
 
     /// Probable mistakes that only the finished frame shows, one sentence each: nothing in view, a layer without light and why, a missed
-    /// target error. [`Scene::warnings`] reports what is known before rendering.
+    /// target error, coarse world positions. [`Scene::warnings`] reports what is known before rendering.
     pub fn warnings(&self) -> Vec<String> {
         let black = self.black_layer();
         let missed = self.stats.missed_target(&self.description);
         let full = self.full_taps();
         let area_light = self.stats.missed_area_light(&self.description);
         let missed = missed.into_iter().chain(area_light);
-        black.into_iter().chain(missed).chain(full).collect()
+        let coarse = self.coarse_positions();
+        let all = black.into_iter().chain(missed).chain(full);
+        all.chain(coarse).collect()
+    }
+
+    /// Warns if world positions are so far from the origin that f32 rounds them coarsely, compared with what the camera sees.
+    fn coarse_positions(&self) -> Option<String> {
+        /// Steps of f32, divided by the largest distance from the camera.
+        const COARSE: f64 = 1e-5;
+        let (positions, _) = self.values(Layer::Position)?.as_chunks::<3>();
+        let camera_m = self.description.camera.position_m;
+        let (mut farthest, mut range_m) = (0.0_f32, 0.0_f64);
+        // The background holds 0.
+        for position in positions.iter().filter(|position| **position != [0.0; 3]) {
+            farthest = position.iter().fold(farthest, |most, c| most.max(c.abs()));
+            range_m = range_m.max(DVec3::from(position.map(f64::from)).distance(camera_m));
+        }
+        let step_m = f64::from(farthest.next_up()) - f64::from(farthest);
+        (step_m > COARSE * range_m).then(|| {
+            let error_m = 0.5 * step_m;
+            format!(
+                "the scene is so far from the origin that the layer P is up to {error_m} m off; use the layer P_camera, whose place in the world is the header's cameraToWorld"
+            )
+        })
     }
 
     /// Warns about pixels with a full tap. Gives their number at the modulation frequency that has the most.

@@ -23,9 +23,12 @@ pub enum Layer {
     StandardError,
     /// Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime, joules, channels R, G, B.
     Energy,
-    /// P in world space, metres, channels X, Y, Z; rounded to f32, so at 10⁵ m from the origin it has steps of 8 mm. `depth` and `range`
-    /// keep their precision there.
+    /// P in world space, metres, channels X, Y, Z; rounded to f32, so at 10⁵ m from the origin it has steps of 8 mm.
+    /// [`Layer::CameraPosition`], `depth` and `range` keep their precision there.
     Position,
+    /// P in the camera's axes, metres from C, channels X (right), Y (down), Z (forward: `depth`). Its error is below 10⁻⁶ of the scene's
+    /// size or of |P − C|, wherever the scene is.
+    CameraPosition,
     /// n_P in world space, unit length, on the camera's side, channels X, Y, Z.
     Normal,
     /// Component of P − C along the viewing axis, metres.
@@ -61,13 +64,14 @@ pub enum Layer {
 
 impl Layer {
     /// Every layer in the order of the documentation, except those of a time-of-flight frequency.
-    const PLAIN: [Layer; 17] = [
+    const PLAIN: [Layer; 18] = [
         Layer::Radiance,
         Layer::Direct,
         Layer::Indirect,
         Layer::StandardError,
         Layer::Energy,
         Layer::Position,
+        Layer::CameraPosition,
         Layer::Normal,
         Layer::Depth,
         Layer::Range,
@@ -141,6 +145,7 @@ impl Layer {
             Layer::StandardError => ("stderr", &["stderr.R", "stderr.G", "stderr.B"], RADIANCE),
             Layer::Energy => ("energy", &["energy.R", "energy.G", "energy.B"], "J"),
             Layer::Position => ("P", &["P.X", "P.Y", "P.Z"], "m"),
+            Layer::CameraPosition => ("P_camera", &["P_camera.X", "P_camera.Y", "P_camera.Z"], "m"),
             Layer::Normal => ("N", &["N.X", "N.Y", "N.Z"], "1"),
             Layer::Depth => ("depth", &["depth.Z"], "m"),
             Layer::Range => ("range", &["range.Z"], "m"),

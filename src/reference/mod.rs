@@ -325,6 +325,15 @@ impl Reference {
             let local = seen(pixel).map(|surface| surface.position);
             local.map_or([0.0; 3], |p| self.transport.to_world_m(p).to_array())
         };
+        let in_camera = |pixel: &Pixel| {
+            let camera = &self.scene.camera;
+            let basis = camera.basis();
+            let local = seen(pixel).map(|surface| surface.position);
+            local.map_or([0.0; 3], |p| {
+                let offset_m = self.transport.to_world_m(p) - camera.position_m;
+                [basis.right, basis.down, basis.forward].map(|axis| offset_m.dot(axis))
+            })
+        };
         let normal = |pixel: &Pixel| seen(pixel).map_or([0.0; 3], |seen| seen.normal.to_array());
         let mut layers = vec![
             (Layer::Radiance, self.floats(radiance)),
@@ -334,6 +343,7 @@ impl Reference {
             ),
             (Layer::Indirect, self.floats(indirect)),
             (Layer::Position, self.floats(position)),
+            (Layer::CameraPosition, self.floats(in_camera)),
             (Layer::Normal, self.floats(normal)),
             (Layer::Depth, self.floats(|pixel| [pixel.depth_m])),
             (Layer::Range, self.floats(|pixel| [pixel.range_m])),

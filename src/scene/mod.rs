@@ -42,7 +42,7 @@ pub use light::{Light, SpotCone};
 pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
 pub use metallic_roughness::MetallicRoughness;
-pub(crate) use pattern::Measured;
+pub(crate) use pattern::{Measured, place};
 pub use pattern::{Pattern, PatternAxes, RadiationPattern};
 pub use pattern_integral::PatternIntegral;
 pub use pixel_sampling::{PixelFilter, PixelSampling};

@@ -87,7 +87,7 @@ impl RadiationPattern {
 pub(crate) struct Measured {
     /// Degrees, increasing.
     pub gammas_deg: Vec<f64>,
-    /// Degrees, increasing, starting at 0.
+    /// Degrees, increasing.
     pub planes_deg: Vec<f64>,
     /// For each plane one value per γ, in the unit of the file.
     pub intensities: Vec<f64>,
@@ -137,50 +137,65 @@ impl Pattern {
         }
     }
 
-    /// Spreads measurements over all planes: a single plane applies to all, planes up to 90 or 180 degrees are mirrored.
+    /// Spreads measurements over all planes. A single plane applies to all. Half and quarters of a turn are mirrored at their first and last
+    /// planes, which are multiples of 90 degrees.
     pub(crate) fn of(measured: Measured) -> std::result::Result<Pattern, String> {
         let Measured {
             gammas_deg,
-            mut planes_deg,
+            planes_deg,
             intensities,
         } = measured;
-        if planes_deg.first() != Some(&0.0) {
-            return Err("the horizontal angles do not begin at 0".into());
+        if planes_deg.windows(2).any(|pair| pair[0] >= pair[1]) || planes_deg.is_empty() {
+            return Err("the horizontal angles do not increase".into());
         }
-        let count = gammas_deg.len();
-        let mut planes: Vec<Vec<f64>> = intensities.chunks(count).map(<[f64]>::to_vec).collect();
-        let last_deg = planes_deg[planes_deg.len() - 1];
-        let mirror = |planes_deg: &mut Vec<f64>, planes: &mut Vec<Vec<f64>>, about_deg: f64| {
-            for i in (0..planes_deg.len() - 1).rev() {
-                planes_deg.push(2.0 * about_deg - planes_deg[i]);
-                planes.push(planes[i].clone());
+        let measured = intensities.chunks(gammas_deg.len().max(1));
+        let mut planes: Vec<(f64, &[f64])> = planes_deg.iter().copied().zip(measured).collect();
+        let (first_deg, last_deg) = (planes_deg[0], planes_deg[planes_deg.len() - 1]);
+        let mut mirror = || {
+            let about_deg = planes[planes.len() - 1].0;
+            for i in (0..planes.len() - 1).rev() {
+                planes.push((2.0 * about_deg - planes[i].0, planes[i].1));
             }
         };
-        match last_deg {
-            0.0 => {
-                planes_deg.push(360.0);
-                planes.push(planes[0].clone());
+        let is_on_axis = first_deg.rem_euclid(90.0) == 0.0;
+        let widest_deg = planes_deg.windows(2).map(|pair| pair[1] - pair[0]);
+        let widest_deg = widest_deg.fold(0.0, f64::max);
+        match last_deg - first_deg {
+            0.0 if first_deg == 0.0 => {}
+            90.0 if is_on_axis => {
+                mirror();
+                mirror();
             }
-            90.0 => {
-                mirror(&mut planes_deg, &mut planes, 90.0);
-                mirror(&mut planes_deg, &mut planes, 180.0);
-            }
-            180.0 => mirror(&mut planes_deg, &mut planes, 180.0),
-            360.0 => {
-                let end = planes.len() - 1;
-                planes[end] = planes[0].clone();
-            }
-            // The last plane is before 360 degrees, as in EULUMDAT: close the circle.
-            _ if last_deg > 180.0 && last_deg < 360.0 => {
-                planes_deg.push(360.0);
-                planes.push(planes[0].clone());
-            }
+            180.0 if is_on_axis => mirror(),
+            360.0 => {}
+            // The last plane is before 360 degrees, as in EULUMDAT.
+            span if span < 360.0 && 360.0 - span <= widest_deg * (1.0 + 1e-6) => {}
             _ => {
                 return Err(format!(
-                    "the horizontal angles end at {last_deg} degrees, and not at 0, 90, 180 or 360"
+                    "the horizontal angles are from {first_deg} to {last_deg} degrees, which is neither 0, a whole turn, nor a half or a quarter from a multiple of 90"
                 ));
             }
         }
+        // A turn from 0 to 360, whatever the first angle was.
+        if planes.len() > 1 && planes[planes.len() - 1].0 - planes[0].0 == 360.0 {
+            planes.pop();
+        }
+        for (plane_deg, _) in &mut planes {
+            *plane_deg = plane_deg.rem_euclid(360.0);
+        }
+        planes.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let (after, before) = (planes[0], planes[planes.len() - 1]);
+        let at_0: Vec<f64> = if after.0 == 0.0 {
+            after.1.to_vec()
+        } else {
+            let share = (360.0 - before.0) / (360.0 - before.0 + after.0);
+            let pairs = before.1.iter().zip(after.1);
+            pairs.map(|(a, b)| a + share * (b - a)).collect()
+        };
+        let inside = planes.iter().filter(|(plane_deg, _)| *plane_deg != 0.0);
+        let whole = [(0.0, &at_0[..])].into_iter().chain(inside.copied());
+        let (planes_deg, planes): (Vec<f64>, Vec<&[f64]>) =
+            whole.chain([(360.0, &at_0[..])]).unzip();
         let values = planes.concat();
         let peak = values.iter().copied().fold(0.0, f64::max);
         let radians = |angles: Vec<f64>| angles.into_iter().map(f64::to_radians).collect();

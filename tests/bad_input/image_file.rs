@@ -160,11 +160,14 @@ fn a_header_cannot_claim_more_pixels_than_its_file_can_hold() {
 
 #[test]
 fn what_would_be_misread_is_refused() {
-    // A cropped image: the data window begins at 1.
+    // A display window of 10^8 pixels around 48.
     let mut bytes = valid_bytes(UNCOMPRESSED);
-    let at = attribute_at(&bytes, b"dataWindow\0box2i\0");
-    bytes[at] = 1;
-    assert_refused(&bytes, &["data window", "save it"]);
+    let at = attribute_at(&bytes, b"displayWindow\0box2i\0");
+    for end in [at + 8, at + 12] {
+        bytes[end..end + 4].copy_from_slice(&9_999_i32.to_le_bytes());
+    }
+    let says = "display window of 10000 x 10000 pixels needs too much memory";
+    assert_refused(&bytes, &[says, "save it"]);
 
     // Only every second pixel of the first channel. The name and its 0 are followed by 4 bytes of type, 4 bytes of flags, x step, y step.
     let mut bytes = valid_bytes(UNCOMPRESSED);
@@ -189,12 +192,13 @@ fn what_would_be_misread_is_refused() {
     assert_refused(&bytes, &["deep data"]);
 }
 
+/// Two parts with the same channel would be one layer.
 #[test]
-fn several_parts_are_refused() {
+fn a_channel_that_is_there_twice_is_refused_across_parts() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
-    let part = |name: &str| {
-        let channel = AnyChannel::new("R", FlatSamples::F32(vec![1.0; 48]));
+    let part = |name: &str, channel: &str| {
+        let channel = AnyChannel::new(channel, FlatSamples::F32(vec![1.0; 48]));
         Layer::new(
             (8, 6),
             LayerAttributes::named(name),
@@ -204,10 +208,10 @@ fn several_parts_are_refused() {
     };
     let image = Image::empty(ImageAttributes::with_size((8, 6)));
     let image = image
-        .with_layer(part("direct"))
-        .with_layer(part("indirect"));
+        .with_layer(part("direct", "R"))
+        .with_layer(part("direct", "direct.R"));
     image.write().to_file(&path).unwrap();
-    assert_path_refused(&path, &["2 parts", "one flat part"]);
+    assert_path_refused(&path, &["channel direct.R is there twice"]);
 }
 
 /// Random changes at random bytes give an image or an error, never a panic. The seed is fixed.

@@ -186,6 +186,7 @@ pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
         Layer::HalfPath => CAMLUX_LAYER_HALF_PATH,
         Layer::MeanDepth => CAMLUX_LAYER_DEPTH_MEAN,
         Layer::NearestDepth => CAMLUX_LAYER_DEPTH_NEAREST,
+        Layer::CameraPosition => CAMLUX_LAYER_CAMERA_POSITION,
         Layer::Tof(frequency, quantity) => {
             CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency)
                 + match quantity {

@@ -231,6 +231,63 @@ fn a_trajectory_may_have_comments_and_commas() {
     }
 }
 
+/// One pose in the columns of other programs, with any separator and line end.
+#[test]
+fn the_names_of_the_columns_of_a_trajectory_decide() {
+    let jobs = Jobs::new(
+        "[job]\nscene = \"scene.toml\"\nsize = [4, 4]\n[camera]\ntrajectory = \"a.csv\"\n",
+    );
+    // t = 1.5; x, y, z = 1, 2, 3; a half turn about the axis x.
+    for (i, text) in [
+        "t tx ty tz qx qy qz qw\n1.5 1 2 3 1 0 0 0\n",
+        "t,tx,ty,tz,q_w,q_x,q_y,q_z\n1.5,1,2,3,0,1,0,0\n",
+        "t,tx,ty,tz,qw,qx,qy,qz\r\n1.5,1,2,3,0,1,0,0\r\n",
+        "\u{feff}timestamp;x;y;z;qw;qx;qy;qz\r1.5;1;2;3;0;1;0;0\r",
+        "qw\tqx\tqy\tqz\ttz\tty\ttx\ttime\n0\t1\t0\t0\t3\t2\t1\t1.5\n",
+        "# timestamp tx ty tz qw qx qy qz\n1.5 1 2 3 0 1 0 0\n",
+        "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []\n1500000000, 1, 2, 3, 0, 1, 0, 0\n",
+        "t [s] tx [mm] ty [mm] tz [mm] qx qy qz qw\n1.5 1000 2000 3000 1 0 0 0\n",
+        "time,pose.position.x,pose.position.y,pose.position.z,pose.orientation.x,pose.orientation.y,pose.orientation.z,pose.orientation.w\n1.5,1,2,3,1,0,0,0\n",
+        "\"t\",\"x\",\"y\",\"z\",\"qw\",\"qx\",\"qy\",\"qz\"\n1.5,1,2,3,0,1,0,0\n",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        jobs.write("a.csv", text);
+        let set = format!("set{i}");
+        jobs.succeed(&set, &[]);
+        let lines = jobs.manifest(&format!("{set}/manifest.jsonl"));
+        assert_eq!(lines.len(), 1, "{text}");
+        assert_eq!(lines[0]["time_s"], json!(1.5), "{text}");
+        assert_eq!(lines[0]["camera"]["position_m"], json!([1.0, 2.0, 3.0]), "{text}");
+        let rotation = &lines[0]["camera"]["rotation_xyzw"];
+        assert_eq!(rotation, &json!([1.0, 0.0, 0.0, 0.0]), "{text}");
+    }
+    for (names, says) in [
+        ("t tx ty tz qx qy qz roll", "a.csv:1: no column is qw"),
+        ("t tx ty qx qy qz qw", "a.csv:1: no column is tz"),
+        (
+            "t tx ty tz qx qx qz qw",
+            "a.csv:1: the column \"qx\" is there twice",
+        ),
+        ("t tx[ft] ty tz qx qy qz qw", "a.csv:1: no column is tx"),
+    ] {
+        jobs.write("a.csv", &format!("{names}\n1.5 1 2 3 1 0 0 0\n"));
+        let stderr = jobs.fail("bad", &[]);
+        assert!(stderr.contains(says), "{stderr}");
+    }
+    // Other quantities are named; a row must still have all columns.
+    jobs.write(
+        "a.csv",
+        "t,tx,ty,tz,qx,qy,qz,qw,v_x,frame\n1.5,1,2,3,1,0,0,0,9,a.png\n",
+    );
+    let said = jobs.succeed("more", &[]);
+    assert!(
+        said.contains("a.csv: camlux ignores the columns v_x, frame"),
+        "{said}"
+    );
+}
+
 #[test]
 fn bad_rows_of_a_trajectory_are_named() {
     let jobs = Jobs::new("[job]\nscene = \"scene.toml\"\n[camera]\ntrajectory = \"a.txt\"\n");

@@ -551,3 +551,83 @@ fn layers_of_different_units_are_refused() {
     let due = "layer tof0.amplitude is in DN in dn.exr and in e- in e.exr; compare layers of the same unit";
     assert_fails(&output, &[due]);
 }
+
+/// Files of other programs have their light in R, G and B alone, or in a layer such as ViewLayer.Combined, often with alpha.
+#[test]
+fn layers_of_other_names_are_paired() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let light = [1.0_f32, 2.0, 2.0, 4.0, 0.0];
+    // The helper takes only names with a dot for channels.
+    let channels =
+        ["B", "G", "R"].map(|name| AnyChannel::new(name, FlatSamples::F32(light.to_vec())));
+    let channels = AnyChannels::sort(SmallVec::from_vec(channels.to_vec()));
+    let header = LayerAttributes::default();
+    let layer = Layer::new((light.len(), 1), header, Encoding::UNCOMPRESSED, channels);
+    let path = folder.path().join("plain.exr");
+    Image::from_layer(layer).write().to_file(path).unwrap();
+    let combined: Vec<String> = ["A", "B", "G", "R"]
+        .map(|band| format!("ViewLayer.Combined.{band}"))
+        .to_vec();
+    let combined: Vec<(&str, &[f32])> = combined
+        .iter()
+        .map(|name| (name.as_str(), &light[..]))
+        .collect();
+    write(&folder.path().join("blender.exr"), (5, 1), &combined, &[]);
+    for (image, layer) in [
+        ("plain.exr", "=indirect"),
+        ("blender.exr", "ViewLayer.Combined=indirect"),
+    ] {
+        let report = json(folder.path(), &[image, "t.exr", "--layer", layer]);
+        let layers = report["layers"].as_array().unwrap();
+        assert_eq!(layers.len(), 1);
+        assert_eq!(layers[0]["name"], layer);
+        assert_eq!(layers[0]["unit"], "W/sr/m^2");
+        assert_eq!(layers[0]["errors"]["relative_rmse"], 0.0);
+        // The noise of the reference is that of its own layer.
+        assert_near(&layers[0]["noise"]["relative_rmse_of_noise"], 0.01);
+        // Without the option both lists and the option are shown.
+        let output = compare(folder.path(), &[image, "t.exr"]);
+        let option = format!("--layer \"{}\"", layer.replace("=indirect", "=direct"));
+        assert_fails(
+            &output,
+            &["none of the layers", "t.exr has direct, indirect", &option],
+        );
+    }
+    let layer = "ViewLayer.Combined=";
+    let report = json(
+        folder.path(),
+        &["blender.exr", "plain.exr", "--layer", layer],
+    );
+    assert_eq!(report["layers"][0]["errors"]["relative_rmse"], 0.0);
+    let output = compare(folder.path(), &["plain.exr", "t.exr", "--layer", "=none"]);
+    assert_fails(&output, &["there is no layer none: t.exr has direct"]);
+}
+
+/// Of a cropped image only the pixels that it holds are compared.
+#[test]
+fn pixels_outside_of_a_data_window_are_left_out_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let channels = ["indirect.B", "indirect.G", "indirect.R"]
+        .map(|name| AnyChannel::new(name, FlatSamples::F32(vec![2.0, 2.0])));
+    let channels = AnyChannels::sort(SmallVec::from_vec(channels.to_vec()));
+    let mut layer = Layer::new(
+        (2, 1),
+        LayerAttributes::default(),
+        Encoding::UNCOMPRESSED,
+        channels,
+    );
+    layer.attributes.layer_position = exr::prelude::Vec2(1, 0);
+    let mut attributes = exr::prelude::ImageAttributes::with_size((5, 1));
+    attributes.display_window.size = exr::prelude::Vec2(5, 1);
+    let image = Image::empty(attributes).with_layer(layer);
+    image
+        .write()
+        .to_file(folder.path().join("crop.exr"))
+        .unwrap();
+    let output = compare(folder.path(), &["crop.exr", "t.exr"]);
+    let says = "warning: 3 pixels are outside of the data window of crop.exr; they are left out";
+    let table = assert_succeeds(&output, says);
+    assert!(table.contains("5 x 1; 2 show a surface"), "{table}");
+}

@@ -5,7 +5,7 @@ use std::path::Path;
 use camlux::output::{Layer, LayeredImage};
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
-    LayerAttributes, LineOrder, SmallVec, Text, Vec2, WritableImage, f16,
+    ImageAttributes, LayerAttributes, LineOrder, SmallVec, Text, Vec2, WritableImage, f16,
 };
 
 const WIDTH: usize = 13;
@@ -267,4 +267,109 @@ fn total_radiance_is_the_layer_or_the_sum() {
     with_total.extend(["radiance.B", "radiance.G", "radiance.R"]);
     assert_eq!(red_of_pixel_9(total(&with_total)), value(8, 9));
     assert_eq!(total(&parts[..3]), None);
+}
+
+/// A part: its name, data window (position, size) and channels with their values, row by row.
+type Part<'a> = (
+    &'a str,
+    (i32, i32),
+    (usize, usize),
+    &'a [(&'a str, FlatSamples)],
+);
+
+/// Writes parts that share a display window at (10, 20).
+fn write_parts(path: &std::path::Path, display: (usize, usize), blocks: Blocks, parts: &[Part]) {
+    let mut attributes = ImageAttributes::with_size(display);
+    attributes.display_window.position = Vec2(10, 20);
+    let mut layers = SmallVec::new();
+    for (name, position, size, channels) in parts {
+        let channels = channels.iter();
+        let channels = channels.map(|(name, samples)| AnyChannel::new(*name, samples.clone()));
+        let mut layer = exr::prelude::Layer::new(
+            *size,
+            LayerAttributes::named(*name),
+            Encoding {
+                compression: Compression::ZIP16,
+                blocks,
+                line_order: LineOrder::Increasing,
+            },
+            AnyChannels::sort(channels.collect()),
+        );
+        layer.attributes.layer_position = Vec2(10 + position.0, 20 + position.1);
+        layers.push(layer);
+    }
+    let image = Image::from_layers(attributes, layers);
+    image.write().to_file(path).unwrap();
+}
+
+/// The image is the display window: what the data window lacks is 0 and does not count, what it has beyond is left out.
+#[test]
+fn data_windows_lie_anywhere_in_the_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(2, 3))] {
+        for position in [(0, 0), (1, 2), (-2, -1), (3, 0), (-3, 3), (-1, -1), (9, 9)] {
+            for size in [(4, 3), (7, 6), (2, 1)] {
+                let value = |x: i32, y: i32| 1.0 + x as f32 + 100.0 * y as f32;
+                let at = |i: usize| {
+                    let (x, y) = ((i % size.0) as i32, (i / size.0) as i32);
+                    value(position.0 + x, position.1 + y)
+                };
+                let floats: Vec<f32> = (0..size.0 * size.1).map(at).collect();
+                let halves = floats.iter().map(|&v| f16::from_f32(v)).collect();
+                let channels = [
+                    ("G", FlatSamples::F16(halves)),
+                    ("R", FlatSamples::F32(floats)),
+                ];
+                write_parts(&path, (5, 4), blocks, &[("", position, size, &channels)]);
+                let image = LayeredImage::read(&path).unwrap();
+                assert_eq!(image.resolution_px(), [5, 4]);
+                let layer = image.layer("").unwrap();
+                let held = image.data_pixels();
+                assert_eq!(image.surface_pixels(), held);
+                for (i, pixel) in layer.values.chunks(2).enumerate() {
+                    let (x, y) = ((i % 5) as i32, (i / 5) as i32);
+                    let inside = (position.0..position.0 + size.0 as i32).contains(&x)
+                        && (position.1..position.1 + size.1 as i32).contains(&y);
+                    let due = if inside { value(x, y) } else { 0.0 };
+                    assert_eq!(pixel, [due; 2], "{position:?} {size:?} {x} {y}");
+                    assert_eq!(held[i], inside);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_are_layers_of_one_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let floats = |value: f32| FlatSamples::F32(vec![value; 6]);
+    let direct = [("B", floats(3.0)), ("G", floats(2.0)), ("R", floats(1.0))];
+    let named = [("ViewLayer.Combined.R", floats(4.0))];
+    let id = [("instance", FlatSamples::U32(vec![7; 6]))];
+    let window = [("Z", FlatSamples::F32(vec![5.0; 2]))];
+    let parts: [Part; 4] = [
+        ("direct", (0, 0), (3, 2), &direct),
+        ("ViewLayer.Combined", (0, 0), (3, 2), &named),
+        ("id", (0, 0), (3, 2), &id),
+        ("far", (1, 0), (1, 2), &window),
+    ];
+    write_parts(&path, (3, 2), Blocks::ScanLines, &parts);
+    let image = LayeredImage::read(&path).unwrap();
+    assert_eq!(
+        image.values(Layer::Direct).unwrap(),
+        [1.0, 2.0, 3.0].repeat(6)
+    );
+    assert_eq!(image.layer("ViewLayer.Combined").unwrap().values, [4.0; 6]);
+    assert_eq!(image.values(Layer::InstanceId).unwrap(), [7.0; 6]);
+    assert_eq!(
+        image.layer("far").unwrap().values,
+        [0.0, 5.0, 0.0, 0.0, 5.0, 0.0]
+    );
+    // A pixel counts that every part has.
+    assert_eq!(
+        image.data_pixels(),
+        [false, true, false, false, true, false]
+    );
 }

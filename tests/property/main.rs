@@ -13,6 +13,7 @@ mod emission;
 mod frame;
 mod input;
 mod kept;
+mod lamp_files;
 mod lattice;
 mod layers;
 mod local_space;

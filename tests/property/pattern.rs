@@ -185,13 +185,13 @@ fn files_that_are_none_are_refused() {
         ("a.ies", String::new(), "a.ies:1: there is no TILT= line"),
         (
             "a.ies",
-            QUADRANT.replace("TILT=NONE", "TILT=INCLUDE"),
-            "a.ies:5: TILT=INCLUDE is not supported",
+            QUADRANT.replace("TILT=NONE", "TILT=lamp.tlt"),
+            "a.ies:5: TILT=lamp.tlt names another file",
         ),
         (
             "a.ies",
-            QUADRANT.replace("5 4 1 2", "5 4 2 2"),
-            "photometry of type 2 is not supported, only type 1 (C) is",
+            QUADRANT.replace("5 4 1 2", "5 4 0 2"),
+            "photometry of type 0 is not known, only types 1 (C), 2 (B) and 3 (A) are",
         ),
         (
             "a.ies",
@@ -211,17 +211,22 @@ fn files_that_are_none_are_refused() {
         (
             "a.ies",
             QUADRANT.replace("0 30 60 90\n100", "0 30 60 80\n100"),
-            "the horizontal angles end at 80 degrees",
+            "the horizontal angles are from 0 to 80 degrees",
         ),
         (
             "a.ies",
             QUADRANT.replace("0 30 60 90\n100", "10 30 60 90\n100"),
-            "do not begin at 0",
+            "the horizontal angles are from 10 to 90 degrees",
         ),
         (
             "a.ies",
             QUADRANT.replace("100 50 30 5 0\n", "100 50"),
             "the file ends before the candela values",
+        ),
+        (
+            "a.ies",
+            QUADRANT.replace("0 30 60 90\n100", "0 60 30 90\n100"),
+            "the horizontal angles do not increase",
         ),
         (
             "a.ies",
@@ -298,7 +303,7 @@ fn planes_turn_counterclockwise_for_one_who_looks_along_the_direction() {
 #[test]
 fn the_integral_is_the_closed_form() {
     let file = QUADRANT.replace("5 4 1 2", "2 1 1 2").replace(
-        "0 22.5 45 67.5 90\n0 30 60 90\n100 80 60 30 0\n",
+        "0 22.5 45 67.5 90\n0 30 60 90\n100 80 60 30 0\n100 70 50 20 0\n100 60 40 10 0\n100 50 30 5 0\n",
         "0 90\n0\n100 0\n",
     );
     let pattern = pattern_of("a.ies", &file);

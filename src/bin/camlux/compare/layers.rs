@@ -38,8 +38,13 @@ pub struct LayerPair<'images> {
 }
 
 impl LayerPair<'_> {
-    pub fn name(&self) -> &str {
-        &self.image.name
+    /// The name of the layer; `NAME=NAME` if the images call it differently.
+    pub fn name(&self) -> Cow<'_, str> {
+        if self.image.name == self.reference.name {
+            Cow::Borrowed(&self.image.name)
+        } else {
+            Cow::Owned(format!("{}={}", self.image.name, self.reference.name))
+        }
     }
 
     pub fn pixels<'a>(&'a self, valid: &'a [bool], edges: Option<&'a [bool]>) -> Pixels<'a> {
@@ -96,41 +101,107 @@ fn counts<'a>(valid: &'a [bool], edges: Option<&'a [bool]>) -> impl Fn(usize) ->
     move |pixel| valid[pixel] && edges.is_none_or(|edges| !edges[pixel])
 }
 
+/// The names of one layer in the image and in the reference.
+type Names<'a> = [&'a str; 2];
+
 /// Finds the layers in both images.
 pub fn select<'images>(
     args: &Args,
     image: &'images LayeredImage,
     reference: &'images LayeredImage,
 ) -> Result<Vec<LayerPair<'images>>, Failure> {
-    let mut names: Vec<&str> = args.layers.iter().map(String::as_str).collect();
+    let of_both = |name: &str| [image, reference].iter().all(|i| find(i, name).is_some());
+    let named = args.layers.iter().map(|argument| {
+        // A layer of both images may have the sign in its name.
+        let split = argument.split_once('=').filter(|_| !of_both(argument));
+        split.map_or([argument.as_str(); 2], |(a, b)| [a, b])
+    });
+    let mut names: Vec<Names> = named.collect();
     let mut seen = BTreeSet::new();
     names.retain(|name| seen.insert(*name));
     if names.is_empty() {
-        names.extend(usual().map(|layer| layer.name()));
-        names.retain(|name| [image, reference].iter().all(|i| find(i, name).is_some()));
+        let usual = usual().map(|layer| layer.name());
+        names.extend(usual.filter(|name| of_both(name)).map(|name| [name; 2]));
     }
     if names.is_empty() {
         return Err(format!(
-            "the images have none of the layers {} in common: {}; {}; name one with --layer",
+            "the images have none of the layers {} in common: {}; {}; {}",
             USUAL.map(Layer::name).join(", "),
             list(&args.image, image),
-            list(&args.reference, reference)
+            list(&args.reference, reference),
+            example(image, reference)
         )
         .into());
     }
     let pairs = names.into_iter();
     pairs
-        .map(|name| pair(name, args, image, reference))
+        .map(|names| pair(names, args, image, reference))
         .collect()
 }
 
+/// How to name layers, by those of the images that could be meant: the first with three channels.
+fn example(image: &LayeredImage, reference: &LayeredImage) -> String {
+    let likely = |image: &LayeredImage, name: Option<&str>| {
+        let layers = image.layers().iter();
+        let known = name.and_then(|name| find(image, name));
+        let light = [Layer::Radiance, Layer::Direct, Layer::Indirect];
+        let known = known.or_else(|| light.iter().find_map(|layer| find(image, layer.name())));
+        let has_bands = |layer: &&ImageLayer| {
+            let of_band = |band: &str| {
+                let is_band = |name: &String| name.rsplit('.').next() == Some(band);
+                layer.channel_names.iter().any(is_band)
+            };
+            ["R", "G", "B"].into_iter().all(of_band)
+        };
+        let first = layers
+            .clone()
+            .find(has_bands)
+            .or_else(|| layers.clone().next());
+        let name = known.map(|layer| layer.name.clone());
+        name.or_else(|| first.map(|layer| layer.name.clone()))
+            .unwrap_or_default()
+    };
+    let of_image = likely(image, None);
+    let of_reference = likely(reference, Some(&of_image));
+    if of_image == of_reference {
+        return format!("name a layer of both with --layer {of_image}");
+    }
+    format!("name one of each, first that of the image: --layer \"{of_image}={of_reference}\"")
+}
+
+/// R, G and B of a layer that also has alpha, which is no light, if the other image has none.
+fn without_alpha<'image>(
+    layer: Cow<'image, ImageLayer>,
+    other: &ImageLayer,
+) -> Cow<'image, ImageLayer> {
+    let is_alpha = |name: &String| last_part(name) == "A";
+    let Some(alpha) = layer.channel_names.iter().position(is_alpha) else {
+        return layer;
+    };
+    if [layer.channel_names.len(), other.channel_names.len()] != [4, 3] {
+        return layer;
+    }
+    let count = layer.channel_names.len();
+    let mut rest = layer.into_owned();
+    rest.channel_names.remove(alpha);
+    let values = rest.values.iter().enumerate();
+    let values = values.filter(|(i, _)| i % count != alpha);
+    rest.values = values.map(|(_, &value)| value).collect();
+    Cow::Owned(rest)
+}
+
+/// The name of a channel in its layer.
+fn last_part(channel: &str) -> &str {
+    channel.rsplit('.').next().unwrap_or_default()
+}
+
 fn pair<'images>(
-    name: &str,
+    [name, reference_name]: Names,
     args: &Args,
     image: &'images LayeredImage,
     reference: &'images LayeredImage,
 ) -> Result<LayerPair<'images>, Failure> {
-    let found = |path: &Path, image: &'images LayeredImage| {
+    let found = |name: &str, path: &Path, image: &'images LayeredImage| {
         find(image, name).ok_or_else(|| {
             let which = match name {
                 "" => "layer without a name",
@@ -139,9 +210,15 @@ fn pair<'images>(
             format!("there is no layer {which}: {}", list(path, image))
         })
     };
-    let of_image = found(&args.image, image)?;
-    let of_reference = found(&args.reference, reference)?;
-    if of_image.channel_names != of_reference.channel_names {
+    let of_image = found(name, &args.image, image)?;
+    let of_reference = found(reference_name, &args.reference, reference)?;
+    let of_image = without_alpha(of_image, &of_reference);
+    let of_reference = without_alpha(of_reference, &of_image);
+    let channels = |layer: &ImageLayer| -> Vec<String> {
+        let names = layer.channel_names.iter();
+        names.map(|name| last_part(name).to_owned()).collect()
+    };
+    if channels(&of_image) != channels(&of_reference) {
         return Err(format!(
             "layer {name} has the channels {} in {} and {} in {}; compare layers of the same channels",
             of_image.channel_names.join(", "),
@@ -152,9 +229,11 @@ fn pair<'images>(
         .into());
     }
     let layer = Layer::from_name(name);
+    let reference_layer = Layer::from_name(reference_name);
     let written_unit =
-        |image: &'images LayeredImage| image.attribute(&format!("camlux.unit.{name}"));
-    let [unit, due_unit] = [image, reference].map(written_unit);
+        |image: &'images LayeredImage, name: &str| image.attribute(&format!("camlux.unit.{name}"));
+    let unit = written_unit(image, name);
+    let due_unit = written_unit(reference, reference_name);
     if let (Some(unit), Some(due_unit)) = (unit, due_unit)
         && unit != due_unit
     {
@@ -165,7 +244,7 @@ fn pair<'images>(
         )
         .into());
     }
-    let standard_error = |image: &'images LayeredImage| match layer? {
+    let standard_error = |image: &'images LayeredImage, layer: Option<Layer>| match layer? {
         Layer::Indirect | Layer::Radiance => image.values(Layer::StandardError),
         Layer::Tof(frequency, TofQuantity::Phasor | TofQuantity::PhasorIndirect) => {
             image.values(Layer::Tof(frequency, TofQuantity::PhasorStandardError))
@@ -184,16 +263,16 @@ fn pair<'images>(
     Ok(LayerPair {
         unit: unit
             .or(due_unit)
-            .or(layer.map(Layer::unit))
+            .or(layer.or(reference_layer).map(Layer::unit))
             .unwrap_or_default(),
         image: of_image,
         reference: of_reference,
-        image_standard_error: standard_error(image),
+        image_standard_error: standard_error(image, layer),
         frequency_hz,
         is_judged: image
             .attribute("camlux.estimator")
             .is_some_and(|name| IndirectLight::NAMES.contains(&name)),
-        reference_standard_error: standard_error(reference),
+        reference_standard_error: standard_error(reference, reference_layer),
     })
 }
 

@@ -27,8 +27,8 @@ pub struct Args {
     /// OpenEXR image to compare it with
     #[arg(value_name = "REFERENCE.exr")]
     reference: PathBuf,
-    /// Layer to compare, may be repeated [default: all light]
-    #[arg(long = "layer", value_name = "NAME")]
+    /// Layer to compare, may be repeated; IMAGE's=REFERENCE's name if these differ [default: all light]
+    #[arg(long = "layer", value_name = "NAME[=NAME]")]
     layers: Vec<String>,
     /// Print JSON instead of a table
     #[arg(long)]
@@ -87,7 +87,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "the headers of the images differ in {differ}; check that both show the same scene"
         ));
     }
-    let valid = reference.surface_pixels();
+    let mut valid = reference.surface_pixels();
+    for (path, file) in [(&args.image, &image), (&args.reference, &reference)] {
+        let held = file.data_pixels();
+        let missing = held.iter().filter(|&&is_held| !is_held).count();
+        if missing > 0 {
+            warn(format_args!(
+                "{missing} pixels are outside of the data window of {}; they are left out",
+                path.display()
+            ));
+        }
+        for (is_valid, is_held) in valid.iter_mut().zip(held) {
+            *is_valid &= is_held;
+        }
+    }
     let edges = reference.edge_pixels();
     let mut layers = Vec::new();
     for pair in layers::select(args, &image, &reference)? {
@@ -113,7 +126,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let resolution_px = image.resolution_px();
     if let (Some(file), Some(layer)) = (map_file, layers.first()) {
-        let (name, unit) = (layer.pair.name(), layer.pair.unit);
+        let (name, unit) = (&*layer.pair.name(), layer.pair.unit);
         let pixels = layer.pair.pixels(&valid, edges.as_deref());
         let map = ErrorMap::new(resolution_px, &pixels, &layer.comparison).ok_or_else(|| {
             let path = file.path().display();

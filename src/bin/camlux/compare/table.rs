@@ -93,7 +93,7 @@ pub fn text(report: &Report) -> String {
 /// The lines of the table, columns aligned.
 fn rows(report: &Report) -> Vec<String> {
     let head = |layer: &LayerReport| match layer.pair.unit {
-        "" => layer.pair.name().to_owned(),
+        "" => layer.pair.name().into_owned(),
         unit => format!("{} [{unit}]", layer.pair.name()),
     };
     let heads: Vec<String> = report.layers.iter().map(head).collect();
