@@ -101,10 +101,10 @@ fn color_at(triangle: Triangle, b: vec3<f32>) -> vec3<f32> {
     return (corner_values(triangle, COLOR) * b).xyz;
 }
 
-// In the scene; the fourth value is the sign of normal × tangent along v.
+// In the scene; the fourth value is the sign of normal × tangent along v. 0 if there is none here.
 fn tangent_at(triangle: Triangle, b: vec3<f32>) -> vec4<f32> {
     let blend = corner_values(triangle, TANGENT) * b;
-    return vec4<f32>(tangent_in_scene(triangle.instance, blend.xyz), triangle.front * sign(blend.w));
+    return vec4<f32>(tangent_in_scene(triangle.instance, blend.xyz), triangle.front * select(1.0, -1.0, blend.w < 0.0));
 }
 
 // The texture coordinates at the corners for the map at this texel of the material.
@@ -151,8 +151,9 @@ fn mapped_normal(triangle: Triangle, b: vec3<f32>, geometric_normal: vec3<f32>, 
     var handedness = sign(determinant) * sign(dot(cross(edge1, edge2), front));
     for (var i = 0u; i < turns(triangle, HAS_TANGENTS); i++) {
         let tangent = tangent_at(triangle, b);
-        along_u = tangent.xyz;
-        handedness = tangent.w;
+        let is_given = dot(tangent.xyz, tangent.xyz) > 0.0;
+        along_u = select(along_u, tangent.xyz, is_given);
+        handedness = select(handedness, tangent.w, is_given);
     }
     let across = along_u - front * dot(front, along_u);
     let length_squared = dot(across, across);

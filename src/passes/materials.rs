@@ -1,6 +1,6 @@
 //! The scene's materials on the device, as `shaders/materials.wgsl` lists them, and the values of vertices that few meshes have.
 
-use super::textures::{Textures, halves_of_first_word};
+use super::textures::{Textures, alpha_cutoff, halves_of_first_word};
 use crate::{
     Result, Scene,
     geometry::{Geometry, meshes_on_device},
@@ -228,7 +228,7 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
         maps.extend([
             [width, height, place.words, place.flags].map(|n| n as f32),
             [first, second, 0.0, 0.0],
-            [row_u[0], row_u[1], row_u[2], material.alpha_cutoff as f32],
+            [row_u[0], row_u[1], row_u[2], alpha_cutoff(material)],
             [row_v[0], row_v[1], row_v[2], 0.0],
         ]);
     }

@@ -5,7 +5,7 @@ use std::{iter, sync::Arc};
 use glam::DAffine3;
 
 use super::instances::{Instances, rows_of};
-use super::textures::{Textures, halves_of_first_word};
+use super::textures::{Textures, alpha_cutoff, halves_of_first_word};
 use crate::{
     RayKernel, Result, Scene,
     geometry::{Geometry, GeometrySize, PlacedMesh, SharedMesh},
@@ -104,7 +104,7 @@ fn cutouts_of(
                 let place = textures.alpha_place_of(alpha);
                 let [width, height] = place.size.map(|size| size as f32);
                 let [first, second] = halves_of_first_word(place);
-                let cutoff = scene.materials[material as usize].alpha_cutoff as f32;
+                let cutoff = alpha_cutoff(&scene.materials[material as usize]);
                 texels.extend([
                     [a[0], a[1], b[0], b[1]],
                     [c[0], c[1], width, height],
