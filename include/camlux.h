@@ -1035,7 +1035,7 @@ typedef struct camlux_material {
   uint32_t normal_texture;
   /**
    * The index of an alpha texture, used in its linear encoding: there is a surface where R is at least 0.5. Below 0.5 the surface is cut out,
-   * on both sides. CAMLUX_NONE: none.
+   * on both sides. A scene file may give another cutoff. CAMLUX_NONE: none.
    */
   uint32_t alpha_texture;
 } camlux_material;
@@ -1069,13 +1069,16 @@ camlux_status camlux_scene_set_texture(camlux_scene *scene, uint32_t index, cons
 camlux_status camlux_scene_add_material(camlux_scene *scene, const camlux_material *material, uint32_t *index);
 
 /**
- * Replaces a material.
+ * Replaces a material. It keeps what camlux_material does not hold and a scene file may give: textures of ks and shininess, the cutoff of
+ * alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its index stays the same.
  *
  * \param index of the material to replace.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_set_material(camlux_scene *scene, uint32_t index, const camlux_material *material);
+camlux_status camlux_scene_set_material(camlux_scene *scene,
+                                        uint32_t index,
+                                        const camlux_material *material);
 
 /**
  * Reads a material as it was set.
