@@ -12,6 +12,7 @@ mod direct;
 mod final_gather;
 mod geometry;
 mod gltf;
+mod gltf_twins;
 mod instances;
 mod instant_radiosity;
 mod kernels;

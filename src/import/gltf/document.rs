@@ -136,7 +136,7 @@ impl Document {
         let least = asset.text("minVersion")?;
         if !version.starts_with("2.") || least.as_ref().is_some_and(|least| least != "2.0") {
             let version = least.unwrap_or(version);
-            return Err(format!("it is glTF {version}"));
+            return Err(format!("it is glTF \"{version}\""));
         }
         let extensions_used = root.texts("extensionsUsed")?;
         let document = Document {

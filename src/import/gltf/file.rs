@@ -216,7 +216,7 @@ fn chunks(file: &[u8]) -> std::result::Result<(Range<usize>, Option<Range<usize>
     };
     let version = word(4).ok_or_else(truncated)?;
     if version != 2 {
-        return Err(format!("it is glTF {version}"));
+        return Err(format!("it is glTF \"{version}\""));
     }
     let whole = word(8).ok_or_else(truncated)? as usize;
     if whole > file.len() {
@@ -235,14 +235,14 @@ fn chunks(file: &[u8]) -> std::result::Result<(Range<usize>, Option<Range<usize>
         }
     };
     let json = chunk(12, b"JSON")?.ok_or("its first chunk is no JSON")?;
-    let mut start = json.end.next_multiple_of(4);
+    let mut start = json.end;
     // A chunk of another kind is to be passed over.
     while start + 8 <= whole {
         if let Some(buffer) = chunk(start, b"BIN\0")? {
             return Ok((json, Some(buffer)));
         }
         let length = word(start).ok_or_else(truncated)? as usize;
-        start = (start + 8 + length).next_multiple_of(4);
+        start += 8 + length;
     }
     Ok((json, None))
 }

@@ -91,7 +91,7 @@ impl GltfFile {
     fn roots(&self) -> Result<Vec<usize>> {
         let (scenes, nodes) = (&self.document.scenes, &self.document.nodes);
         match (self.document.scene, scenes.len()) {
-            (Some(scene), _) => Ok(self.find(scenes, scene, "scene", "the file")?.clone()),
+            (Some(scene), _) => Ok(self.find(scenes, scene, "scene", "the key scene")?.clone()),
             (None, 1..) => Ok(scenes[0].clone()),
             (None, 0) if nodes.is_empty() => Err(self.error("has no scene", "export one")),
             (None, 0) => {

@@ -195,7 +195,8 @@ impl Drop for Record<'_> {
 }
 
 fn count_key(key: &str, value: &Value, kind: &Kind, unused: &mut Unused) {
-    if !kind.keys.contains(&key) {
+    // Keys of applications begin with an underscore.
+    if !kind.keys.contains(&key) && !key.starts_with('_') {
         return unused.add_unknown(key, kind.keys);
     }
     let count = match value {
