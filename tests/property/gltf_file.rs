@@ -242,7 +242,7 @@ fn transforms_of_texture_coordinates_are_those_of_the_extension() {
 }
 
 #[test]
-fn a_material_of_three_sets_is_refused_by_name() {
+fn a_textured_primitive_without_its_texture_coordinates_is_refused() {
     let error = textured(r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":9}}"#)
         .unwrap_err();
     let message = error.to_string();
@@ -406,7 +406,7 @@ fn alpha_is_the_factor_times_the_texture() {
         let found = (scene.meshes[0].triangles.len(), cutoff);
         assert_eq!(found.0, due.0, "{mode} {texture} {factor}");
         let is_near = match (found.1, due.1) {
-            (Some(found), Some(due)) => (found - due as f64).abs() < 1e-12,
+            (Some(found), Some(due)) => (found - due).abs() < 1e-12,
             (found, due) => found.is_none() && due.is_none(),
         };
         assert!(is_near, "{mode} {texture} {factor}: {found:?} {due:?}");

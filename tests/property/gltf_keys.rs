@@ -450,12 +450,16 @@ fn objects() -> Vec<Object> {
     ]
 }
 
-/// The hash of the scene of a file, or the error, and its warnings.
+/// The hash of the scene of a file, or the error, and the warning about the file.
 fn outcome(folder: &SceneFolder, model: &Value) -> (String, String) {
     folder.write("room.gltf", model.to_string());
     let head = "[camera]\nresolution = [8, 8]\npath = \"room.gltf\"\n";
     match folder.load(&format!("{head}{LIGHT}[[mesh]]\npath = \"room.gltf\"\n")) {
-        Ok(scene) => (scene.hash(), scene.warnings().join("\n")),
+        Ok(scene) => {
+            let mut warnings = scene.warnings();
+            warnings.retain(|warning| warning.contains("room.gltf: camlux ignores"));
+            (scene.hash(), warnings.join("\n"))
+        }
         Err(error) => (error.to_string(), String::new()),
     }
 }
@@ -529,10 +533,7 @@ fn extensions_are_named_wherever_they_are_with_their_number() {
     model["nodes"][1]["extensions"] = json!({"KHR_node_visibility": {"visible": true}});
     model["extensionsUsed"] = json!(["X_listed", "KHR_materials_unlit"]);
     let (_, warnings) = outcome(&folder, &model);
-    let line = warnings
-        .lines()
-        .find(|line| line.contains("room.gltf: camlux ignores"));
-    let line = line.expect("the file has a warning");
+    let line = &warnings;
     for (name, count) in [
         ("KHR_materials_unlit", 1),
         ("X_inner", 1),

@@ -58,9 +58,6 @@ pub(super) fn reason(key: &str) -> &'static str {
 macro_rules! kinds {
     ($($name:ident $of:literal: $($key:literal)*;)*) => {
         $(pub(super) const $name: Kind = Kind { of: $of, keys: &[$($key),*] };)*
-        /// All of them, for the tests.
-        #[cfg(test)]
-        pub(super) const ALL: &[&Kind] = &[$(&$name),*];
     };
 }
 

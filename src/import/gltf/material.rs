@@ -48,7 +48,7 @@ impl Assets {
         let material = material.unwrap_or(&default);
         let name = match &material.name {
             Some(name) => name.to_owned(),
-            None => format!("material{}", index.unwrap_or_default()),
+            None => index.map_or("default".into(), |index| format!("material{index}")),
         };
         let conversion = Conversion {
             file,
@@ -62,13 +62,6 @@ impl Assets {
 impl Conversion<'_> {
     fn add_to(&self, assets: &mut Assets, name: String) -> Result<Converted> {
         let (file, material) = (self.file, self.material);
-        let sets = material.texcoord_sets();
-        if sets.len() > 2 {
-            let names: Vec<String> = sets.iter().map(|set| format!("TEXCOORD_{set}")).collect();
-            let problem = format!("its textures use {}", names.join(", "));
-            let hint = "use at most two sets of texture coordinates in a material";
-            return Err(Error::scene(&self.place, problem, hint));
-        }
         let (cutoff_texture, alpha_cutoff) = match self.cutout(assets)? {
             Cutout::Everywhere => return Ok(Converted::Invisible),
             Cutout::Nowhere => (None, 0.5),

@@ -97,10 +97,7 @@ impl Loader<'_> {
         let tangents = take("TANGENT");
         // Without a texture, the first set is kept for a material that the scene gets later.
         let set = |index: usize| sets.get(index).copied().or((index == 0).then_some(0));
-        let mut texcoords = [0, 1].map(|index| take(&format!("TEXCOORD_{}", set(index)?)));
-        if sets.len() > 2 || (sets.is_empty() && is_overridden) {
-            texcoords[1] = None;
-        }
+        let texcoords = [0, 1].map(|index| take(&format!("TEXCOORD_{}", set(index)?)));
         let mut unused = file.unused.borrow_mut();
         for (name, _) in rest {
             count_attribute(name, &mut unused);
@@ -125,7 +122,7 @@ impl Loader<'_> {
                 Converted::Invisible => return Ok(None),
             },
         };
-        for (index, set) in sets.iter().enumerate().take(2) {
+        for (index, set) in sets.iter().enumerate() {
             if texcoords[index].is_none() {
                 let name = of_file.and_then(|material| material.name.as_deref());
                 let name = name.unwrap_or("without a name");

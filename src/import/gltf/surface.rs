@@ -74,7 +74,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// The sets of texture coordinates that it uses, in order.
+    /// The sets of texture coordinates that it uses, in order: two at most, one for each texture.
     pub fn texcoord_sets(&self) -> Vec<usize> {
         let infos = [self.base_texture, self.normal_texture];
         let sets = infos.iter().flatten().map(|info| info.texcoord_set);
