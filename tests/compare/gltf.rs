@@ -391,7 +391,7 @@ fn materials_are_mapped() {
         panic!("alpha of 8 bits")
     };
     assert_eq!(alpha[..], [[255; 3], [60; 3]]);
-    let blended = file(r#""alphaMode":"BLEND","emissiveFactor":[1,1,1]"#).unwrap();
+    let blended = file(r#""alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.5]},"emissiveFactor":[1,1,1]"#).unwrap();
     let warnings = blended.warnings().join("\n");
     assert!(
         warnings.contains("BLEND") && warnings.contains("emissive"),
