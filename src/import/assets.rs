@@ -86,7 +86,7 @@ pub(super) enum TextureUse {
     Reflectance,
     /// The bits of the strength, and whether the values may be heights.
     Normals(u64, bool),
-    /// The bits of the factor.
+    /// The bits of the cutoff: a texture that nothing of is below it is not kept.
     Alpha(u64),
 }
 
@@ -225,7 +225,7 @@ impl Assets {
         let alpha_texture = alpha.map(|(path, named_at)| {
             let file = entry.folder.join(path);
             let load = |_: &_| texture::load_alpha(&file, named_at);
-            self.texture(&file, TextureUse::Alpha(1_f64.to_bits()), load)
+            self.texture(&file, TextureUse::Alpha(0.5_f64.to_bits()), load)
         });
         let alpha_texture = alpha_texture.transpose()?.flatten();
         let kd = properties.diffuse.or(kd_texture.map(|_| [1.0; 3]));
@@ -255,14 +255,6 @@ impl Assets {
         let warning = unused.warning(file);
         let is_new = |warning: &String| !self.left_out.contains(warning);
         self.left_out.extend(warning.filter(is_new));
-    }
-
-    /// Records once a feature of a file that is not modelled.
-    pub fn leave_out(&mut self, file: &Path, what: &str) {
-        let text = format!("{}: camlux ignores {what}", file.display());
-        if !self.left_out.contains(&text) {
-            self.left_out.push(text);
-        }
     }
 
     /// Adds a material that was read at this place. Returns its index.

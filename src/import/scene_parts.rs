@@ -65,10 +65,12 @@ fn camera_of_gltf(
         "fisheye",
     ];
     for key in of_file {
-        let hint = "remove it, or path and name";
+        let hint = "remove it, or path";
         keys.refuse(key, "comes from the file that path names", hint)?;
     }
-    let name = keys.need("name", "name = \"Camera\", as the file calls it")?;
+    // Without a name it is the file's only camera.
+    let name = keys.take("name");
+    let name = name.as_ref().map(Value::text).transpose()?;
     let mut camera = Camera {
         resolution_px,
         position_m: DVec3::ZERO,
@@ -77,12 +79,7 @@ fn camera_of_gltf(
         lens: Lens::FovY { fov_y_deg: 0.0 },
         pixel_sampling: pixel_sampling(&mut keys)?,
     };
-    gltf::camera(
-        &folder.join(path.text()?),
-        &path.at,
-        name.text()?,
-        &mut camera,
-    )?;
+    gltf::camera(&folder.join(path.text()?), &path.at, name, &mut camera)?;
     Ok(camera)
 }
 

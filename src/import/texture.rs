@@ -1,19 +1,22 @@
-//! Textures from PNG and JPEG files.
+//! Textures from PNG, JPEG and WebP files.
 
 use std::io::Cursor;
 use std::path::Path;
 
 use glam::Vec3;
-use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
 use super::mtl::NormalMap;
 use crate::scene::{Encoding, Texels, Texture};
 use crate::{Error, Result, input_file};
 
+/// What to do about an image that cannot be read.
+pub(super) const GIVE_IMAGE: &str = "give a PNG, JPEG or WebP image";
+
 /// Loads an image of 8 or 16 bits, grey or RGB. An alpha channel is ignored.
 ///
 /// # Errors
-/// Returns an error at `named_at` if the file is missing, is no PNG or JPEG, or claims more pixels than its bytes can hold.
+/// Returns an error at `named_at` if the file is missing, is no PNG, JPEG or WebP, or claims more pixels than its bytes can hold.
 pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
     let image = load_image(file, named_at)?;
     Ok(of_image(file.display().to_string(), image))
@@ -45,7 +48,8 @@ pub(super) fn load_alpha(file: &Path, named_at: &str) -> Result<Option<Texture>>
         true => alpha_channel(image),
         false => image.into_luma8().into_raw(),
     };
-    Ok(alpha_texture(file.display().to_string(), size_px, values))
+    let name = file.display().to_string();
+    Ok(alpha_texture(name, size_px, values, 0.5))
 }
 
 /// The alpha channel of an image; 255 if it has none.
@@ -54,9 +58,15 @@ pub(super) fn alpha_channel(image: DynamicImage) -> Vec<u8> {
     texels.pixels().map(|texel| texel[3]).collect()
 }
 
-/// Makes an alpha texture; `None` if nothing is cut out.
-pub(super) fn alpha_texture(name: String, size_px: [u32; 2], values: Vec<u8>) -> Option<Texture> {
-    if values.iter().all(|&value| value > u8::MAX / 2) {
+/// Makes an alpha texture; `None` if nothing is below the cutoff.
+pub(super) fn alpha_texture(
+    name: String,
+    size_px: [u32; 2],
+    values: Vec<u8>,
+    cutoff: f64,
+) -> Option<Texture> {
+    let is_kept = |value: &u8| f64::from(*value) / f64::from(u8::MAX) >= cutoff;
+    if values.iter().all(is_kept) {
         return None;
     }
     let texels = values.into_iter().map(|value| [value; 3]);
@@ -117,21 +127,29 @@ fn load_image(file: &Path, named_at: &str) -> Result<DynamicImage> {
         Error::scene(
             named_at,
             format!("cannot read the texture {}: {problem}", file.display()),
-            "give the path of a PNG or JPEG file, relative to the file that names it",
+            "give the path of a PNG, JPEG or WebP file, relative to the file that names it",
         )
     };
     let bytes = input_file::read(file).map_err(|error| unreadable(error.to_string()))?;
     decode(&bytes).map_err(unreadable)
 }
 
-/// Decodes a PNG or JPEG file. Memory is allocated only for pixels that the file can hold.
+/// Decodes a PNG, JPEG or WebP file, told apart by its content. Memory is allocated only for pixels that the file can hold.
 pub(super) fn decode(file: &[u8]) -> std::result::Result<DynamicImage, String> {
     let text = |error: ImageError| error.to_string();
-    let decoder = ImageReader::new(Cursor::new(file))
-        .with_guessed_format()
-        .map_err(|error| error.to_string())?
-        .into_decoder()
-        .map_err(text)?;
+    let reader = ImageReader::new(Cursor::new(file)).with_guessed_format();
+    let reader = reader.map_err(|error| error.to_string())?;
+    if !matches!(
+        reader.format(),
+        Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP)
+    ) {
+        return Err(match other_kind(file) {
+            Some(kind) => format!("it is {kind}, which camlux does not read"),
+            None if file.is_empty() => "it is empty".into(),
+            None => "it is none of PNG, JPEG and WebP".into(),
+        });
+    }
+    let decoder = reader.into_decoder().map_err(text)?;
     let (width, height) = decoder.dimensions();
     if u64::from(width) * u64::from(height) > most_pixels(file) {
         return Err(format!(
@@ -143,6 +161,46 @@ pub(super) fn decode(file: &[u8]) -> std::result::Result<DynamicImage, String> {
         .reserve(decoder.total_bytes())
         .map_err(text)?;
     DynamicImage::from_decoder(decoder).map_err(text)
+}
+
+/// The kind of an image file that camlux does not read.
+fn other_kind(file: &[u8]) -> Option<&'static str> {
+    const BEGINNINGS: [(&[u8], &str); 15] = [
+        (b"II*\0", "TIFF"),
+        (b"MM\0*", "TIFF"),
+        (b"BM", "BMP"),
+        (b"GIF8", "GIF"),
+        (b"DDS ", "DDS"),
+        (b"\xabKTX 20", "KTX2"),
+        (b"\xabKTX 11", "KTX"),
+        (b"\x76\x2f\x31\x01", "OpenEXR"),
+        (b"#?", "Radiance HDR"),
+        (b"8BPS", "a Photoshop file"),
+        (b"\xff\x0a", "JPEG XL"),
+        (b"\0\0\0\x0cJXL ", "JPEG XL"),
+        (b"\0\0\0\x0cjP  ", "JPEG 2000"),
+        (b"sB", "Basis Universal"),
+        (
+            b"version https://git-lfs",
+            "a pointer of Git LFS, not the image",
+        ),
+    ];
+    // TGA begins with its kinds of map and of image, and may end with its name.
+    let is_tga = file.ends_with(b"TRUEVISION-XFILE.\0")
+        || matches!(
+            file,
+            [_, 0, 2 | 3 | 10 | 11, 0, 0, 0, 0, ..] | [_, 1, 1 | 9, 0, 0, ..]
+        );
+    let is_heif = file.get(4..8) == Some(b"ftyp");
+    let known = BEGINNINGS
+        .iter()
+        .find(|(beginning, _)| file.starts_with(beginning));
+    match known {
+        Some((_, kind)) => Some(kind),
+        None if is_heif => Some("AVIF or HEIF"),
+        None if is_tga => Some("TGA"),
+        None => None,
+    }
 }
 
 /// The maximum number of pixels of an image file with this content.
@@ -160,6 +218,8 @@ fn most_pixels(file: &[u8]) -> u64 {
             };
             file_bits * 1032 / (samples * u64::from(*sample_bits)).max(1)
         }
+        // WebP: one colour everywhere takes hardly any bits. As many as for PNG, and some more.
+        None if file.starts_with(b"RIFF") => (1 << 16) + file_bits * 1032,
         // JPEG: a block of 8 x 8 pixels takes at least one bit.
         _ => file_bits * 64,
     }

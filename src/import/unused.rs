@@ -37,6 +37,11 @@ impl Unused {
         }
     }
 
+    /// Whether there is one of a kind.
+    pub fn has(&self, kind: &str) -> bool {
+        self.index_of.contains_key(kind)
+    }
+
     /// Counts a key that is no key of the format, and suggests the nearest of those that are.
     pub fn add_unknown(&mut self, key: &str, known: &[&str]) {
         match nearest(key, known) {

@@ -37,7 +37,7 @@ fn missing_files() {
         "newmtl white\nmap_Kd none.png\n",
         &[
             "mesh.mtl:2: cannot read the texture none.png",
-            "PNG or JPEG",
+            "PNG, JPEG or WebP",
         ],
     );
 }
@@ -52,7 +52,7 @@ fn unreadable_texture() {
         &folder.error(folder.load_obj(TRIANGLE)),
         &[
             "mesh.mtl:2: cannot read the texture wood.png",
-            "PNG or JPEG",
+            "PNG, JPEG or WebP",
         ],
     );
     // Only the beginning of a PNG.

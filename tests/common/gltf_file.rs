@@ -32,6 +32,37 @@ impl GltfBuilder {
         self.accessors.len() - 1
     }
 
+    /// Adds an accessor of these bytes, with more JSON members such as `,"normalized":true`.
+    pub fn raw(
+        &mut self,
+        bytes: &[u8],
+        component: u32,
+        count: usize,
+        shape: &str,
+        more: &str,
+    ) -> usize {
+        let accessor = self.accessor(bytes, component, count, shape);
+        let json = &mut self.accessors[accessor];
+        json.pop();
+        json.push_str(&format!("{more}}}"));
+        accessor
+    }
+
+    /// Adds an accessor without a buffer view, from its JSON members.
+    pub fn bare(&mut self, members: &str) -> usize {
+        self.accessors.push(format!("{{{members}}}"));
+        self.accessors.len() - 1
+    }
+
+    pub fn vec4(&mut self, values: &[[f32; 4]]) -> usize {
+        let bytes: Vec<u8> = values
+            .as_flattened()
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
+        self.accessor(&bytes, FLOAT, values.len(), "VEC4")
+    }
+
     pub fn vec3(&mut self, values: &[[f32; 3]]) -> usize {
         let bytes: Vec<u8> = values
             .as_flattened()

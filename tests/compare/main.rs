@@ -13,6 +13,7 @@ mod final_gather;
 mod fronts;
 mod geometry;
 mod gltf;
+mod gltf_twins;
 mod instances;
 mod instant_radiosity;
 mod kernels;

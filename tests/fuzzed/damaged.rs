@@ -121,17 +121,27 @@ fn gltf_members(builder: &mut GltfBuilder) -> String {
     let indices = builder.indices(&[[0, 1, 2], [0, 2, 3]]);
     let strip = builder.indices_u16(&[0, 1, 2, 3]);
     let image = builder.view(&images()[0]);
+    let colors = builder.vec4(&[[0.5, 1.0, 0.2, 1.0]; 4]);
+    let tangents = builder.vec4(&[[1.0, 0.0, 0.0, -1.0]; 4]);
+    let (places, values) = (builder.view(&[1, 2]), builder.view(&[0x3f; 24]));
+    let sparse = builder.bare(&format!(
+        r#""componentType":5126,"count":4,"type":"VEC3","sparse":{{"count":2,"indices":{{"bufferView":{places},"componentType":5121}},"values":{{"bufferView":{values}}}}}"#
+    ));
     format!(
         r#""extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
         {{"type":"spot","intensity":70,"spot":{{"innerConeAngle":0.1,"outerConeAngle":0.5}}}},
         {{"type":"directional","intensity":9}}]}}}},
-        "images":[{{"bufferView":{image},"mimeType":"image/png"}}],"textures":[{{"source":0}}],
-        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}},"metallicRoughnessTexture":{{"index":0}}}},
+        "images":[{{"bufferView":{image},"mimeType":"image/png"}}],"samplers":[{{"wrapS":33071,"wrapT":33648,"magFilter":9728}}],
+        "textures":[{{"source":0,"sampler":0}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0,"texCoord":1,
+            "extensions":{{"KHR_texture_transform":{{"offset":[0.1,0.2],"rotation":0.3,"scale":[2,2]}}}}}},"metallicRoughnessTexture":{{"index":0}}}},
         "normalTexture":{{"index":0,"scale":2}},"alphaMode":"MASK"}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{positions},"NORMAL":{normals},"TEXCOORD_0":{texcoords}}},"indices":{indices},"material":0}},
-        {{"attributes":{{"POSITION":{positions},"TEXCOORD_0":{narrow}}},"indices":{strip},"mode":5}}]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{positions},"NORMAL":{normals},"TEXCOORD_0":{texcoords},
+            "TEXCOORD_1":{narrow},"COLOR_0":{colors},"TANGENT":{tangents}}},"indices":{indices},"material":0}},
+        {{"attributes":{{"POSITION":{sparse},"TEXCOORD_0":{narrow}}},"indices":{strip},"mode":5}}]}}],
         "cameras":[{{"type":"perspective","name":"eye","perspective":{{"yfov":0.5,"znear":0.1}}}}],
-        "nodes":[{{"mesh":0,"children":[1,2],"translation":[0,1,0]}},{{"mesh":0,"rotation":[0,0,1,0],"scale":[2,2,1]}},
+        "nodes":[{{"mesh":0,"children":[1,2],"translation":[0,1,0]}},{{"mesh":0,"rotation":[0,0,1,0],"scale":[2,2,-1],
+            "extensions":{{"EXT_mesh_gpu_instancing":{{"attributes":{{"TRANSLATION":{positions},"ROTATION":{tangents}}}}}}}}},
         {{"camera":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,3,1],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
         "scenes":[{{"nodes":[0]}}],"scene":0"#
     )
@@ -285,14 +295,16 @@ fn material_libraries() {
     assert_some_load(loads.count(), rounds);
 }
 
-/// PNG and JPEG of several kinds.
+/// PNG, JPEG and WebP of several kinds.
 fn images() -> Vec<Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();
     let rgb = image::RgbImage::from_fn(20, 9, |x, y| image::Rgb([x as u8 * 12, y as u8 * 20, 7]));
     let grey = image::ImageBuffer::from_fn(9, 9, |x, y| image::Luma([(x * 7000 + y) as u16]));
     let rgba = image::RgbaImage::from_pixel(3, 3, image::Rgba([1, 2, 3, 4]));
-    let names =
-        ["a.png", "a.jpg", "grey.png", "rgba.png", "grey.jpg"].map(|n| folder.path().join(n));
+    let names = [
+        "a.png", "a.jpg", "grey.png", "rgba.png", "grey.jpg", "rgb.webp",
+    ]
+    .map(|n| folder.path().join(n));
     rgb.save(&names[0]).unwrap();
     rgb.save(&names[1]).unwrap();
     grey.save(&names[2]).unwrap();
@@ -300,6 +312,7 @@ fn images() -> Vec<Vec<u8>> {
     image::GrayImage::from_pixel(16, 16, image::Luma([9]))
         .save(&names[4])
         .unwrap();
+    rgb.save(&names[5]).unwrap();
     names.map(|name| std::fs::read(name).unwrap()).into()
 }
 

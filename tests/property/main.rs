@@ -11,6 +11,8 @@ mod distortion;
 mod edge;
 mod emission;
 mod frame;
+mod gltf_file;
+mod gltf_keys;
 mod input;
 mod kept;
 mod lamp_files;

@@ -260,3 +260,65 @@ fn warnings_know_lookups_and_colours() {
         "{hidden}"
     );
 }
+
+/// The name of an image file may say another kind, or none.
+#[test]
+fn the_content_of_an_image_tells_its_kind() {
+    let folder = SceneFolder::new();
+    let picture =
+        image::RgbImage::from_fn(5, 3, |x, y| image::Rgb([40 * x as u8, 80 * y as u8, 9]));
+    let encoded = |format: image::ImageFormat| {
+        let mut file = std::io::Cursor::new(Vec::new());
+        picture.write_to(&mut file, format).unwrap();
+        file.into_inner()
+    };
+    let load = |name: &str, content: &[u8]| {
+        folder.write(name, content);
+        folder.write("mesh.mtl", format!("newmtl white\nmap_Kd {name}\n"));
+        folder.load(&format!("{CAMERA}{LIGHT}{MESH}"))
+    };
+    let texels = |scene: camlux::Scene| scene.textures[0].texels.clone();
+    let due = Texels::U8(picture.as_raw().as_chunks().0.to_vec(), Encoding::Srgb);
+    for name in ["a.png", "a.jpg", "a.webp", "a"] {
+        for format in [image::ImageFormat::Png, image::ImageFormat::WebP] {
+            let scene = load(name, &encoded(format)).unwrap();
+            assert_eq!(texels(scene), due, "{name} {format:?}");
+        }
+    }
+    assert!(load("a.png", &encoded(image::ImageFormat::Jpeg)).is_ok());
+    for (content, says) in [
+        (&b"II*\0\x08\0\0\0"[..], "it is TIFF"),
+        (b"MM\0*\0\0\0\x08", "it is TIFF"),
+        (b"BM\x36\0\0\0", "it is BMP"),
+        (b"GIF89a", "it is GIF"),
+        (b"DDS |\0\0\0", "it is DDS"),
+        (b"\xabKTX 20\xbb\r\n\x1a\n", "it is KTX2"),
+        (b"\x76\x2f\x31\x01\x02\0\0\0", "it is OpenEXR"),
+        (b"#?RADIANCE\n", "it is Radiance HDR"),
+        (b"\0\0\0\x20ftypavif", "it is AVIF or HEIF"),
+        (b"\0\0\x02\0\0\0\0\0\0\0\0\0\x04\0\x04\0\x18\0", "it is TGA"),
+        (b"", "it is empty"),
+        (b"no image", "it is none of PNG, JPEG and WebP"),
+    ] {
+        let message = folder.error(load("a.png", content));
+        for part in ["mesh.mtl:2", says, "PNG, JPEG or WebP"] {
+            assert!(message.contains(part), "{part}: {message}");
+        }
+    }
+}
+
+/// A few bytes of WebP can state an image of any size in one colour.
+#[test]
+fn an_image_has_no_more_pixels_than_its_file_may_hold() {
+    let folder = SceneFolder::new();
+    let even = image::RgbImage::from_pixel(8000, 8000, image::Rgb([9, 9, 9]));
+    let mut file = std::io::Cursor::new(Vec::new());
+    even.write_to(&mut file, image::ImageFormat::WebP).unwrap();
+    let file = file.into_inner();
+    // The file must be small for the test to say anything.
+    let few = &file[..file.len().min(2000)];
+    folder.write("a.webp", few);
+    folder.write("mesh.mtl", "newmtl white\nmap_Kd a.webp\n");
+    let message = folder.error(folder.load(&format!("{CAMERA}{LIGHT}{MESH}")));
+    assert!(message.contains("claims 8000 x 8000 pixels"), "{message}");
+}

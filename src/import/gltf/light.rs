@@ -3,8 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DMat4, DVec3};
-use gltf::khr_lights_punctual::{Kind, Light as Punctual};
 
+use super::document::{Punctual, PunctualKind};
 use crate::scene::{Light, SpotCone};
 
 /// Lumens per watt at 555 nm. Converts candela and lux to watts, as exporting programs do.
@@ -15,25 +15,24 @@ pub(super) fn of_node(light: &Punctual, to_world: DMat4) -> Light {
     let position_m = to_world.transform_point3(DVec3::ZERO);
     let direction = to_world.transform_vector3(DVec3::NEG_Z);
     let direction = direction.try_normalize().unwrap_or(DVec3::NEG_Z);
-    // Candela, or lux for a directional light.
-    let intensity = f64::from(light.intensity()) / LUMEN_PER_WATT;
-    let bands = |factor: f64| light.color().map(|band| factor * f64::from(band));
-    match light.kind() {
-        Kind::Directional => Light::Directional {
+    let intensity = light.intensity / LUMEN_PER_WATT;
+    let bands = |factor: f64| light.color.map(|band| factor * band);
+    match light.kind {
+        PunctualKind::Directional => Light::Directional {
             direction,
             irradiance_w_m2: bands(intensity),
         },
-        Kind::Point => Light::Point {
+        PunctualKind::Point => Light::Point {
             position_m,
             power_w: bands(2.0 * TAU * intensity),
         },
-        Kind::Spot {
-            inner_cone_angle,
-            outer_cone_angle,
+        PunctualKind::Spot {
+            inner_rad,
+            outer_rad,
         } => {
             let cone = SpotCone {
-                inner_half_angle_deg: f64::from(inner_cone_angle).to_degrees(),
-                outer_half_angle_deg: f64::from(outer_cone_angle).to_degrees().min(180.0),
+                inner_half_angle_deg: inner_rad.to_degrees(),
+                outer_half_angle_deg: outer_rad.to_degrees().min(180.0),
             };
             Light::Spot {
                 position_m,

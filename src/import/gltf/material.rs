@@ -2,162 +2,271 @@
 
 use std::path::PathBuf;
 
-use gltf::material::AlphaMode;
-use gltf::texture::{Info, WrappingMode};
+use image::DynamicImage;
 
 use super::file::GltfFile;
+use super::surface::{self, AlphaMode, TextureInfo};
 use crate::import::assets::{Assets, TextureUse};
 use crate::import::texture;
-use crate::scene::{Material, MetallicRoughness};
+use crate::scene::{Material, MetallicRoughness, Texture, TextureLookup};
 use crate::{Error, Result};
 
+/// A material of the file in the scene.
+#[derive(Clone, Copy)]
+pub(super) enum Converted {
+    /// Its index.
+    Visible(u32),
+    /// All of it is cut out.
+    Invisible,
+}
+
+/// Where alpha cuts a surface out.
+enum Cutout {
+    Nowhere,
+    Everywhere,
+    /// Where the texture is below this value.
+    Below(TextureLookup, f64),
+}
+
+/// A material that is being converted.
+struct Conversion<'c> {
+    file: &'c GltfFile,
+    material: &'c surface::Material,
+    /// Names the material in messages.
+    place: String,
+}
+
 impl Assets {
-    /// Adds a material of a file and its textures. Returns its index.
+    /// Adds a material of a file and its textures. `None`: the default material.
     pub(super) fn add_gltf_material(
         &mut self,
         file: &GltfFile,
-        material: &gltf::Material,
-    ) -> Result<u32> {
-        let pbr = material.pbr_metallic_roughness();
-        let [r, g, b, alpha] = pbr.base_color_factor().map(f64::from);
-        let name = match material.name() {
+        index: Option<usize>,
+    ) -> Result<Converted> {
+        let default = surface::Material::default();
+        let material = index.and_then(|index| file.document.materials.get(index));
+        let material = material.unwrap_or(&default);
+        let name = match &material.name {
             Some(name) => name.to_owned(),
-            None => format!("material{}", material.index().unwrap_or_default()),
+            None => index.map_or("default".into(), |index| format!("material{index}")),
         };
-        let place = format!("{}: material \"{name}\"", file.path.display());
+        let conversion = Conversion {
+            file,
+            material,
+            place: format!("{}: material \"{name}\"", file.path.display()),
+        };
+        conversion.add_to(self, name)
+    }
+}
+
+impl Conversion<'_> {
+    fn add_to(&self, assets: &mut Assets, name: String) -> Result<Converted> {
+        let (file, material) = (self.file, self.material);
+        let (cutoff_texture, alpha_cutoff) = match self.cutout(assets)? {
+            Cutout::Everywhere => return Ok(Converted::Invisible),
+            Cutout::Nowhere => (None, 0.5),
+            Cutout::Below(lookup, cutoff) => (Some(lookup), cutoff),
+        };
+        let [r, g, b, _] = material.base_color;
         let mut surface = MetallicRoughness {
             base_color: [r, g, b],
-            metallic: pbr.metallic_factor().into(),
-            roughness: pbr.roughness_factor().into(),
+            metallic: material.metallic,
+            roughness: material.roughness,
         };
-        let mut texture = |info: &Info, use_of, what: &str| {
-            check_texcoords(info.tex_coord(), &place, what)?;
-            self.gltf_texture(file, &info.texture(), use_of, &place)
-        };
-        let base = pbr.base_color_texture();
-        let kd_texture = base
-            .as_ref()
-            .map(|info| texture(info, TextureUse::Reflectance, "baseColorTexture"));
-        let kd_texture = kd_texture.transpose()?.flatten();
-        let alpha_texture = match (&base, material.alpha_mode()) {
-            (Some(info), AlphaMode::Mask) => {
-                let cutoff = f64::from(material.alpha_cutoff().unwrap_or(0.5));
-                // Scales alpha so that there is a surface from 1/2 on.
-                let factor = 0.5 * alpha / cutoff.max(1e-6);
-                let use_of = TextureUse::Alpha(factor.to_bits());
-                texture(info, use_of, "baseColorTexture")?
-            }
-            _ => None,
-        };
-        let normal = material.normal_texture().map(|info| {
-            check_texcoords(info.tex_coord(), &place, "normalTexture")?;
-            let use_of = TextureUse::Normals(f64::from(info.scale()).to_bits(), false);
-            self.gltf_texture(file, &info.texture(), use_of, &place)
-        });
-        let normal_texture = normal.transpose()?.flatten();
-        if let Some(info) = pbr.metallic_roughness_texture() {
-            let [roughness, metallic] = mean_of_texture(file, &info, &place)?;
+        let kd_texture = self.lookup(assets, material.base_texture, TextureUse::Reflectance)?;
+        let scale = material.normal_texture.map_or(1.0, |info| info.scale);
+        let use_of = TextureUse::Normals(scale.to_bits(), false);
+        let normal_texture = self.lookup(assets, material.normal_texture, use_of)?;
+        if let Some(info) = material.metallic_roughness_texture
+            && let Some([roughness, metallic]) = self.means_of_texture(&info)?
+        {
             surface.roughness *= roughness;
             surface.metallic *= metallic;
-            self.leave_out(
-                &file.path,
-                "the variation in metallicRoughnessTexture: the whole surface gets its mean",
-            );
         }
-        if kd_texture.is_some() && surface.metallic > 0.0 {
-            self.leave_out(&file.path, "baseColorTexture in the lobe of metals: it colours only the diffuse part, and baseColorFactor colours the lobe");
+        // Without a diffuse part, the texture multiplies all that is reflected.
+        let is_metal = surface.metallic >= 1.0;
+        if kd_texture.is_some() && surface.metallic > 0.0 && !is_metal {
+            file.leave_out("baseColorTexture in the lobe of metals: it colours only the diffuse part, and baseColorFactor colours the lobe");
         }
-        if material.alpha_mode() == AlphaMode::Blend {
-            self.leave_out(&file.path, "alphaMode BLEND: surfaces are opaque");
-        }
-        if material.emissive_factor() != [0.0; 3] {
-            self.leave_out(&file.path, "emissive surfaces: they give no light");
+        if material.is_emissive {
+            file.leave_out("emissive surfaces: they give no light");
         }
         let (kd, ks, shininess) = surface.as_phong();
-        self.leave_out(&file.path, "the Fresnel term and the microfacets of metallic-roughness materials, which are modified Phong here");
+        file.leave_out("the Fresnel term and the microfacets of metallic-roughness materials, which are modified Phong here");
         let material = Material {
             ks,
             shininess,
-            kd_texture: kd_texture.map(Into::into),
-            normal_texture: normal_texture.map(Into::into),
-            alpha_texture: alpha_texture.map(Into::into),
+            kd_texture,
+            ks_texture: kd_texture.filter(|_| is_metal && ks != [0.0; 3]),
+            normal_texture,
+            alpha_texture: cutoff_texture,
+            alpha_cutoff,
             ..Material::lambert(name, kd)
         };
-        Ok(self.push_material(material, place))
+        let index = assets.push_material(material, self.place.clone());
+        Ok(Converted::Visible(index))
     }
 
-    /// The index of a texture of the file; `None` for alpha that cuts nothing out.
-    fn gltf_texture(
-        &mut self,
-        file: &GltfFile,
-        of_file: &gltf::Texture,
+    /// Where alpha, which is that of the factor times that of the texture, is below the cutoff.
+    fn cutout(&self, assets: &mut Assets) -> Result<Cutout> {
+        let material = self.material;
+        let factor = material.base_color[3];
+        match material.alpha_mode {
+            AlphaMode::Opaque => return Ok(Cutout::Nowhere),
+            AlphaMode::Blend => {
+                if factor != 1.0 || !self.has_opaque_texture()? {
+                    self.file.leave_out("alphaMode BLEND: surfaces are opaque");
+                }
+                return Ok(Cutout::Nowhere);
+            }
+            AlphaMode::Mask => {}
+        }
+        if material.alpha_cutoff <= 0.0 {
+            return Ok(Cutout::Nowhere);
+        }
+        // What the texture's own alpha is compared with.
+        let cutoff = match factor > 0.0 {
+            true => material.alpha_cutoff / factor,
+            false => f64::INFINITY,
+        };
+        let use_of = TextureUse::Alpha(cutoff.to_bits());
+        let lookup = match self.has_image(material.base_texture) && cutoff <= 1.0 {
+            true => self.lookup(assets, material.base_texture, use_of)?,
+            false => None,
+        };
+        let Some(lookup) = lookup else {
+            // Without a texture its alpha is 1. A texture that cuts nothing out is not kept.
+            return Ok(match cutoff > 1.0 {
+                true => Cutout::Everywhere,
+                false => Cutout::Nowhere,
+            });
+        };
+        let texels = &assets.textures[lookup.texture].texels;
+        let mut alpha = texels.reflectances().map(|[alpha, ..]| f64::from(alpha));
+        Ok(match alpha.all(|alpha| alpha < cutoff) {
+            true => Cutout::Everywhere,
+            false => Cutout::Below(lookup, cutoff),
+        })
+    }
+
+    fn has_opaque_texture(&self) -> Result<bool> {
+        let Some((index, _)) = self.image(self.material.base_texture)? else {
+            return Ok(true);
+        };
+        let image = self.decoded(index)?;
+        Ok(!image.color().has_alpha()
+            || texture::alpha_channel(image).iter().all(|&a| a == u8::MAX))
+    }
+
+    fn has_image(&self, info: Option<TextureInfo>) -> bool {
+        matches!(self.image(info), Ok(Some(_)))
+    }
+
+    /// The image and the sampler of a texture; `None` if it has no image.
+    fn image(&self, info: Option<TextureInfo>) -> Result<Option<(usize, surface::Sampler)>> {
+        let Some(info) = info else {
+            return Ok(None);
+        };
+        let file = self.file;
+        let document = &file.document;
+        let user = "a texture of a material";
+        let of_file = file.find(&document.textures, info.texture, "texture", user)?;
+        let user = format!("texture {}", info.texture);
+        let sampler = match of_file.sampler {
+            Some(sampler) => *file.find(&document.samplers, sampler, "sampler", &user)?,
+            None => surface::Sampler::default(),
+        };
+        match (of_file.image, of_file.other_kind) {
+            (Some(image), _) => {
+                file.find(&document.images, image, "image", &user)?;
+                Ok(Some((image, sampler)))
+            }
+            (None, Some(extension)) => {
+                let problem = format!(
+                    "texture {} has only an image of {extension}, which camlux does not read",
+                    info.texture
+                );
+                let hint = "export its images as PNG, JPEG or WebP";
+                Err(Error::scene(&self.place, problem, hint))
+            }
+            (None, None) => Ok(None),
+        }
+    }
+
+    /// Looks a texture up; `None` for alpha that cuts nothing out.
+    fn lookup(
+        &self,
+        assets: &mut Assets,
+        info: Option<TextureInfo>,
         use_of: TextureUse,
-        place: &str,
-    ) -> Result<Option<usize>> {
-        let image = of_file.source();
-        let sampler = of_file.sampler();
-        if [sampler.wrap_s(), sampler.wrap_t()] != [WrappingMode::Repeat; 2] {
-            self.leave_out(
-                &file.path,
-                "samplers that do not repeat: all textures repeat, bilinear",
+    ) -> Result<Option<TextureLookup>> {
+        let Some(info) = info else {
+            return Ok(None);
+        };
+        let Some((image, sampler)) = self.image(Some(info))? else {
+            self.file.leave_out("a texture without an image");
+            return Ok(None);
+        };
+        let name = PathBuf::from(format!("{}#image{image}", self.file.path.display()));
+        let load = |use_of: &TextureUse| self.load(image, name.display().to_string(), use_of);
+        let texture = assets.texture(&name, use_of, load)?;
+        let sets = self.material.texcoord_sets();
+        let place = sets.iter().position(|&set| set == info.texcoord_set);
+        let [[a, b, c], [d, e, f]] = info.transform;
+        Ok(texture.map(|texture| TextureLookup {
+            texture,
+            texcoord_set: place.unwrap_or_default() as u32,
+            // From v downwards to v upwards, on both sides.
+            transform: [[a, -b, b + c], [-d, e, 1.0 - e - f]].map(|row| row.map(|x| x + 0.0)),
+            wrap: sampler.wrap,
+            filter: sampler.filter,
+        }))
+    }
+
+    fn load(&self, image: usize, name: String, use_of: &TextureUse) -> Result<Option<Texture>> {
+        let decoded = self.decoded(image)?;
+        Ok(match use_of {
+            TextureUse::Reflectance => Some(texture::of_image(name, decoded)),
+            TextureUse::Normals(strength, _) => {
+                let texture = texture::of_image(name, decoded);
+                let strength = f64::from_bits(*strength);
+                Some(texture::as_normals(texture, strength, false))
+            }
+            TextureUse::Alpha(cutoff) => {
+                let size_px = [decoded.width(), decoded.height()];
+                let values = texture::alpha_channel(decoded);
+                texture::alpha_texture(name, size_px, values, f64::from_bits(*cutoff))
+            }
+        })
+    }
+
+    fn decoded(&self, index: usize) -> Result<DynamicImage> {
+        let image = self
+            .file
+            .find(&self.file.document.images, index, "image", "a texture")?;
+        texture::decode(&self.file.image(index, image)?).map_err(|problem| {
+            let problem = format!("cannot read image {index}: {problem}");
+            Error::scene(&self.place, problem, texture::GIVE_IMAGE)
+        })
+    }
+
+    /// The means of the roughness and metal channels.
+    fn means_of_texture(&self, info: &TextureInfo) -> Result<Option<[f64; 2]>> {
+        let Some((index, _)) = self.image(Some(*info))? else {
+            return Ok(None);
+        };
+        let image = self.decoded(index)?.into_rgb8();
+        let texels = image.as_raw().as_chunks::<3>().0;
+        if texels.iter().any(|texel| texel[1..] != texels[0][1..]) {
+            self.file.leave_out(
+                "the variation in metallicRoughnessTexture: the whole surface gets its mean",
             );
         }
-        let name = PathBuf::from(format!("{}#image{}", file.path.display(), image.index()));
-        let load = |use_of: &TextureUse| {
-            let decoded = decoded(file, &image, place)?;
-            let name = name.display().to_string();
-            Ok(match use_of {
-                TextureUse::Reflectance => Some(texture::of_image(name, decoded)),
-                TextureUse::Normals(strength, _) => {
-                    let texture = texture::of_image(name, decoded);
-                    Some(texture::as_normals(
-                        texture,
-                        f64::from_bits(*strength),
-                        false,
-                    ))
-                }
-                TextureUse::Alpha(factor) => {
-                    let factor = f64::from_bits(*factor);
-                    let size_px = [decoded.width(), decoded.height()];
-                    let values = texture::alpha_channel(decoded).into_iter();
-                    // The cast turns a value that is too large into 255.
-                    let values = values.map(|value| (factor * f64::from(value)).round() as u8);
-                    texture::alpha_texture(name, size_px, values.collect())
-                }
-            })
+        let count = f64::from(u8::MAX) * texels.len().max(1) as f64;
+        let sum = |channel: usize| {
+            let values = texels.iter().map(|texel| f64::from(texel[channel]));
+            values.sum::<f64>()
         };
-        self.texture(&name, use_of, load)
+        Ok(Some([1, 2].map(|channel| sum(channel) / count)))
     }
-}
-
-fn decoded(file: &GltfFile, image: &gltf::Image, place: &str) -> Result<image::DynamicImage> {
-    texture::decode(&file.image(image)?).map_err(|problem| {
-        let problem = format!("cannot read image {}: {problem}", image.index());
-        Error::scene(place, problem, "give a PNG or JPEG image")
-    })
-}
-
-/// The means of the roughness and metal channels.
-fn mean_of_texture(file: &GltfFile, info: &Info, place: &str) -> Result<[f64; 2]> {
-    let image = decoded(file, &info.texture().source(), place)?.into_rgb8();
-    let count = f64::from(u8::MAX) * image.pixels().len().max(1) as f64;
-    let sum = |channel: usize| {
-        image
-            .pixels()
-            .map(|pixel| f64::from(pixel[channel]))
-            .sum::<f64>()
-    };
-    Ok([1, 2].map(|channel| sum(channel) / count))
-}
-
-fn check_texcoords(set: u32, place: &str, what: &str) -> Result<()> {
-    if set == 0 {
-        return Ok(());
-    }
-    let problem = format!("{what} uses TEXCOORD_{set}");
-    Err(Error::scene(
-        place,
-        problem,
-        "use the first set, TEXCOORD_0, for all textures",
-    ))
 }
