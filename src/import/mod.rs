@@ -1,6 +1,7 @@
 //! Reads scenes from files: scene files (TOML), meshes with their materials and textures, and measured lamps.
 
 mod assets;
+mod colors;
 mod eulumdat;
 mod gltf;
 mod grey_image;
@@ -8,13 +9,16 @@ mod ies;
 mod indirect;
 mod lines;
 mod mtl;
+mod mtl_map;
 mod obj;
-mod obj_check;
+mod obj_material;
 mod pattern;
 mod ply;
 mod polygons;
 mod scene_file;
 mod scene_parts;
+mod stl;
 mod texture;
 mod tof;
 mod unused;
+mod words;

@@ -6,9 +6,18 @@ use std::path::Path;
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 
-use super::mtl::NormalMap;
 use crate::scene::{Encoding, Texels, Texture};
 use crate::{Error, Result, input_file};
+
+/// A map named by `norm` or `map_Bump`.
+pub(super) struct NormalMap {
+    /// The factor for slopes.
+    pub strength: f64,
+    /// Whether grey values are heights.
+    pub may_be_heights: bool,
+    /// The line that names it.
+    pub named_at: String,
+}
 
 /// Loads an image of 8 or 16 bits, grey or RGB. An alpha channel is ignored.
 ///

@@ -107,7 +107,9 @@ impl Assets {
             let decoded = decoded(file, &image, place)?;
             let name = name.display().to_string();
             Ok(match use_of {
-                TextureUse::Reflectance => Some(texture::of_image(name, decoded)),
+                TextureUse::Reflectance | TextureUse::Factor => {
+                    Some(texture::of_image(name, decoded))
+                }
                 TextureUse::Normals(strength, _) => {
                     let texture = texture::of_image(name, decoded);
                     Some(texture::as_normals(
