@@ -2,6 +2,7 @@
 
 mod assets;
 mod colors;
+mod corners;
 mod eulumdat;
 mod gltf;
 mod grey_image;
@@ -17,6 +18,7 @@ mod ply;
 mod polygons;
 mod scene_file;
 mod scene_parts;
+mod split;
 mod stl;
 mod texture;
 mod tof;

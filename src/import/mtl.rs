@@ -300,7 +300,7 @@ impl Record {
                 (ks, ks_map, shininess_map) = (None, None, None);
             }
             None | Some(2.0) => {}
-            Some(illum) => unused.add(&format!("\"illum {illum}\": more than highlights")),
+            Some(illum) => unused.add(&format!("\"illum\" {illum}, which is more than highlights")),
         }
         self.report(unused);
         Ok(Some(LibraryMaterial {

@@ -346,9 +346,16 @@ impl Reader {
             ("texture coordinates", self.polygons.texcoords.len()),
             ("normals", self.polygons.normals.len()),
         ];
+        let slashes = word.bytes().filter(|&byte| byte == b'/').count();
+        if slashes > 2 || word.starts_with('/') {
+            return Err(line.error(
+                format!("has the corner \"{word}\""),
+                "write v, v/vt, v//vn or v/vt/vn",
+            ));
+        }
         let mut corner = [NONE; 3];
-        let mut parts = word.split('/');
-        for ((index, (what, count)), part) in corner.iter_mut().zip(counts).zip(&mut parts) {
+        let parts = word.split('/');
+        for ((index, (what, count)), part) in corner.iter_mut().zip(counts).zip(parts) {
             if part.is_empty() {
                 continue;
             }
@@ -358,12 +365,6 @@ impl Reader {
                     "indices begin at 1, or at -1 for the last one",
                 )
             })?;
-        }
-        if corner[0] == NONE || parts.next().is_some() {
-            return Err(line.error(
-                format!("has the corner \"{word}\""),
-                "write v, v/vt, v//vn or v/vt/vn",
-            ));
         }
         Ok(corner)
     }

@@ -8,15 +8,12 @@
 
 use std::ops::Range;
 
-use earcut::Earcut;
-use earcut::utils3d::project3d_to_2d;
 use glam::{DAffine3, DVec3};
 
+pub(super) use super::corners::{Columns, Corners, NONE};
+use super::split::Splitter;
 use super::unused::Unused;
 use crate::scene::{Mesh, normal_matrix, unit_normal};
-
-/// The index of a corner that has no texture coordinate or no normal.
-pub(super) const NONE: u32 = u32::MAX;
 
 /// The polygons of a file in the file's own space, as a reader found them. An empty list: the file has no such values.
 #[derive(Debug, Default)]
@@ -37,92 +34,6 @@ pub(super) struct Polygons {
     pub face_ends: Vec<u32>,
     /// The material of each face, or one for all.
     pub materials: Vec<u32>,
-}
-
-/// The indices of corners.
-#[derive(Debug)]
-pub(super) enum Corners {
-    /// One index for all values.
-    Shared(Vec<u32>),
-    Separate(Columns),
-}
-
-/// Separate indices of each kind of value: an empty list stands for [`NONE`] at all corners.
-#[derive(Debug, Default)]
-pub(super) struct Columns {
-    pub positions: Vec<u32>,
-    pub texcoords: Vec<u32>,
-    pub normals: Vec<u32>,
-    /// Empty: the index of the position.
-    pub colors: Vec<u32>,
-}
-
-impl Default for Corners {
-    fn default() -> Self {
-        Corners::Shared(Vec::new())
-    }
-}
-
-impl Columns {
-    /// Adds a corner by its indices of position, texture coordinate ([`NONE`]: none) and normal ([`NONE`]: none).
-    pub fn push(&mut self, [position, texcoord, normal]: [u32; 3]) {
-        let count = self.positions.len();
-        self.positions.push(position);
-        for (column, index) in [(&mut self.texcoords, texcoord), (&mut self.normals, normal)] {
-            if column.is_empty() && index != NONE {
-                column.resize(count, NONE);
-            }
-            if index != NONE || !column.is_empty() {
-                column.push(index);
-            }
-        }
-    }
-
-    fn all(&mut self) -> [&mut Vec<u32>; 4] {
-        [
-            &mut self.positions,
-            &mut self.texcoords,
-            &mut self.normals,
-            &mut self.colors,
-        ]
-    }
-}
-
-impl Corners {
-    fn len(&self) -> usize {
-        match self {
-            Corners::Shared(indices) => indices.len(),
-            Corners::Separate(columns) => columns.positions.len(),
-        }
-    }
-
-    fn position(&self, corner: usize) -> u32 {
-        match self {
-            Corners::Shared(indices) => indices[corner],
-            Corners::Separate(columns) => columns.positions[corner],
-        }
-    }
-
-    fn texcoord(&self, corner: usize) -> u32 {
-        match self {
-            Corners::Shared(indices) => indices[corner],
-            Corners::Separate(columns) => *columns.texcoords.get(corner).unwrap_or(&NONE),
-        }
-    }
-
-    fn normal(&self, corner: usize) -> u32 {
-        match self {
-            Corners::Shared(indices) => indices[corner],
-            Corners::Separate(columns) => *columns.normals.get(corner).unwrap_or(&NONE),
-        }
-    }
-
-    fn color(&self, corner: usize) -> u32 {
-        match self {
-            Corners::Separate(columns) if !columns.colors.is_empty() => columns.colors[corner],
-            _ => self.position(corner),
-        }
-    }
 }
 
 impl Polygons {
@@ -316,6 +227,16 @@ impl Polygons {
     }
 }
 
+/// Vertices at a position that are compared with a new one. A file with more at one position gets some of them twice, instead of a search
+/// that takes time quadratic in its size.
+const MOST_TRIED: usize = 64;
+
+/// Whether two indices are of equal values: some formats have a list with a value for every corner.
+fn is_equal<T: PartialEq>(a: u32, b: u32, values: &[T]) -> bool {
+    let value = |index: u32| values.get(index as usize);
+    a == b || (a != NONE && b != NONE && value(a) == value(b))
+}
+
 /// Makes a mesh of polygons whose indices are valid.
 struct Builder<'p> {
     polygons: &'p Polygons,
@@ -436,9 +357,23 @@ impl<'p> Builder<'p> {
                     false => NONE,
                 };
                 let values = [texcoord, normal, color];
-                let mut known = last_of_position[position];
-                while known != NONE && (is_apart || vertices[known as usize].1 != values) {
-                    known = vertices[known as usize].0;
+                let is_same = |[t, n, c]: [u32; 3]| {
+                    n == normal
+                        && is_equal(t, texcoord, &polygons.texcoords)
+                        && is_equal(c, color, &polygons.colors)
+                };
+                let mut known = if is_apart {
+                    NONE
+                } else {
+                    last_of_position[position]
+                };
+                let mut tried = 0;
+                while known != NONE && !is_same(vertices[known as usize].1) {
+                    tried += 1;
+                    known = match tried < MOST_TRIED {
+                        true => vertices[known as usize].0,
+                        false => NONE,
+                    };
                 }
                 if known != NONE {
                     return known;
@@ -487,84 +422,6 @@ impl<'p> Builder<'p> {
             ..Mesh::default()
         }
     }
-}
-
-/// Splits polygons into triangles, and keeps its memory from one to the next.
-#[derive(Default)]
-struct Splitter {
-    earcut: Option<Earcut<f64>>,
-    outline: Vec<DVec3>,
-    outline_2d: Vec<[f64; 2]>,
-    triangles: Vec<u32>,
-}
-
-impl Splitter {
-    /// Calls `add` with the corners of each triangle, which turn as the polygon's do.
-    fn split(
-        &mut self,
-        corners: Range<usize>,
-        position: impl Fn(usize) -> DVec3,
-        mut add: impl FnMut([usize; 3]),
-    ) {
-        let first = corners.start;
-        let count = corners.len();
-        if count == 3 {
-            return add([first, first + 1, first + 2]);
-        }
-        self.outline.clear();
-        self.outline.extend(corners.map(position));
-        if let Some(apex) = fan_apex(&self.outline) {
-            let corner = |step: usize| first + (apex + step) % count;
-            (1..count - 1).for_each(|step| add([corner(0), corner(step), corner(step + 1)]));
-            return;
-        }
-        // Relative to a corner: far from the origin products would lose their digits.
-        let origin = self.outline[0];
-        let outline: Vec<[f64; 3]> = self
-            .outline
-            .iter()
-            .map(|corner| (corner - origin).to_array())
-            .collect();
-        self.triangles.clear();
-        if project3d_to_2d(&outline, count, &mut self.outline_2d) {
-            let earcut = self.earcut.get_or_insert_with(Earcut::new);
-            let outline = self.outline_2d.iter().copied();
-            earcut.earcut(outline, &[], &mut self.triangles);
-        }
-        let area = vector_area(&self.outline);
-        for triangle in self.triangles.as_chunks::<3>().0 {
-            let [a, b, c] = triangle.map(|corner| corner as usize);
-            let [pa, pb, pc] = [a, b, c].map(|corner| self.outline[corner]);
-            let turns_alike = (pb - pa).cross(pc - pa).dot(area) >= 0.0;
-            let [b, c] = if turns_alike { [b, c] } else { [c, b] };
-            add([first + a, first + b, first + c]);
-        }
-    }
-}
-
-/// Twice the vector area of a polygon (Newell): the sum over any fan of triangles.
-fn vector_area(outline: &[DVec3]) -> DVec3 {
-    let first = outline[0];
-    let pairs = outline[1..].windows(2);
-    pairs
-        .map(|pair| (pair[0] - first).cross(pair[1] - first))
-        .sum()
-}
-
-/// One of the first corners from which a fan of triangles fills the polygon without folding over. For a quadrilateral there is always one.
-fn fan_apex(outline: &[DVec3]) -> Option<usize> {
-    const MOST_TRIED: usize = 4;
-    let count = outline.len();
-    let area = vector_area(outline);
-    // A triangle without area does not fold; rounding may give it either sign.
-    let folded = -1e-9 * area.length_squared();
-    let is_unfolded = |apex: usize| {
-        (1..count - 1).all(|step| {
-            let [a, b, c] = [0, step, step + 1].map(|step| outline[(apex + step) % count]);
-            (b - a).cross(c - a).dot(area) >= folded
-        })
-    };
-    (0..count.min(MOST_TRIED)).find(|&apex| is_unfolded(apex))
 }
 
 /// Places a mesh in the file's space where it belongs.

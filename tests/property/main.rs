@@ -17,6 +17,8 @@ mod lattice;
 mod layers;
 mod local_space;
 mod mesh_file;
+mod mesh_formats;
+mod mesh_keys;
 mod metamorphic;
 mod metamorphic_rays;
 mod metrics;
@@ -30,6 +32,7 @@ mod output_file;
 mod pattern;
 #[cfg(feature = "reference")]
 mod phasor;
+mod polygons;
 mod projector;
 mod reference;
 #[cfg(feature = "reference")]
