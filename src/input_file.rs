@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fs::{self, File};
-use std::io::{Error, ErrorKind, Read, Result};
+use std::io::{BufReader, Error, ErrorKind, Read, Result, Take};
 use std::path::Path;
 
 /// Opens a file for reading and returns it with its length in bytes.
@@ -25,16 +25,27 @@ pub fn open(path: &Path) -> Result<(File, u64)> {
 /// Limit on the length. A length without content costs nothing, and some systems promise memory that they do not have.
 const MOST_BYTES: u64 = 1 << 40;
 
-/// Reads the whole of a file. Data that is appended meanwhile is left out.
-pub fn read(path: &Path) -> Result<Vec<u8>> {
+/// A file that is read from its beginning to its end, so that it is never in memory as a whole.
+pub type Stream = BufReader<Take<File>>;
+
+/// Opens a file to be read once, with its length in bytes. Data that is appended meanwhile is left out.
+pub fn stream(path: &Path) -> Result<(Stream, u64)> {
+    const BUFFER_BYTES: usize = 1 << 16;
     let (file, file_bytes) = open(path)?;
     if file_bytes > MOST_BYTES {
         let problem = format!("it has {file_bytes} bytes, more than memory holds");
         return Err(Error::new(ErrorKind::FileTooLarge, problem));
     }
+    let stream = BufReader::with_capacity(BUFFER_BYTES, file.take(file_bytes));
+    Ok((stream, file_bytes))
+}
+
+/// Reads the whole of a file. Data that is appended meanwhile is left out.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let (mut stream, file_bytes) = stream(path)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(usize::try_from(file_bytes).unwrap_or(usize::MAX))?;
-    file.take(file_bytes).read_to_end(&mut bytes)?;
+    stream.read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

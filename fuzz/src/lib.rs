@@ -49,6 +49,15 @@ pub fn load_gltf(content: &[u8]) {
     }));
 }
 
+/// Loads the valid scene with a mesh of a format without materials instead of its own.
+pub fn load_mesh(name: &str, content: &[u8]) {
+    check(with_file(name, content, |file| {
+        let scene = SCENE.replace("mesh.obj", name);
+        let scene = format!("{scene}material = \"clay\"\n[material.clay]\nkd = 0.5\n");
+        Scene::parse(&scene, &file.with_file_name("scene.toml"))
+    }));
+}
+
 /// Writes a file of this content beside those of the valid scene, and passes its path to `act`.
 pub fn with_file<T>(name: &str, content: &[u8], act: impl FnOnce(&Path) -> T) -> T {
     FOLDER.with_borrow_mut(|folder| {

@@ -1,62 +1,119 @@
-//! MTL material libraries: Kd, Ks, Ns, map_Kd, norm, map_Bump, map_d. Everything else (ambient, emission, `d`, `illum`) is not part of the
-//! model and is ignored.
+//! MTL material libraries.
 //!
 //! The MTL format defines no defaults. Here Ks is 0 if absent, and Kd is 1 if there is only a map_Kd. A material that has neither Kd nor
 //! map_Kd, or has Ks without Ns, is refused: any number would be a guess.
+//!
+//! The crate `tobj` is not used: it knows neither lines nor options, and panics on a Kd of one number.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::lines::{Line, lines, read_text, resolved};
+use super::lines::{Line, Lines, named_file, open, place, resolved};
+use super::mtl_map::Map;
+use super::unused::Unused;
+use crate::scene::Bands;
 use crate::{Error, Result};
+
+/// The keys of the format and of its extension for physically based materials. [`Record::read`] takes those that camlux uses.
+const KEYS: [&str; 42] = [
+    "newmtl",
+    "Kd",
+    "Ks",
+    "Ns",
+    "illum",
+    "map_Kd",
+    "map_Ks",
+    "map_Ns",
+    "norm",
+    "map_Bump",
+    "bump",
+    "map_d",
+    "Ka",
+    "Ke",
+    "Tf",
+    "Tr",
+    "d",
+    "Ni",
+    "sharpness",
+    "Pr",
+    "Pm",
+    "Ps",
+    "Pc",
+    "Pcr",
+    "aniso",
+    "anisor",
+    "map_Ka",
+    "map_Ke",
+    "map_Tr",
+    "map_Pr",
+    "map_Pm",
+    "map_Ps",
+    "map_Pc",
+    "map_Pcr",
+    "map_aniso",
+    "map_anisor",
+    "map_aat",
+    "disp",
+    "decal",
+    "refl",
+    "map_refl",
+    "Kt",
+];
+
+/// Values that mean nothing more than that the key is absent.
+const WITHOUT_EFFECT: [(&str, &str); 15] = [
+    ("Ka", "0"),
+    ("Ke", "0"),
+    ("Kt", "0"),
+    ("Tf", "1"),
+    ("Tr", "0"),
+    ("d", "1"),
+    ("Ni", "1"),
+    ("Pm", "0"),
+    ("Ps", "0"),
+    ("Pc", "0"),
+    ("Pcr", "0"),
+    ("aniso", "0"),
+    ("anisor", "0"),
+    ("map_aat", "off"),
+    ("illum", "2"),
+];
 
 /// The materials that the MTL files of one OBJ file define.
 #[derive(Default)]
 pub(super) struct Library {
     entries: HashMap<String, LibraryMaterial>,
     files_read: HashSet<PathBuf>,
+    /// The files, and what they hold that camlux does not use.
+    pub files: Vec<(PathBuf, Unused)>,
 }
 
+/// A material as its file gives it.
 pub(super) struct LibraryMaterial {
-    pub properties: tobj::Material,
-    pub places: Places,
-    /// The folder for relative map paths.
-    pub folder: PathBuf,
-}
-
-/// A map named by `norm` or `map_Bump`.
-#[derive(Debug, Clone)]
-pub(super) struct NormalMap {
-    pub path: String,
-    /// The factor for slopes.
-    pub strength: f64,
-    /// Whether grey values are heights.
-    pub may_be_heights: bool,
-    /// The line that names it.
-    pub named_at: String,
-}
-
-/// Files and lines that define a material.
-#[derive(Default)]
-pub(super) struct Places {
-    /// The place of `newmtl`.
     pub name: String,
-    /// The place of `map_Kd`, if there is one.
-    pub texture: String,
-    pub normal_map: Option<NormalMap>,
-    /// The file that `map_d` names, and its line.
-    pub alpha_map: Option<(String, String)>,
+    /// The place of `newmtl`.
+    pub at: String,
+    pub kd: Option<Bands>,
+    /// Zero where `illum` says that there is no highlight.
+    pub ks: Option<Bands>,
+    pub shininess: Option<f64>,
+    pub kd_map: Option<Map>,
+    pub ks_map: Option<Map>,
+    pub shininess_map: Option<Map>,
+    /// `norm` or `map_Bump`.
+    pub normal_map: Option<Map>,
+    pub alpha_map: Option<Map>,
 }
 
 impl Library {
     /// Reads the files of a `mtllib` statement: one file whose name may contain spaces, or several.
     pub fn read(&mut self, names: &str, folder: &Path, named_at: &str) -> Result<()> {
-        let whole = folder.join(names);
+        let whole = named_file(folder, names);
         if whole.exists() {
             return self.read_once(&whole, named_at);
         }
         for name in names.split_whitespace() {
-            self.read_once(&folder.join(name), named_at)?;
+            self.read_once(&named_file(folder, name), named_at)?;
         }
         Ok(())
     }
@@ -82,126 +139,217 @@ impl Library {
     }
 
     fn read_file(&mut self, file: &Path, named_at: &str) -> Result<()> {
-        let (text, found) = check(&read_text(file, named_at, "material library")?, file)?;
-        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| {
-            let problem = format!("not a material library: {error}");
-            Error::scene(file.display().to_string(), problem, "export it again")
-        })?;
-        let folder = file.parent().unwrap_or(Path::new(""));
-        for (properties, places) in materials.into_iter().zip(found) {
-            let name = properties.name.clone();
-            if let Some(earlier) = self.entries.get(&name) {
-                let earlier = &earlier.places.name;
-                return Err(Error::scene(
-                    places.name,
-                    format!("material \"{name}\" is already defined at {earlier}"),
-                    "rename or remove one of them",
-                ));
+        let (stream, _) = open(file, named_at, "material library")?;
+        let mut lines = Lines::new(file, stream);
+        let mut unused = Unused::default();
+        let mut record = Record::default();
+        while let Some(line) = lines.next_statement()? {
+            let keyword = line.keyword();
+            if keyword.eq_ignore_ascii_case("newmtl") {
+                let next = Record::named(&line)?;
+                self.add(std::mem::replace(&mut record, next), file, &mut unused)?;
+            } else if record.name.is_none() && is_read(keyword) {
+                return Err(line.error("stands before any material", "begin one with newmtl"));
+            } else {
+                record.add(&line, &mut unused);
             }
-            let material = LibraryMaterial {
-                properties,
-                places,
-                folder: folder.to_owned(),
-            };
-            self.entries.insert(name, material);
         }
+        self.add(record, file, &mut unused)?;
+        self.files.push((file.to_owned(), unused));
+        Ok(())
+    }
+
+    fn add(&mut self, record: Record, file: &Path, unused: &mut Unused) -> Result<()> {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let Some(material) = record.read(file, folder, unused)? else {
+            return Ok(());
+        };
+        let name = material.name.clone();
+        if let Some(earlier) = self.entries.get(&name) {
+            let problem = format!("material \"{name}\" is already defined at {}", earlier.at);
+            return Err(Error::scene(
+                material.at,
+                problem,
+                "rename or remove one of them",
+            ));
+        }
+        self.entries.insert(name, material);
         Ok(())
     }
 }
 
-/// Checks an MTL file line by line and keeps the supported statements, because `tobj` reports no lines and panics on a Kd of one number.
-/// Also returns the places and the normal map of each material, because `tobj` does not read the options of a normal map.
-fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
-    let mut checked = String::new();
-    let mut places: Vec<Places> = Vec::new();
-    for line in lines(text, file) {
-        let keyword = line.keyword();
-        let value = match keyword {
-            "newmtl" => {
-                places.push(Places {
-                    name: line.at(),
-                    ..Places::default()
-                });
-                line.name()?.to_owned()
-            }
-            "Kd" | "Ks" => match *line.numbers(1..=3)? {
-                // One number stands for all three bands (MTL format, "Kd r g b": g and b are optional).
-                [grey] => format!("{grey:?} {grey:?} {grey:?}"),
-                [r, g, b] => format!("{r:?} {g:?} {b:?}"),
-                _ => return Err(line.error("has two numbers", "write one or three")),
-            },
-            "Ns" => format!("{:?}", line.numbers(1..=1)?[0]),
-            "map_Kd" => texture_path(line.name()?, &line)?,
-            "norm" | "map_Bump" | "map_bump" | "bump" | "map_d" => String::new(),
-            _ => continue,
-        };
-        let Some(places) = places.last_mut() else {
-            return Err(line.error("stands before any material", "begin one with newmtl"));
-        };
-        if keyword == "map_d" {
-            if places.alpha_map.is_some() {
-                let hint = "keep one of them";
-                return Err(line.error("is the second of its material", hint));
-            }
-            places.alpha_map = Some((texture_path(line.name()?, &line)?, line.at()));
-            continue;
-        }
-        if value.is_empty() {
-            if places.normal_map.is_some() {
-                let hint = "keep one of norm and map_Bump";
-                return Err(line.error("is the second map of normals of its material", hint));
-            }
-            places.normal_map = Some(named_normal_map(keyword, &line)?);
-            continue;
-        }
-        if keyword == "map_Kd" {
-            places.texture = line.at();
-        }
-        checked.push_str(&format!("{keyword} {value}\n"));
-    }
-    Ok((checked, places))
+/// Whether a key is one of those that [`Record::read`] takes.
+fn is_read(keyword: &str) -> bool {
+    KEYS[1..12]
+        .iter()
+        .any(|key| key.eq_ignore_ascii_case(keyword))
 }
 
-/// Reads a path, which may follow `-bm` and the strength of a bump map.
-fn named_normal_map(keyword: &str, line: &Line) -> Result<NormalMap> {
-    let text = line.name()?;
-    let mut strength = 1.0;
-    let mut path = text;
-    if let Some(given) = text.strip_prefix("-bm ").filter(|_| keyword != "norm") {
-        let given = given.trim_start();
-        let (number, rest) = given.split_once(char::is_whitespace).unwrap_or((given, ""));
-        strength = number
-            .parse()
-            .ok()
-            .filter(|s: &f64| s.abs() <= 1e3)
-            .ok_or_else(|| {
-                line.error(
-                    "has a -bm that is not a number from -1000 to 1000",
-                    "write it as -bm 0.5 bumps.png",
-                )
-            })?;
-        path = rest.trim_start();
-    }
-    Ok(NormalMap {
-        path: texture_path(path, line)?,
-        strength,
-        may_be_heights: keyword != "norm",
-        named_at: line.at(),
-    })
+/// The statements of one material, which are taken one by one. What is left is not used.
+#[derive(Default)]
+struct Record {
+    /// `None`: what stands before the first material.
+    name: Option<String>,
+    number: usize,
+    statements: Vec<Statement>,
 }
 
-fn texture_path(path: &str, line: &Line) -> Result<String> {
-    if path.is_empty() {
-        return Err(line.error(
-            "names no file",
-            "write the path of a PNG or JPEG file after it",
-        ));
+/// A statement of a known key.
+struct Statement {
+    key: &'static str,
+    number: usize,
+    text: String,
+}
+
+impl Record {
+    fn named(line: &Line) -> Result<Self> {
+        Ok(Record {
+            name: Some(line.name()?.to_owned()),
+            number: line.number(),
+            statements: Vec::new(),
+        })
     }
-    if path.starts_with('-') {
-        return Err(line.error(
-            "has options, which camlux does not read",
-            "keep only the path, and bake the options into the image or the texture coordinates",
-        ));
+
+    fn add(&mut self, line: &Line, unused: &mut Unused) {
+        let known = KEYS
+            .into_iter()
+            .find(|key| key.eq_ignore_ascii_case(line.keyword()));
+        match known {
+            Some(key) => self.statements.push(Statement {
+                key,
+                number: line.number(),
+                text: format!("{} {}", line.keyword(), line.rest()),
+            }),
+            None => unused.add_unknown(line.keyword(), &KEYS),
+        }
     }
-    Ok(path.to_owned())
+
+    /// Takes the statements of these keys.
+    fn take(&mut self, keys: &[&str]) -> Vec<Statement> {
+        let is_one = |statement: &mut Statement| keys.contains(&statement.key);
+        self.statements.extract_if(.., is_one).collect()
+    }
+
+    /// Reads the last statement of a key. Earlier ones are counted as not used.
+    fn value<T>(
+        &mut self,
+        key: &'static str,
+        file: &Path,
+        unused: &mut Unused,
+        read: impl FnOnce(&Line) -> Result<T>,
+    ) -> Result<Option<T>> {
+        let mut statements = self.take(&[key]);
+        let Some(last) = statements.pop() else {
+            return Ok(None);
+        };
+        let again = format!("\"{key}\" that a later one replaces");
+        unused.add_many(&again, statements.len() as u64);
+        read(&last.line(file)).map(Some)
+    }
+
+    /// Reads the only statement of these keys, a map.
+    fn map(
+        &mut self,
+        keys: &[&'static str],
+        file: &Path,
+        folder: &Path,
+        unused: &mut Unused,
+    ) -> Result<Option<Map>> {
+        let statements = self.take(keys);
+        if let [_, second, ..] = &statements[..] {
+            let line = second.line(file);
+            let (problem, hint) = match keys {
+                [_] => ("is the second of its material", "keep one of them"),
+                _ => (
+                    "is the second map of normals of its material",
+                    "keep one of norm and map_Bump",
+                ),
+            };
+            return Err(line.error(problem, hint));
+        }
+        let map = statements.first().map(|statement| {
+            let line = statement.line(file);
+            Map::read(statement.key, &line, folder, unused)
+        });
+        map.transpose()
+    }
+
+    fn read(
+        mut self,
+        file: &Path,
+        folder: &Path,
+        unused: &mut Unused,
+    ) -> Result<Option<LibraryMaterial>> {
+        let Some(name) = self.name.take() else {
+            self.report(unused);
+            return Ok(None);
+        };
+        let kd = self.value("Kd", file, unused, bands)?;
+        let mut ks = self.value("Ks", file, unused, bands)?;
+        let shininess = self.value("Ns", file, unused, |line| Ok(line.numbers(1..=1)?[0]))?;
+        let illum = self.value("illum", file, unused, |line| Ok(line.numbers(1..=1)?[0]))?;
+        let mut map = |keys: &[&'static str]| self.map(keys, file, folder, unused);
+        let kd_map = map(&["map_Kd"])?;
+        let mut ks_map = map(&["map_Ks"])?;
+        let mut shininess_map = map(&["map_Ns"])?;
+        let normal_map = map(&["norm", "map_Bump", "bump"])?;
+        let alpha_map = map(&["map_d"])?;
+        match illum {
+            // A constant colour, or the diffuse term alone.
+            Some(0.0 | 1.0) => {
+                (ks, ks_map, shininess_map) = (None, None, None);
+            }
+            None | Some(2.0) => {}
+            Some(illum) => unused.add(&format!("\"illum\" {illum}, which is more than highlights")),
+        }
+        self.report(unused);
+        Ok(Some(LibraryMaterial {
+            name,
+            at: place(file, self.number),
+            kd,
+            ks,
+            shininess,
+            kd_map,
+            ks_map,
+            shininess_map,
+            normal_map,
+            alpha_map,
+        }))
+    }
+
+    /// Counts what was not taken.
+    fn report(&self, unused: &mut Unused) {
+        let left = self.statements.iter();
+        for statement in left.filter(|statement| !statement.is_without_effect()) {
+            unused.add(&format!("\"{}\"", statement.key));
+        }
+    }
+}
+
+impl Statement {
+    fn line<'t>(&'t self, file: &'t Path) -> Line<'t> {
+        Line::new(file, self.number, self.text.as_str().into())
+    }
+
+    fn is_without_effect(&self) -> bool {
+        let line = self.line(Path::new(""));
+        let values = WITHOUT_EFFECT.iter().filter(|(key, _)| *key == self.key);
+        values.into_iter().any(|(_, value)| {
+            let number = value.parse::<f64>().ok();
+            let is_equal = |word: &str| match number {
+                Some(_) => word.parse().ok() == number,
+                None => word.eq_ignore_ascii_case(value),
+            };
+            line.words().all(is_equal)
+        })
+    }
+}
+
+fn bands(line: &Line) -> Result<Bands> {
+    match line.numbers(1..=3)?[..] {
+        // One number stands for all three bands (MTL format, "Kd r g b": g and b are optional).
+        [grey] => Ok([grey; 3]),
+        [r, g, b] => Ok([r, g, b]),
+        _ => Err(line.error("has two numbers", "write one or three")),
+    }
 }

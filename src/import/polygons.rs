@@ -8,15 +8,12 @@
 
 use std::ops::Range;
 
-use earcut::Earcut;
-use earcut::utils3d::project3d_to_2d;
 use glam::{DAffine3, DVec3};
 
+pub(super) use super::corners::{Columns, Corners, NONE};
+use super::split::Splitter;
 use super::unused::Unused;
 use crate::scene::Mesh;
-
-/// The index of a corner that has no texture coordinate or no normal.
-pub(super) const NONE: u32 = u32::MAX;
 
 /// The polygons of a file in the file's own space, as a reader found them. An empty list: the file has no such values.
 #[derive(Debug, Default)]
@@ -27,7 +24,7 @@ pub(super) struct Polygons {
     pub texcoords: Vec<[f64; 2]>,
     /// With the index of the position.
     pub texcoords_1: Vec<[f64; 2]>,
-    /// With the index of the position; linear.
+    /// Linear.
     pub colors: Vec<[f32; 3]>,
     /// With the index of the position.
     pub tangents: Vec<[f32; 4]>,
@@ -37,51 +34,6 @@ pub(super) struct Polygons {
     pub face_ends: Vec<u32>,
     /// The material of each face, or one for all.
     pub materials: Vec<u32>,
-}
-
-/// The indices of corners.
-#[derive(Debug)]
-pub(super) enum Corners {
-    /// One index for all values.
-    Shared(Vec<u32>),
-    /// Of position, texture coordinate ([`NONE`]: none) and normal ([`NONE`]: none).
-    Separate(Vec<[u32; 3]>),
-}
-
-impl Default for Corners {
-    fn default() -> Self {
-        Corners::Shared(Vec::new())
-    }
-}
-
-impl Corners {
-    fn len(&self) -> usize {
-        match self {
-            Corners::Shared(indices) => indices.len(),
-            Corners::Separate(indices) => indices.len(),
-        }
-    }
-
-    fn position(&self, corner: usize) -> u32 {
-        match self {
-            Corners::Shared(indices) => indices[corner],
-            Corners::Separate(indices) => indices[corner][0],
-        }
-    }
-
-    fn texcoord(&self, corner: usize) -> u32 {
-        match self {
-            Corners::Shared(indices) => indices[corner],
-            Corners::Separate(indices) => indices[corner][1],
-        }
-    }
-
-    fn normal(&self, corner: usize) -> u32 {
-        match self {
-            Corners::Shared(indices) => indices[corner],
-            Corners::Separate(indices) => indices[corner][2],
-        }
-    }
 }
 
 impl Polygons {
@@ -107,11 +59,24 @@ impl Polygons {
         }
     }
 
+    /// Ends a face whose corners are all those from `start` on.
+    pub fn end_face(face_ends: &mut Vec<u32>, start: usize, end: usize) {
+        if face_ends.is_empty() {
+            if start + 3 == end {
+                return;
+            }
+            // So far every three corners were a face.
+            face_ends.extend((1..=start as u32 / 3).map(|face| 3 * face));
+        }
+        face_ends.push(end as u32);
+    }
+
     /// The first face with such a material and a corner without a texture coordinate.
     pub fn first_without_texcoord(&self, is_such: impl Fn(u32) -> bool) -> Option<usize> {
         let lacks = |corner| self.texcoords.is_empty() || self.corners.texcoord(corner) == NONE;
         (0..self.face_count())
-            .find(|&face| is_such(self.material(face)) && self.face(face).any(lacks))
+            .filter(|&face| self.face(face).len() >= 3)
+            .find(|&face| self.face(face).any(lacks) && is_such(self.material(face)))
     }
 
     /// Makes the mesh, placed by `to_world`. `flat`: without normals.
@@ -127,7 +92,14 @@ impl Polygons {
     ) -> Result<Mesh, String> {
         self.check()?;
         self.clamp_colors(unused);
+        let is_number = |normal: &&DVec3| !normal.is_finite();
+        let not_finite = self.normals.iter().filter(is_number).count() as u64;
+        unused.add_many(
+            "normals that are no numbers, whose faces are flat",
+            not_finite,
+        );
         self.share_indices();
+        self.shrink();
         let builder = Builder::new(&self, flat);
         let is_smooth = builder.is_smooth;
         let keeps_vertices =
@@ -152,44 +124,49 @@ impl Polygons {
 
     fn check(&self) -> Result<(), String> {
         let count = self.positions.len();
+        let columns = match &self.corners {
+            Corners::Shared(_) => None,
+            Corners::Separate(columns) => Some(columns),
+        };
+        let has_colors = columns.is_some_and(|columns| !columns.colors.is_empty());
         let lists = [
-            ("texture coordinates", self.texcoords_1.len()),
-            ("colours", self.colors.len()),
-            ("tangents", self.tangents.len()),
+            ("texture coordinates", self.texcoords_1.len(), true),
+            ("colours", self.colors.len(), !has_colors),
+            ("tangents", self.tangents.len(), true),
+            (
+                "texture coordinates",
+                self.texcoords.len(),
+                columns.is_none(),
+            ),
+            ("normals", self.normals.len(), columns.is_none()),
         ];
-        let shared = [
-            ("texture coordinates", self.texcoords.len()),
-            ("normals", self.normals.len()),
-        ];
-        let is_shared = matches!(self.corners, Corners::Shared(_));
-        let shared = shared.into_iter().filter(|_| is_shared);
-        for (what, values) in lists.into_iter().chain(shared) {
-            if values != 0 && values != count {
+        for (what, values, is_by_position) in lists {
+            if is_by_position && values != 0 && values != count {
                 return Err(format!("there are {values} {what} for {count} positions"));
             }
         }
         if count >= NONE as usize || self.corners.len() >= NONE as usize {
             return Err("there are 2^32 positions or corners of faces, or more".into());
         }
-        let check = |index: u32, what: &str, count: usize| match index as usize {
-            index if index < count => Ok(()),
-            index => Err(format!(
-                "a face uses {what} {index}, but there are {count}, counted from 0"
-            )),
+        let check = |indices: &[u32], what: &str, count: usize, may_lack: bool| {
+            let is_wrong = |&&index: &&u32| index as usize >= count && !(may_lack && index == NONE);
+            match indices.iter().find(is_wrong) {
+                None => Ok(()),
+                Some(index) => Err(format!(
+                    "a face uses {what} {index}, but there are {count}, counted from 0"
+                )),
+            }
         };
-        for corner in 0..self.corners.len() {
-            check(self.corners.position(corner), "position", count)?;
-            if let Corners::Separate(indices) = &self.corners {
-                let [_, texcoord, normal] = indices[corner];
-                if texcoord != NONE {
-                    check(texcoord, "texture coordinate", self.texcoords.len())?;
-                }
-                if normal != NONE {
-                    check(normal, "normal", self.normals.len())?;
-                }
+        match &self.corners {
+            Corners::Shared(indices) => check(indices, "position", count, false),
+            Corners::Separate(columns) => {
+                let texcoords = self.texcoords.len();
+                check(&columns.positions, "position", count, false)?;
+                check(&columns.texcoords, "texture coordinate", texcoords, true)?;
+                check(&columns.normals, "normal", self.normals.len(), true)?;
+                check(&columns.colors, "colour", self.colors.len(), false)
             }
         }
-        Ok(())
     }
 
     fn clamp_colors(&mut self, unused: &mut Unused) {
@@ -210,26 +187,54 @@ impl Polygons {
 
     /// Uses one index for all values where the corners do, or have nothing else.
     fn share_indices(&mut self) {
-        let Corners::Separate(indices) = &self.corners else {
+        let Corners::Separate(columns) = &mut self.corners else {
             return;
         };
-        let is_same = |part: usize, count: usize| {
-            count == self.positions.len() && indices.iter().all(|index| index[part] == index[0])
+        let count = self.positions.len();
+        let positions = &columns.positions;
+        let is_same = |column: &[u32], values: usize| {
+            column.is_empty() || (values == count && column == &positions[..])
         };
-        let is_none = |part: usize| indices.iter().all(|index| index[part] == NONE);
-        let [no_texcoords, no_normals] = [is_none(1), is_none(2)];
-        if (no_texcoords || is_same(1, self.texcoords.len()))
-            && (no_normals || is_same(2, self.normals.len()))
+        if is_same(&columns.texcoords, self.texcoords.len())
+            && is_same(&columns.normals, self.normals.len())
+            && is_same(&columns.colors, self.colors.len())
         {
-            if no_texcoords {
+            if columns.texcoords.is_empty() {
                 self.texcoords = Vec::new();
             }
-            if no_normals {
+            if columns.normals.is_empty() {
                 self.normals = Vec::new();
             }
-            self.corners = Corners::Shared(indices.iter().map(|index| index[0]).collect());
+            self.corners = Corners::Shared(std::mem::take(&mut columns.positions));
         }
     }
+
+    /// Frees what lists hold in reserve before the mesh takes memory of its own.
+    fn shrink(&mut self) {
+        self.positions.shrink_to_fit();
+        self.normals.shrink_to_fit();
+        self.texcoords.shrink_to_fit();
+        self.colors.shrink_to_fit();
+        match &mut self.corners {
+            Corners::Shared(indices) => indices.shrink_to_fit(),
+            Corners::Separate(columns) => {
+                columns
+                    .all()
+                    .into_iter()
+                    .for_each(|column| column.shrink_to_fit());
+            }
+        }
+    }
+}
+
+/// Vertices at a position that are compared with a new one. A file with more at one position gets some of them twice, instead of a search
+/// that takes time quadratic in its size.
+const MOST_TRIED: usize = 64;
+
+/// Whether two indices are of equal values: some formats have a list with a value for every corner.
+fn is_equal<T: PartialEq>(a: u32, b: u32, values: &[T]) -> bool {
+    let value = |index: u32| values.get(index as usize);
+    a == b || (a != NONE && b != NONE && value(a) == value(b))
 }
 
 /// Makes a mesh of polygons whose indices are valid.
@@ -325,7 +330,8 @@ impl<'p> Builder<'p> {
         let has_texcoords = !polygons.texcoords.is_empty();
         // The vertices of each position, as lists: the last one, and from each the one before.
         let mut last_of_position = vec![NONE; polygons.positions.len()];
-        let mut vertices: Vec<(u32, [u32; 2])> = Vec::new();
+        let mut vertices: Vec<(u32, [u32; 3])> = Vec::new();
+        let has_colors = matches!(&polygons.corners, Corners::Separate(c) if !c.colors.is_empty());
         self.for_each_triangle(unused, |face, corners| {
             let position = |corner| polygons.corners.position(corner) as usize;
             let is_flat = self.is_flat(polygons.face(face));
@@ -346,11 +352,28 @@ impl<'p> Builder<'p> {
                     true => polygons.corners.normal(corner),
                     false => NONE,
                 };
-                let mut known = last_of_position[position];
-                while known != NONE
-                    && (is_apart || vertices[known as usize].1 != [texcoord, normal])
-                {
-                    known = vertices[known as usize].0;
+                let color = match has_colors {
+                    true => polygons.corners.color(corner),
+                    false => NONE,
+                };
+                let values = [texcoord, normal, color];
+                let is_same = |[t, n, c]: [u32; 3]| {
+                    n == normal
+                        && is_equal(t, texcoord, &polygons.texcoords)
+                        && is_equal(c, color, &polygons.colors)
+                };
+                let mut known = if is_apart {
+                    NONE
+                } else {
+                    last_of_position[position]
+                };
+                let mut tried = 0;
+                while known != NONE && !is_same(vertices[known as usize].1) {
+                    tried += 1;
+                    known = match tried < MOST_TRIED {
+                        true => vertices[known as usize].0,
+                        false => NONE,
+                    };
                 }
                 if known != NONE {
                     return known;
@@ -362,7 +385,7 @@ impl<'p> Builder<'p> {
                 } else {
                     last_of_position[position]
                 };
-                vertices.push((before, [texcoord, normal]));
+                vertices.push((before, values));
                 if !is_apart {
                     last_of_position[position] = vertex;
                 }
@@ -377,7 +400,8 @@ impl<'p> Builder<'p> {
                     mesh.normals.push(normal.unwrap_or_else(face_normal));
                 }
                 mesh.texcoords_1.extend(polygons.texcoords_1.get(position));
-                mesh.colors.extend(polygons.colors.get(position));
+                let color = polygons.corners.color(corner) as usize;
+                mesh.colors.extend(polygons.colors.get(color));
                 mesh.tangents.extend(polygons.tangents.get(position));
                 vertex
             });
@@ -398,84 +422,6 @@ impl<'p> Builder<'p> {
             ..Mesh::default()
         }
     }
-}
-
-/// Splits polygons into triangles, and keeps its memory from one to the next.
-#[derive(Default)]
-struct Splitter {
-    earcut: Option<Earcut<f64>>,
-    outline: Vec<DVec3>,
-    outline_2d: Vec<[f64; 2]>,
-    triangles: Vec<u32>,
-}
-
-impl Splitter {
-    /// Calls `add` with the corners of each triangle, which turn as the polygon's do.
-    fn split(
-        &mut self,
-        corners: Range<usize>,
-        position: impl Fn(usize) -> DVec3,
-        mut add: impl FnMut([usize; 3]),
-    ) {
-        let first = corners.start;
-        let count = corners.len();
-        if count == 3 {
-            return add([first, first + 1, first + 2]);
-        }
-        self.outline.clear();
-        self.outline.extend(corners.map(position));
-        if let Some(apex) = fan_apex(&self.outline) {
-            let corner = |step: usize| first + (apex + step) % count;
-            (1..count - 1).for_each(|step| add([corner(0), corner(step), corner(step + 1)]));
-            return;
-        }
-        // Relative to a corner: far from the origin products would lose their digits.
-        let origin = self.outline[0];
-        let outline: Vec<[f64; 3]> = self
-            .outline
-            .iter()
-            .map(|corner| (corner - origin).to_array())
-            .collect();
-        self.triangles.clear();
-        if project3d_to_2d(&outline, count, &mut self.outline_2d) {
-            let earcut = self.earcut.get_or_insert_with(Earcut::new);
-            let outline = self.outline_2d.iter().copied();
-            earcut.earcut(outline, &[], &mut self.triangles);
-        }
-        let area = vector_area(&self.outline);
-        for triangle in self.triangles.as_chunks::<3>().0 {
-            let [a, b, c] = triangle.map(|corner| corner as usize);
-            let [pa, pb, pc] = [a, b, c].map(|corner| self.outline[corner]);
-            let turns_alike = (pb - pa).cross(pc - pa).dot(area) >= 0.0;
-            let [b, c] = if turns_alike { [b, c] } else { [c, b] };
-            add([first + a, first + b, first + c]);
-        }
-    }
-}
-
-/// Twice the vector area of a polygon (Newell): the sum over any fan of triangles.
-fn vector_area(outline: &[DVec3]) -> DVec3 {
-    let first = outline[0];
-    let pairs = outline[1..].windows(2);
-    pairs
-        .map(|pair| (pair[0] - first).cross(pair[1] - first))
-        .sum()
-}
-
-/// One of the first corners from which a fan of triangles fills the polygon without folding over. For a quadrilateral there is always one.
-fn fan_apex(outline: &[DVec3]) -> Option<usize> {
-    const MOST_TRIED: usize = 4;
-    let count = outline.len();
-    let area = vector_area(outline);
-    // A triangle without area does not fold; rounding may give it either sign.
-    let folded = -1e-9 * area.length_squared();
-    let is_unfolded = |apex: usize| {
-        (1..count - 1).all(|step| {
-            let [a, b, c] = [0, step, step + 1].map(|step| outline[(apex + step) % count]);
-            (b - a).cross(c - a).dot(area) >= folded
-        })
-    };
-    (0..count.min(MOST_TRIED)).find(|&apex| is_unfolded(apex))
 }
 
 /// Places a mesh in the file's space where it belongs.

@@ -6,12 +6,21 @@ use std::path::Path;
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
 
-use super::mtl::NormalMap;
 use crate::scene::{Encoding, Texels, Texture};
 use crate::{Error, Result, input_file};
 
 /// What to do about an image that cannot be read.
 pub(super) const GIVE_IMAGE: &str = "give a PNG, JPEG or WebP image";
+
+/// A map named by `norm` or `map_Bump`.
+pub(super) struct NormalMap {
+    /// The factor for slopes.
+    pub strength: f64,
+    /// Whether grey values are heights.
+    pub may_be_heights: bool,
+    /// The line that names it.
+    pub named_at: String,
+}
 
 /// Loads an image of 8 or 16 bits, grey or RGB. An alpha channel is ignored.
 ///

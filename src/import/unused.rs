@@ -8,12 +8,16 @@ use crate::keys::nearest;
 
 /// Kinds that a warning lists; of the others it gives the number.
 const MOST_LISTED: usize = 40;
+/// Unknown keys that are told apart. A file of something else may have a million.
+const MOST_UNKNOWN: usize = 200;
 
 /// What a file holds and camlux does not use: each kind once, with its count, in the order of the file.
 #[derive(Debug, Default)]
 pub(super) struct Unused {
     kinds: Vec<(String, u64)>,
     index_of: HashMap<String, usize>,
+    /// The kind of each unknown key, because the search for the nearest known one takes long.
+    kind_of_unknown: HashMap<String, String>,
 }
 
 impl Unused {
@@ -44,10 +48,19 @@ impl Unused {
 
     /// Counts a key that is no key of the format, and suggests the nearest of those that are.
     pub fn add_unknown(&mut self, key: &str, known: &[&str]) {
-        match nearest(key, known) {
-            Some(known) => self.add(&format!("the unknown \"{key}\", perhaps \"{known}\"")),
-            None => self.add(&format!("the unknown \"{key}\"")),
+        if let Some(kind) = self.kind_of_unknown.get(key) {
+            let kind = kind.clone();
+            return self.add(&kind);
         }
+        if self.kind_of_unknown.len() >= MOST_UNKNOWN {
+            return self.add("other unknown keys");
+        }
+        let kind = match nearest(key, known) {
+            Some(known) => format!("the unknown \"{}\", perhaps \"{known}\"", shown(key)),
+            None => format!("the unknown \"{}\"", shown(key)),
+        };
+        self.add(&kind);
+        self.kind_of_unknown.insert(key.to_owned(), kind);
     }
 
     /// The warning about a file; `None` if camlux uses all of it.
@@ -65,4 +78,11 @@ impl Unused {
         let list = list.join("; ");
         (!list.is_empty()).then(|| format!("{}: camlux ignores {list}", file.display()))
     }
+}
+
+/// A word of a file as a warning shows it: its beginning, without control characters.
+pub(super) fn shown(word: &str) -> String {
+    const MOST_CHARACTERS: usize = 64;
+    let escaped = word.chars().take(MOST_CHARACTERS);
+    escaped.flat_map(char::escape_debug).collect()
 }

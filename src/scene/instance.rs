@@ -80,7 +80,7 @@ impl Mesh {
 }
 
 /// The matrix that transforms normals. For a singular matrix, any result is valid.
-pub(crate) fn normal_matrix(linear: DMat3) -> DMat3 {
+fn normal_matrix(linear: DMat3) -> DMat3 {
     match linear.determinant() {
         0.0 => linear,
         _ => linear.inverse().transpose(),
@@ -88,7 +88,7 @@ pub(crate) fn normal_matrix(linear: DMat3) -> DMat3 {
 }
 
 /// Transforms a normal of any length but zero, and normalises it.
-pub(crate) fn unit_normal(turn: DMat3, normal: DVec3) -> DVec3 {
+fn unit_normal(turn: DMat3, normal: DVec3) -> DVec3 {
     // Without the division the square of a very short or long normal would leave the range of f64.
     (turn * (normal / normal.abs().max_element())).normalize_or(DVec3::Z)
 }

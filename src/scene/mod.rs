@@ -37,7 +37,6 @@ pub use indirect::{
     DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS, VplSum,
 };
 pub use instance::Instance;
-pub(crate) use instance::{normal_matrix, unit_normal};
 pub use light::{Light, SpotCone};
 pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;

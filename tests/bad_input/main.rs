@@ -9,3 +9,4 @@ mod mesh_file;
 mod ply_file;
 mod scene_file;
 mod scene_values;
+mod stl_file;

@@ -18,6 +18,7 @@ mod instances;
 mod instant_radiosity;
 mod kernels;
 mod lens;
+mod mesh_pixels;
 mod normal_maps;
 mod pixel_samples;
 mod ply;

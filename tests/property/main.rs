@@ -20,6 +20,8 @@ mod lattice;
 mod layers;
 mod local_space;
 mod mesh_file;
+mod mesh_formats;
+mod mesh_keys;
 mod metamorphic;
 mod metamorphic_rays;
 mod metrics;
@@ -33,6 +35,7 @@ mod output_file;
 mod pattern;
 #[cfg(feature = "reference")]
 mod phasor;
+mod polygons;
 mod projector;
 mod reference;
 #[cfg(feature = "reference")]

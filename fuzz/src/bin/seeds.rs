@@ -16,6 +16,8 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
         "scene_toml",
         "mesh_obj",
         "mesh_gltf",
+        "mesh_ply",
+        "mesh_stl",
         "materials_mtl",
         "texture",
         "pattern",
@@ -25,9 +27,20 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
     }
     copy_scenes(corpus, Path::new(scenes))?;
     fs::write(corpus.join("mesh_gltf/triangle.gltf"), TRIANGLE_GLTF)?;
+    fs::write(corpus.join("mesh_ply/strip.ply"), PLY)?;
+    fs::write(corpus.join("mesh_stl/triangle.stl"), STL)?;
+    let mut binary = [&[b' '; 80][..], &[1, 0, 0, 0]].concat();
+    binary.resize(134, 0);
+    fs::write(corpus.join("mesh_stl/binary.stl"), binary)?;
     textures(&corpus.join("texture"))?;
     images(&corpus.join("exr_image"))
 }
+
+const PLY: &str = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 3\nproperty float x\nproperty float y\n\
+    property double z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
+    property list uchar int vertex_indices\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+    0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2\n5 0 1 2 -1 0\n";
+const STL: &str = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
 
 /// A triangle with its buffer in the text.
 const TRIANGLE_GLTF: &str = r#"{"asset":{"version":"2.0"},

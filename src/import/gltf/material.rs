@@ -226,7 +226,7 @@ impl Conversion<'_> {
     fn load(&self, image: usize, name: String, use_of: &TextureUse) -> Result<Option<Texture>> {
         let decoded = self.decoded(image)?;
         Ok(match use_of {
-            TextureUse::Reflectance => Some(texture::of_image(name, decoded)),
+            TextureUse::Reflectance | TextureUse::Factor => Some(texture::of_image(name, decoded)),
             TextureUse::Normals(strength, _) => {
                 let texture = texture::of_image(name, decoded);
                 let strength = f64::from_bits(*strength);

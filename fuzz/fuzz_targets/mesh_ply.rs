@@ -1,0 +1,6 @@
+#![no_main]
+//! A PLY file, with a material of the scene.
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| camlux_fuzz::load_mesh("mesh.ply", bytes));
