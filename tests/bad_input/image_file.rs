@@ -208,10 +208,10 @@ fn a_channel_that_is_there_twice_is_refused_across_parts() {
     };
     let image = Image::empty(ImageAttributes::with_size((8, 6)));
     let image = image
-        .with_layer(part("direct", "R"))
-        .with_layer(part("direct", "direct.R"));
+        .with_layer(part("light.direct", "R"))
+        .with_layer(part("light", "direct.R"));
     image.write().to_file(&path).unwrap();
-    assert_path_refused(&path, &["channel direct.R is there twice"]);
+    assert_path_refused(&path, &["channel light.direct.R is there twice"]);
 }
 
 /// Random changes at random bytes give an image or an error, never a panic. The seed is fixed.

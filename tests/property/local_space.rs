@@ -74,7 +74,8 @@ fn positions_in_the_cameras_axes_are_exact_far_from_the_origin() {
         let [a, b] = [a, b].map(|p| DVec3::from(p.map(f64::from)));
         assert!(a.distance(b) < 2e-6 * size_m, "{i}: {a} {b}");
     }
-    assert!(compared > 500, "{compared}");
+    // Of 576, without the edges.
+    assert!(compared > 400, "{compared}");
     // In the world, it is the point that P rounds.
     let basis = far.camera.basis();
     let positions = near.values(Layer::Position).unwrap().as_chunks::<3>().0;

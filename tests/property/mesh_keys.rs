@@ -310,9 +310,9 @@ fn every_property_of_ply_is_used_or_named() {
         assert!(differ(&scene, &plain), "{group:?}");
         assert_eq!(scene.warnings(), [""; 0]);
     }
-    let warnings = load("property uchar rde\n", "").warnings().join("\n");
+    let warnings = load("property uchar redd\n", "").warnings().join("\n");
     assert!(
-        warnings.contains("the unknown \"rde\", perhaps \"red\""),
+        warnings.contains("the unknown \"redd\", perhaps \"red\""),
         "{warnings}"
     );
 }
