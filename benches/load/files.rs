@@ -100,10 +100,7 @@ fn ply(surface: &Surface, file: &mut BufWriter<File>, is_binary: bool) -> Result
     writeln!(file, "ply\nformat {format} 1.0\nelement vertex {vertices}")?;
     writeln!(file, "property float x\nproperty float y\nproperty float z")?;
     writeln!(file, "element face {faces}")?;
-    writeln!(
-        file,
-        "property list uchar int vertex_indices\nend_header"
-    )?;
+    writeln!(file, "property list uchar int vertex_indices\nend_header")?;
     for position in &surface.positions {
         let [x, y, z] = position;
         match is_binary {
@@ -198,9 +195,15 @@ fn glb(surface: &Surface, file: &mut BufWriter<File>) -> Result<()> {
 }
 
 fn floats(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
 }
 
 fn indices(values: &[u32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
 }
