@@ -69,7 +69,9 @@ fn judge_both(
         });
         loads[round % 2] += usize::from(is_loaded);
     }
-    loads.map(|loaded| assert_some_load(loaded, rounds / 2));
+    for loaded in loads {
+        assert_some_load(loaded, rounds / 2);
+    }
 }
 
 #[test]
@@ -138,15 +140,16 @@ fn ply_files_with_more_than_vertices_and_faces() {
         let [a, b, c] = face;
         text += &format!("3 {a} {b} {c} 6 0 0 1 0 0.5 1 {texture} 1 2 3 255\n");
         binary.push(3);
-        face.map(|vertex| binary.extend(vertex.to_be_bytes()));
+        binary.extend(face.map(i32::to_be_bytes).as_flattened());
         binary.push(6);
-        [0.0_f32, 0.0, 1.0, 0.0, 0.5, 1.0].map(|value| binary.extend(value.to_be_bytes()));
+        let texcoords = [0.0, 0.0, 1.0, 0.0, 0.5, 1.0].map(f32::to_be_bytes);
+        binary.extend(texcoords.as_flattened());
         binary.extend(texture.to_be_bytes());
         binary.extend([1, 2, 3, 255]);
     }
     text += "8 0 1 2 -1 1 3 2 0\n0 1\n";
     binary.extend(8_i32.to_be_bytes());
-    strip.map(|vertex| binary.extend(vertex.to_be_bytes()));
+    binary.extend(strip.map(i32::to_be_bytes).as_flattened());
     binary.extend([0; 8]);
     // Of the text, the texture is the largest part in memory.
     judge_both(
@@ -176,7 +179,9 @@ fn stl_files() {
     for [normal, corners @ ..] in triangles {
         let [x, y, z] = normal;
         text += &format!("facet normal {x} {y} {z}\nouter loop\n");
-        corners.map(|[x, y, z]| text += &format!("vertex {x} {y} {z}\n"));
+        for [x, y, z] in corners {
+            text += &format!("vertex {x} {y} {z}\n");
+        }
         text += "endloop\nendfacet\n";
         for value in [normal].iter().chain(&corners).flatten() {
             binary.extend(value.to_le_bytes());
