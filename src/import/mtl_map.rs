@@ -40,6 +40,9 @@ pub(super) const OPTIONS: [(&str, usize, usize, &str); 13] = [
     ("-type", 1, 1, ""),
 ];
 
+/// No system has longer paths. A longer text is not looked up for each of its options.
+const MOST_PATH_BYTES: usize = 1 << 15;
+
 impl Map {
     /// Reads the options and the path of a map.
     pub fn read(key: &str, line: &Line, folder: &Path, unused: &mut Unused) -> Result<Map> {
@@ -48,7 +51,9 @@ impl Map {
         let (mut scale, mut offset) = ([1.0; 2], [0.0; 2]);
         let mut strength = 1.0;
         let mut wrap = Wrap::Repeat;
-        while rest.starts_with('-') && !named_file(folder, rest).exists() {
+        let is_path =
+            |text: &str| text.len() <= MOST_PATH_BYTES && named_file(folder, text).exists();
+        while rest.starts_with('-') && !is_path(rest) {
             let (name, values) = first_word(rest);
             let Some(&(known, least, most, default)) = OPTIONS
                 .iter()

@@ -82,7 +82,7 @@ impl Polygons {
     /// Makes the mesh, placed by `to_world`. `flat`: without normals.
     ///
     /// # Errors
-    /// Returns what is wrong with an index, or with the number of values.
+    /// Returns what is wrong with an index, with the number of values, or with a polygon.
     pub fn into_mesh(
         mut self,
         name: &str,
@@ -105,8 +105,8 @@ impl Polygons {
         let keeps_vertices =
             matches!(self.corners, Corners::Shared(_)) && !(is_smooth && builder.has_flat_faces);
         let mut mesh = match keeps_vertices {
-            true => builder.without_vertices(unused),
-            false => builder.with_own_vertices(unused),
+            true => builder.without_vertices(unused)?,
+            false => builder.with_own_vertices(unused)?,
         };
         if keeps_vertices {
             // Moved, so that a large mesh is not twice in memory.
@@ -274,7 +274,11 @@ impl<'p> Builder<'p> {
     }
 
     /// Calls `add` for each triangle, with its face and its corners.
-    fn for_each_triangle(&self, unused: &mut Unused, mut add: impl FnMut(usize, [usize; 3])) {
+    fn for_each_triangle(
+        &self,
+        unused: &mut Unused,
+        mut add: impl FnMut(usize, [usize; 3]),
+    ) -> Result<(), String> {
         let mut splitter = Splitter::default();
         let mut too_small = 0;
         for face in 0..self.polygons.face_count() {
@@ -290,9 +294,10 @@ impl<'p> Builder<'p> {
             };
             splitter.split(corners, position, |[a, b, c]| {
                 add(face, if is_reversed { [a, c, b] } else { [a, b, c] });
-            });
+            })?;
         }
         unused.add_many("faces of fewer than three corners", too_small);
+        Ok(())
     }
 
     /// Whether the normals of a face are on its back.
@@ -313,18 +318,18 @@ impl<'p> Builder<'p> {
     }
 
     /// The triangles of a mesh with the vertices of the file.
-    fn without_vertices(&self, unused: &mut Unused) -> Mesh {
+    fn without_vertices(&self, unused: &mut Unused) -> Result<Mesh, String> {
         let mut mesh = self.empty_mesh();
         self.for_each_triangle(unused, |face, corners| {
             let index = |corner| self.polygons.corners.position(corner);
             mesh.triangles.push(corners.map(index));
             mesh.triangle_materials.push(self.polygons.material(face));
-        });
-        mesh
+        })?;
+        Ok(mesh)
     }
 
     /// A mesh with a vertex for each combination of indices, and vertices of their own for flat faces.
-    fn with_own_vertices(&self, unused: &mut Unused) -> Mesh {
+    fn with_own_vertices(&self, unused: &mut Unused) -> Result<Mesh, String> {
         let polygons = self.polygons;
         let mut mesh = self.empty_mesh();
         let has_texcoords = !polygons.texcoords.is_empty();
@@ -407,8 +412,8 @@ impl<'p> Builder<'p> {
             });
             mesh.triangles.push(triangle);
             mesh.triangle_materials.push(polygons.material(face));
-        });
-        mesh
+        })?;
+        Ok(mesh)
     }
 
     fn empty_mesh(&self) -> Mesh {

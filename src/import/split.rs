@@ -6,6 +6,9 @@ use earcut::Earcut;
 use earcut::utils3d::project3d_to_2d;
 use glam::DVec3;
 
+/// Earcut takes time quadratic in the number of corners: up to 4 s for these.
+const MOST_CORNERS: usize = 1 << 16;
+
 /// Splits polygons into triangles, and keeps its memory from one to the next.
 #[derive(Default)]
 pub(super) struct Splitter {
@@ -17,23 +20,32 @@ pub(super) struct Splitter {
 
 impl Splitter {
     /// Calls `add` with the corners of each triangle, which turn as the polygon's do.
+    ///
+    /// # Errors
+    /// Returns what is wrong with a polygon that would take too long.
     pub fn split(
         &mut self,
         corners: Range<usize>,
         position: impl Fn(usize) -> DVec3,
         mut add: impl FnMut([usize; 3]),
-    ) {
+    ) -> Result<(), String> {
         let first = corners.start;
         let count = corners.len();
         if count == 3 {
-            return add([first, first + 1, first + 2]);
+            add([first, first + 1, first + 2]);
+            return Ok(());
         }
         self.outline.clear();
         self.outline.extend(corners.map(position));
         if let Some(apex) = fan_apex(&self.outline) {
             let corner = |step: usize| first + (apex + step) % count;
             (1..count - 1).for_each(|step| add([corner(0), corner(step), corner(step + 1)]));
-            return;
+            return Ok(());
+        }
+        if count > MOST_CORNERS {
+            return Err(format!(
+                "a face has {count} corners and is not convex, which is possible for up to {MOST_CORNERS}"
+            ));
         }
         // Relative to a corner: far from the origin products would lose their digits.
         let origin = self.outline[0];
@@ -56,6 +68,7 @@ impl Splitter {
             let [b, c] = if turns_alike { [b, c] } else { [c, b] };
             add([first + a, first + b, first + c]);
         }
+        Ok(())
     }
 }
 

@@ -23,6 +23,10 @@ const HINT: &str = "export it again";
 const HEADER_BYTES: usize = 84;
 /// A normal, three corners, and two bytes of any meaning.
 const TRIANGLE_BYTES: usize = 50;
+/// The words of a text.
+const KEYWORDS: [&str; 9] = [
+    "vertex", "facet", "normal", "outer", "loop", "endloop", "endfacet", "solid", "endsolid",
+];
 
 impl Assets {
     /// Loads an STL file as one mesh.
@@ -151,13 +155,16 @@ impl Reader {
         let mut is_empty = true;
         while let Some(word) = words.next_word()? {
             is_empty = false;
-            match &word.to_ascii_lowercase()[..] {
+            let known = KEYWORDS
+                .iter()
+                .find(|keyword| word.eq_ignore_ascii_case(keyword.as_bytes()));
+            match known.copied().unwrap_or_default() {
                 // A name follows.
-                b"solid" | b"endsolid" => words.skip_line(),
-                b"outer" | b"loop" | b"endfacet" => {}
-                b"facet" => is_open = true,
-                b"normal" => normal = vector(&mut words)?,
-                b"vertex" => {
+                "solid" | "endsolid" => words.skip_line(),
+                "outer" | "loop" | "endfacet" => {}
+                "facet" => is_open = true,
+                "normal" => normal = vector(&mut words)?,
+                "vertex" => {
                     let corner = vector(&mut words)?;
                     if !corner.is_finite() {
                         let problem = "a vertex has a coordinate that is not a finite number";
@@ -165,7 +172,7 @@ impl Reader {
                     }
                     outline.push(corner);
                 }
-                b"endloop" => {
+                "endloop" => {
                     is_open = false;
                     self.check_normal(normal, &outline);
                     let start = self.corners.len();

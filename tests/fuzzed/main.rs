@@ -4,7 +4,9 @@
 mod common;
 
 mod damaged;
+mod damaged_meshes;
 mod hostile;
+mod hostile_meshes;
 mod judge;
 mod mutate;
 mod scene_text;

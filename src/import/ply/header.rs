@@ -1,5 +1,6 @@
 //! The header of a PLY file: which elements follow, and which properties each has.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use crate::import::lines::{Line, Lines, place};
@@ -127,6 +128,8 @@ impl Header {
         let mut format = None;
         let mut elements: Vec<Element> = Vec::new();
         let mut texture_files = Vec::new();
+        // A search in lists takes time quadratic in the length of the header.
+        let (mut names, mut names_of_properties) = (HashSet::new(), HashSet::new());
         loop {
             let Some(line) = lines.next_line()? else {
                 let problem = "not a whole PLY file: its header has no end_header";
@@ -144,9 +147,10 @@ impl Header {
                 ("format", &[name, ..]) => format = Some(format_of(name, &line)?),
                 ("element", &[name, count]) => {
                     let element = element(name, count, &line)?;
-                    if elements.iter().any(|other| other.name == element.name) {
+                    if !names.insert(element.name.clone()) {
                         return Err(line.error("names an element again", HINT));
                     }
+                    names_of_properties.clear();
                     elements.push(element);
                 }
                 ("property", words) => {
@@ -154,7 +158,7 @@ impl Header {
                         return Err(line.error("stands before any element", HINT));
                     };
                     let property = property(words, &line)?;
-                    if element.find(&[&property.name]).is_some() {
+                    if !names_of_properties.insert(property.name.clone()) {
                         return Err(line.error("names a property again", HINT));
                     }
                     element.properties.push(property);
