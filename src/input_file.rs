@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::fs::{self, File};
-use std::io::{BufReader, Error, ErrorKind, Read, Result, Take};
+use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Result, Take};
 use std::path::Path;
 
 /// Opens a file for reading and returns it with its length in bytes.
@@ -36,7 +36,12 @@ pub fn stream(path: &Path) -> Result<(Stream, u64)> {
         let problem = format!("it has {file_bytes} bytes, more than memory holds");
         return Err(Error::new(ErrorKind::FileTooLarge, problem));
     }
-    let stream = BufReader::with_capacity(BUFFER_BYTES, file.take(file_bytes));
+    let mut stream = BufReader::with_capacity(BUFFER_BYTES, file.take(file_bytes));
+    // A clone whose large files were not fetched has such text in their place.
+    if stream.fill_buf()?.starts_with(b"version https://git-lfs") {
+        let problem = "it is a pointer of Git LFS, not the file: run git lfs pull";
+        return Err(Error::new(ErrorKind::InvalidData, problem));
+    }
     Ok((stream, file_bytes))
 }
 

@@ -210,23 +210,23 @@ pub fn did_you_mean(word: &str, known: &[&str]) -> String {
     suggestion(word, known, "choose one of")
 }
 
-/// The known word that is most like another one, if any is.
-pub(crate) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
-    // Below this likeness are words of another meaning; above it are words of two letters with one wrong.
-    const LEAST_LIKENESS: f64 = 0.6;
+/// The known word that is most like another one, if one is like it by more than a share of 1.
+pub(crate) fn nearest<'k>(word: &str, known: &[&'k str], least_likeness: f64) -> Option<&'k str> {
     // Jaro-Winkler favours a common beginning: "fov" is nearer to "fov_y_deg" than to "up".
     let lower = |word: &str| beginning(word).to_lowercase();
     let word = lower(word);
     let likeness = |known: &str| strsim::jaro_winkler(&word, &lower(known));
     let like = known.iter().map(|known| (likeness(known), *known));
-    let like = like.filter(|(likeness, _)| *likeness > LEAST_LIKENESS);
+    let like = like.filter(|(likeness, _)| *likeness > least_likeness);
     let nearest = like.max_by(|(a, _), (b, _)| a.total_cmp(b));
     nearest.map(|(_, known)| known)
 }
 
 fn suggestion(word: &str, known: &[&str], heading: &str) -> String {
     let possible = format!("{heading}: {}", known.join(", "));
-    match nearest(word, known) {
+    // Below this likeness are words of another meaning; above it are words of two letters with one wrong.
+    const LEAST_LIKENESS: f64 = 0.6;
+    match nearest(word, known, LEAST_LIKENESS) {
         Some(nearest) => format!("did you mean \"{nearest}\"? {possible}"),
         None if known.is_empty() => "remove it".into(),
         None => possible,

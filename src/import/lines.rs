@@ -52,8 +52,8 @@ pub(super) struct Lines<'f> {
     pub number: usize,
     buffer: Vec<u8>,
     is_after_cr: bool,
-    /// Whether a line ended with CR LF.
-    has_cr_lf: bool,
+    /// Whether a line ended with CR alone.
+    has_cr: bool,
 }
 
 impl<'f> Lines<'f> {
@@ -64,7 +64,7 @@ impl<'f> Lines<'f> {
             number: 0,
             buffer: Vec::new(),
             is_after_cr: false,
-            has_cr_lf: false,
+            has_cr: false,
         }
     }
 
@@ -89,9 +89,9 @@ impl<'f> Lines<'f> {
         self.buffer.clear();
     }
 
-    /// The bytes after the last line, whose end is CR LF if that of others is.
+    /// The bytes after the last line. LF after CR ends that line, too, unless other lines end with CR alone.
     pub fn into_stream(mut self) -> Stream {
-        let is_open = self.is_after_cr && self.has_cr_lf;
+        let is_open = self.is_after_cr && !self.has_cr;
         if is_open && matches!(self.stream.fill_buf(), Ok([b'\n', ..])) {
             self.stream.consume(1);
         }
@@ -161,9 +161,9 @@ impl<'f> Lines<'f> {
                 found.map_err(|error| refuse(format!("cannot be read: {error}"), "try again"))?;
             let is_at_end = found.is_empty();
             let mut skipped = 0;
-            if std::mem::take(&mut self.is_after_cr) && found.first() == Some(&b'\n') {
-                skipped = 1;
-                self.has_cr_lf = true;
+            if std::mem::take(&mut self.is_after_cr) {
+                skipped = usize::from(found.first() == Some(&b'\n'));
+                self.has_cr |= skipped == 0;
             }
             let found = &found[skipped..];
             let end = found

@@ -24,7 +24,7 @@ pub(super) struct Map {
 }
 
 /// The options of the format: name, the numbers of their values, and the default.
-pub(super) const OPTIONS: [(&str, usize, usize, &str); 13] = [
+pub(super) const OPTIONS: [(&str, usize, usize, &str); 14] = [
     ("-s", 1, 3, "1"),
     ("-o", 1, 3, "0"),
     ("-clamp", 1, 1, "off"),
@@ -38,6 +38,7 @@ pub(super) const OPTIONS: [(&str, usize, usize, &str); 13] = [
     ("-boost", 1, 1, ""),
     ("-cc", 1, 1, "off"),
     ("-type", 1, 1, ""),
+    ("-colorspace", 1, 1, "sRGB"),
 ];
 
 /// No system has longer paths. A longer text is not looked up for each of its options.
@@ -169,10 +170,7 @@ fn is_default(words: &[&str], default: &str) -> bool {
 fn image_file(path: &str, line: &Line, folder: &Path) -> Result<PathBuf> {
     let file = |path: &str| named_file(folder, path);
     if path.is_empty() || path.starts_with('#') {
-        return Err(line.error(
-            "names no file",
-            "write the path of a PNG or JPEG file after it",
-        ));
+        return Err(line.error("names no file", "write the path of an image after it"));
     }
     let whole = file(path);
     let comment = path.find(" #").or_else(|| path.find("\t#"));

@@ -370,7 +370,11 @@ impl Reader {
     }
 
     fn use_material(&mut self, line: &Line) -> Result<()> {
-        let name = line.name()?;
+        let Ok(name) = line.name() else {
+            // Some exporters write no name for faces without a material.
+            self.material = None;
+            return Ok(());
+        };
         let known = self.material_of_name.get(name).copied();
         let index = known.unwrap_or_else(|| {
             self.materials.push(Named {

@@ -20,7 +20,10 @@ pub(super) struct PatternFile {
 /// Reads a file as [`Pattern::load`] does.
 pub(super) fn read(path: &Path, encoding: Encoding, named_at: &str) -> Result<PatternFile> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg" | "exr")) {
+    if matches!(
+        extension.to_str(),
+        Some("png" | "jpg" | "jpeg" | "webp" | "exr")
+    ) {
         let map = GreyImage::load(path, encoding, named_at)?;
         let pattern = Pattern::of_map(&map)
             .map_err(|problem| Error::scene(named_at, problem, "give another image"))?;

@@ -174,7 +174,7 @@ pub(super) fn decode(file: &[u8]) -> std::result::Result<DynamicImage, String> {
 
 /// The kind of an image file that camlux does not read.
 fn other_kind(file: &[u8]) -> Option<&'static str> {
-    const BEGINNINGS: [(&[u8], &str); 15] = [
+    const BEGINNINGS: [(&[u8], &str); 14] = [
         (b"II*\0", "TIFF"),
         (b"MM\0*", "TIFF"),
         (b"BM", "BMP"),
@@ -189,10 +189,6 @@ fn other_kind(file: &[u8]) -> Option<&'static str> {
         (b"\0\0\0\x0cJXL ", "JPEG XL"),
         (b"\0\0\0\x0cjP  ", "JPEG 2000"),
         (b"sB", "Basis Universal"),
-        (
-            b"version https://git-lfs",
-            "a pointer of Git LFS, not the image",
-        ),
     ];
     // TGA begins with its kinds of map and of image, and may end with its name.
     let is_tga = file.ends_with(b"TRUEVISION-XFILE.\0")

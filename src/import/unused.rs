@@ -6,6 +6,9 @@ use std::path::Path;
 
 use crate::keys::nearest;
 
+/// Likeness of a key to the one that it may stand for. Keys of the format that nobody knows here must not be called misspelt ones.
+const LEAST_LIKENESS: f64 = 0.8;
+
 /// Kinds that a warning lists; of the others it gives the number.
 const MOST_LISTED: usize = 40;
 /// Unknown keys that are told apart. A file of something else may have a million.
@@ -55,7 +58,7 @@ impl Unused {
         if self.kind_of_unknown.len() >= MOST_UNKNOWN {
             return self.add("other unknown keys");
         }
-        let kind = match nearest(key, known) {
+        let kind = match nearest(key, known, LEAST_LIKENESS) {
             Some(known) => format!("the unknown \"{}\", perhaps \"{known}\"", shown(key)),
             None => format!("the unknown \"{}\"", shown(key)),
         };

@@ -70,7 +70,7 @@ impl Frame {
             range_m = range_m.max(DVec3::from(position.map(f64::from)).distance(camera_m));
         }
         let step_m = f64::from(farthest.next_up()) - f64::from(farthest);
-        (step_m > COARSE * range_m).then(|| {
+        (farthest > 0.0 && step_m > COARSE * range_m).then(|| {
             let error_m = 0.5 * step_m;
             format!(
                 "the scene is so far from the origin that the layer P is up to {error_m} m off; use the layer P_camera, whose place in the world is the header's cameraToWorld"

@@ -15,15 +15,21 @@ impl Scene {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.left_out.clone();
         let colors = self.brightest_colors();
-        for (index, material) in self.materials.iter().enumerate() {
+        let materials = self.materials.iter().zip(&colors);
+        let mut too_bright = materials.filter(|(material, color)| {
             let kd = self.brightest(material.kd, material.kd_texture);
             let ks = self.brightest(material.ks, material.ks_texture);
-            if (0..3).any(|band| kd[band] * colors[index][band] + ks[band] > 1.0) {
-                warnings.push(format!(
-                    "material \"{}\" reflects more than it receives: kd + ks is above 1; lower kd {:?} or ks {:?}",
-                    material.name, material.kd, material.ks
-                ));
-            }
+            (0..3).any(|band| kd[band] * color[band] + ks[band] > 1.0)
+        });
+        if let Some((material, _)) = too_bright.next() {
+            let others = match too_bright.count() {
+                0 => String::new(),
+                others => format!("; so do {others} other materials"),
+            };
+            warnings.push(format!(
+                "material \"{}\" reflects more than it receives: kd + ks is above 1; lower kd {:?} or ks {:?}{others}",
+                material.name, material.kd, material.ks
+            ));
         }
         if let Some(tof) = &self.tof
             && !self.lights.is_empty()

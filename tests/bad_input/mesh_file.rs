@@ -42,6 +42,26 @@ fn missing_files() {
     );
 }
 
+/// What a clone holds in place of large files that were not fetched.
+#[test]
+fn pointers_of_git_lfs_are_named_in_every_format() {
+    let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 7\n";
+    for name in ["a.obj", "a.ply", "a.stl", "a.gltf", "a.glb"] {
+        let folder = SceneFolder::new();
+        folder.write(name, pointer);
+        let mesh =
+            format!("[material.m]\nkd = 0.5\n[[mesh]]\npath = \"{name}\"\nmaterial = \"m\"\n");
+        let error = folder.error(folder.load(&format!("{CAMERA}{LIGHT}{mesh}")));
+        assert_says(&error, &[name, "a pointer of Git LFS", "run git lfs pull"]);
+    }
+    let folder = SceneFolder::new();
+    folder
+        .write("wood.png", pointer)
+        .write("mesh.mtl", "newmtl white\nmap_Kd wood.png\n");
+    let error = folder.error(folder.load_obj(TRIANGLE));
+    assert_says(&error, &["wood.png", "a pointer of Git LFS"]);
+}
+
 #[test]
 fn unreadable_texture() {
     let folder = SceneFolder::new();
@@ -144,7 +164,6 @@ fn bad_obj_files() {
                 "same parts",
             ],
         ),
-        ("usemtl", ["\"usemtl\" names nothing", "write a name"]),
     ] {
         let at = if statement.contains('\n') {
             "mesh.obj:7: "

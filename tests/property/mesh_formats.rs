@@ -90,6 +90,21 @@ fn the_body_of_a_binary_ply_begins_after_its_header() {
             assert!(warnings(&scene).contains("what follows the last element"));
         }
     }
+    // Only the last line of the header ends as on Windows.
+    let (header, body) = PLY.split_once("0 0 0\n").unwrap();
+    let mixed = format!("{}\r\n0 0 0\n{body}", header.trim_end());
+    let scene = load(&folder, "a.ply", mixed);
+    assert_eq!(corners(&scene.meshes[0], 0), CORNERS);
+}
+
+/// Rhino writes `usemtl` without a name for faces without a material.
+#[test]
+fn faces_without_a_material_take_that_of_the_scene_file() {
+    let folder = SceneFolder::new();
+    let scene = load(&folder, "a.obj", TRIANGLE.replace("usemtl white", "usemtl"));
+    assert_eq!(corners(&scene.meshes[0], 0), CORNERS);
+    let error = folder.error(folder.load_obj(&TRIANGLE.replace("usemtl white", "usemtl")));
+    assert!(error.contains("a face has no material"), "{error}");
 }
 
 #[test]

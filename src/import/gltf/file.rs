@@ -9,7 +9,7 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
 use super::document::Document;
-use super::keys::{KNOWN_EXTENSIONS, MEANINGLESS_EXTENSIONS};
+use super::keys::{DISPENSABLE_EXTENSIONS, KNOWN_EXTENSIONS, MEANINGLESS_EXTENSIONS};
 use super::surface::Image;
 use crate::import::unused::Unused;
 use crate::{Error, Result, input_file};
@@ -57,8 +57,12 @@ impl GltfFile {
         let unused = RefCell::default();
         let document = Document::parse(json, &unused).map_err(broken)?;
         let is_unknown = |name: &&String| {
-            let name = name.as_str();
-            !KNOWN_EXTENSIONS.contains(&name) && !MEANINGLESS_EXTENSIONS.contains(&name)
+            let allowed = [
+                &KNOWN_EXTENSIONS[..],
+                &MEANINGLESS_EXTENSIONS,
+                &DISPENSABLE_EXTENSIONS,
+            ];
+            !allowed.concat().contains(&name.as_str())
         };
         if let Some(unknown) = document.extensions_required.iter().find(is_unknown) {
             let problem =

@@ -42,6 +42,9 @@ pub(super) const KNOWN_EXTENSIONS: [&str; 5] = [
     "EXT_mesh_gpu_instancing",
 ];
 
+/// Extensions that camlux ignores, with a warning, and that a file may require: without a choice of its variants it shows its own materials.
+pub(super) const DISPENSABLE_EXTENSIONS: [&str; 1] = ["KHR_materials_variants"];
+
 /// Extensions that say nothing about what is seen. A file may require them too.
 pub(super) const MEANINGLESS_EXTENSIONS: [&str; 2] = ["KHR_xmp_json_ld", "KHR_xmp"];
 
