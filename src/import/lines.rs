@@ -166,9 +166,7 @@ impl<'f> Lines<'f> {
                 self.has_cr |= skipped == 0;
             }
             let found = &found[skipped..];
-            let end = found
-                .iter()
-                .position(|&byte| byte == b'\n' || byte == b'\r');
+            let end = memchr::memchr2(b'\n', b'\r', found);
             let part = &found[..end.unwrap_or(found.len())];
             if self.buffer.len() + part.len() > MOST_BYTES_OF_A_LINE {
                 return Err(refuse(

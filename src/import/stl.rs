@@ -1,7 +1,11 @@
 //! STL files, text or binary: one mesh without materials, flat.
 //!
 //! Corners at the same position become one vertex, which takes a third of the memory. Which side is the front follows from the order of
-//! the corners. The crate `stl_io` is not used: it reads binary files as text where their comment begins with "solid", and gives no lines.
+//! the corners.
+//!
+//! The crate `stl_io` (0.11) is not used. It drops all solids after the first without a word, refuses binary files whose comment begins with
+//! "solid ", and refuses texts whose solid has no name, keywords in capitals and CR line ends. It gives no lines in messages, and takes twice
+//! as long: 0.5 s of CPU time for the binary file of `cargo bench --bench load`.
 
 use std::hash::{BuildHasher, RandomState};
 use std::io::{BufRead, Read};

@@ -106,6 +106,27 @@ fn stl_that_claims_more_than_it_has() {
     }
 }
 
+/// Splitting a polygon takes time quadratic in the number of its corners, unless it is convex.
+#[test]
+fn polygon_of_a_hundred_thousand_corners() {
+    let _turn = take_turn();
+    let n = 100_000;
+    let elements = "element vertex N\nXYZ\nelement face 1\nproperty list int int vertex_indices\n";
+    let head = ply("ascii", &elements.replace('N', &n.to_string())).replace("float", "double");
+    let indices: String = (0..n).map(|i| format!(" {i}")).collect();
+    let polygon = |height: fn(f64) -> f64| {
+        let corner = |i: u32| format!("{i} {} 0\n", height(i.into()));
+        let corners: String = (0..n).map(corner).collect();
+        load("scan.ply", format!("{head}{corners}{n}{indices}\n"), TEXT)
+    };
+    assert_eq!(polygon(|x| x * x / 1e5), "");
+    // A comb.
+    assert_says(
+        &polygon(|x| if x == 0.0 { -1.0 } else { x % 2.0 }),
+        &["scan.ply", "a face has 100000 corners and is not convex"],
+    );
+}
+
 /// Texts of a megabyte, and binary files of the same length.
 #[test]
 fn long_meshes_take_no_longer_than_they_are() {

@@ -1,6 +1,8 @@
 //! PLY files, for example from scanners: text or binary, one mesh without materials.
 //!
-//! The crate `ply-rs-bw` is not used: it refuses numbers such as `1.` and `.5`, knows no lines, and keeps every element as a whole.
+//! The crate `ply-rs-bw` (4.0) is not used: it refuses numbers such as `1.` and `.5`, gives no lines in messages, and keeps every element as a
+//! whole. For the binary file of `cargo bench --bench load` it takes 7.6 times the memory of the mesh instead of 1.4, and twice the
+//! CPU time.
 
 mod body;
 mod header;
