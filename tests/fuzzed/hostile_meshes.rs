@@ -232,8 +232,8 @@ fn long_material_libraries_take_no_longer_than_they_are() {
     let n = 300_000;
     let white = "newmtl white\nKd 0.5\n";
     for library in [
-        format!("{white}map_Kd{} wood.png\n", " -clamp on".repeat(n)),
-        format!("{white}map_Kd{} wood.png\n", " -s 1".repeat(n)),
+        format!("{white}map_Kd{} wood.png\n", " -clamp on".repeat(2 * n)),
+        format!("{white}map_Kd{} wood.png\n", " -s 1".repeat(2 * n)),
         format!("{white}map_Kd{} wood.png\n", " -s".repeat(n / 10)),
         format!("{white}map_Kd -s{}\n", " 1".repeat(n)),
         format!("{white}map_Kd {}\n", "-s 1 \\\n".repeat(n / 10)),
