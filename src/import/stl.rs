@@ -3,7 +3,7 @@
 //! Corners at the same position become one vertex, which takes a third of the memory. Which side is the front follows from the order of
 //! the corners.
 //!
-//! The crate `stl_io` (0.11) is not used. It drops all solids after the first without a word, refuses binary files whose comment begins with
+//! The crate `stl_io` (0.11) is not used. It drops all solids after the first without a word, refuses some binary files whose comment begins with
 //! "solid ", and refuses texts whose solid has no name, keywords in capitals and CR line ends. It gives no lines in messages, and takes twice
 //! as long: 0.5 s of CPU time for the binary file of `cargo bench --bench load`.
 

@@ -588,7 +588,7 @@ fn layers_of_other_names_are_paired() {
         assert_near(&layers[0]["noise"]["relative_rmse_of_noise"], 0.01);
         // Without the option both lists and the option are shown.
         let output = compare(folder.path(), &[image, "t.exr"]);
-        let option = format!("--layer \"{}\"", layer.replace("=indirect", "=direct"));
+        let option = format!("--layer \"{}\"", layer.replace("=indirect", "=radiance"));
         assert_fails(
             &output,
             &["none of the layers", "t.exr has direct, indirect", &option],

@@ -101,7 +101,7 @@ fn a_scene_becomes_image_preview_and_statistics() {
     let size = image.layer_data[0].size;
     assert_eq!((size.0, size.1), (24, 16));
     let names = channel_names(&image);
-    assert_eq!(names.len(), 4 * 3 + 2 * 3 + 2 + 2, "{names:?}");
+    assert_eq!(names.len(), 5 * 3 + 2 * 3 + 2 + 2, "{names:?}");
     assert_eq!(text_attribute(&image, "camlux.estimator"), "rsm-average");
     assert_eq!(text_attribute(&image, "camlux.unit.energy"), "J");
     assert!(text_attribute(&image, "camlux.light.0.kind").contains("point"));

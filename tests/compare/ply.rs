@@ -22,6 +22,8 @@ const NORMALS: [[f32; 3]; 6] = [
     [0.0, 0.0, 1.0],
     [0.1, 0.0, 1.0],
 ];
+/// Of every vertex.
+const COLOR: [u8; 3] = [200, 150, 100];
 /// A floor and a wall.
 const FACES: [[u8; 4]; 2] = [[0, 1, 2, 3], [3, 2, 4, 5]];
 
@@ -45,7 +47,7 @@ fn binary(format: &str, is_big: bool) -> Vec<u8> {
     put(&7_i16.to_le_bytes());
     for (position, normal) in POSITIONS.iter().zip(NORMALS) {
         position.iter().for_each(|value| put(&value.to_le_bytes()));
-        (0..3).for_each(|band| put(&[band]));
+        COLOR.iter().for_each(|&value| put(&[value]));
         normal.iter().for_each(|value| put(&value.to_le_bytes()));
         (0..2).for_each(|_| put(&0.25_f64.to_le_bytes()));
     }
@@ -62,7 +64,8 @@ fn text() -> String {
     let mut text = header("ascii");
     writeln!(text, "1 7").unwrap();
     for ([x, y, z], [nx, ny, nz]) in POSITIONS.iter().zip(NORMALS) {
-        writeln!(text, "{x} {y} {z} 0 1 2 {nx} {ny} {nz} 0.25 0.25").unwrap();
+        let [r, g, b] = COLOR;
+        writeln!(text, "{x} {y} {z} {r} {g} {b} {nx} {ny} {nz} 0.25 0.25").unwrap();
     }
     for [a, b, c, d] in FACES {
         writeln!(text, "4 {a} {b} {c} {d} 1").unwrap();
@@ -72,9 +75,11 @@ fn text() -> String {
 
 fn obj() -> String {
     let mut obj = String::new();
-    for (kind, values) in [("v", POSITIONS), ("vn", NORMALS)] {
+    let [r, g, b] = COLOR.map(|value| f64::from(value) / 255.0);
+    let color = format!(" {r} {g} {b}");
+    for (kind, values, more) in [("v", POSITIONS, color.as_str()), ("vn", NORMALS, "")] {
         for [x, y, z] in values.map(|value| value.map(f64::from)) {
-            writeln!(obj, "{kind} {x:?} {y:?} {z:?}").unwrap();
+            writeln!(obj, "{kind} {x:?} {y:?} {z:?}{more}").unwrap();
         }
     }
     obj.push_str("vt 0.25 0.25\n");
@@ -107,6 +112,7 @@ fn a_scan_is_the_obj_bit_for_bit() {
         assert_eq!(scene.meshes[0].triangles.len(), 4);
         assert_eq!(scene.meshes[0].texcoords, [[0.25; 2]; 6]);
         assert_eq!(gpu.render(&scene).layers, expected.layers, "{name}");
-        assert!(scene.warnings()[0].contains("colours of vertices"));
+        let warnings = scene.warnings();
+        assert!(warnings[0].contains("quality"), "{warnings:?}");
     }
 }
