@@ -1610,7 +1610,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 /** Smallest depth of a pixel's samples, m; with samples of camlux_camera. */
 #define CAMLUX_LAYER_DEPTH_NEAREST 13
 
-/** That point in the camera's axes, m from its centre, channels X (right), Y (down), Z (forward). Exact far from the world's origin, too. */
+/** The visible point in the axes of the camera, m from its centre, channels X (right), Y (down), Z (forward). Exact far from the world's origin, too. */
 #define CAMLUX_LAYER_CAMERA_POSITION 14
 
 /** The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH. */

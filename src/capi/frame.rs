@@ -41,7 +41,7 @@ pub const CAMLUX_LAYER_STDERR: i32 = 10;
 pub const CAMLUX_LAYER_DEPTH_MEAN: i32 = 12;
 /// Smallest depth of a pixel's samples, m; with samples of camlux_camera.
 pub const CAMLUX_LAYER_DEPTH_NEAREST: i32 = 13;
-/// That point in the camera's axes, m from its centre, channels X (right), Y (down), Z (forward). Exact far from the world's origin, too.
+/// The visible point in the axes of the camera, m from its centre, channels X (right), Y (down), Z (forward). Exact far from the world's origin, too.
 pub const CAMLUX_LAYER_CAMERA_POSITION: i32 = 14;
 
 const LAYERS: [(i32, &str, Layer); 15] = args::choices![

@@ -538,9 +538,9 @@ fn frames_are_checked() {
             "no layer tof0.range",
         );
         fails(
-            camlux_frame_view(frame, 14, &mut view),
+            camlux_frame_view(frame, 15, &mut view),
             ARGUMENT,
-            "layer is 14",
+            "layer is 15",
         );
         fails(
             camlux_frame_view(frame, -1, &mut view),

@@ -27,7 +27,7 @@ pub struct Args {
     /// OpenEXR image to compare it with
     #[arg(value_name = "REFERENCE.exr")]
     reference: PathBuf,
-    /// Layer to compare; may be repeated; A=B: A of the image, B of the reference [default: all light]
+    /// Layer to compare, may be repeated; A=B where the names differ [default: all light]
     #[arg(long = "layer", value_name = "NAME[=NAME]")]
     layers: Vec<String>,
     /// Print JSON instead of a table
