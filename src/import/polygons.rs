@@ -11,7 +11,7 @@ use std::ops::Range;
 use glam::{DAffine3, DVec3};
 
 pub(super) use super::corners::{Columns, Corners, NONE};
-use super::split::Splitter;
+use super::split::{Splitter, vector_area};
 use super::unused::Unused;
 use crate::scene::Mesh;
 
@@ -288,10 +288,7 @@ impl<'p> Builder<'p> {
                 continue;
             }
             let is_reversed = self.flat && self.opposes_normals(corners.clone());
-            let position = |corner: usize| {
-                let index = self.polygons.corners.position(corner);
-                self.polygons.positions[index as usize]
-            };
+            let position = |corner| self.position(corner);
             splitter.split(corners, position, |[a, b, c]| {
                 add(face, if is_reversed { [a, c, b] } else { [a, b, c] });
             })?;
@@ -303,18 +300,12 @@ impl<'p> Builder<'p> {
     /// Whether the normals of a face are on its back.
     fn opposes_normals(&self, face: Range<usize>) -> bool {
         let normals: DVec3 = face.clone().filter_map(|corner| self.normal(corner)).sum();
-        normals != DVec3::ZERO && self.vector_area(face).dot(normals) < 0.0
+        let outline: Vec<DVec3> = face.map(|corner| self.position(corner)).collect();
+        vector_area(&outline).dot(normals) < 0.0
     }
 
-    fn vector_area(&self, face: Range<usize>) -> DVec3 {
-        let position =
-            |corner| self.polygons.positions[self.polygons.corners.position(corner) as usize];
-        let first = position(face.start);
-        let rest: Vec<usize> = face.skip(1).collect();
-        let pairs = rest.windows(2);
-        pairs
-            .map(|pair| (position(pair[0]) - first).cross(position(pair[1]) - first))
-            .sum()
+    fn position(&self, corner: usize) -> DVec3 {
+        self.polygons.positions[self.polygons.corners.position(corner) as usize]
     }
 
     /// The triangles of a mesh with the vertices of the file.
@@ -341,7 +332,7 @@ impl<'p> Builder<'p> {
             let position = |corner| polygons.corners.position(corner) as usize;
             let is_flat = self.is_flat(polygons.face(face));
             let face_normal = || {
-                let [a, b, c] = corners.map(|corner| polygons.positions[position(corner)]);
+                let [a, b, c] = corners.map(|corner| self.position(corner));
                 // A triangle without area is never seen, so any unit normal will do.
                 let normal = (b - a).cross(c - a).try_normalize();
                 normal.unwrap_or(DVec3::Z)
@@ -367,11 +358,12 @@ impl<'p> Builder<'p> {
                         && is_equal(t, texcoord, &polygons.texcoords)
                         && is_equal(c, color, &polygons.colors)
                 };
-                let mut known = if is_apart {
-                    NONE
-                } else {
-                    last_of_position[position]
+                // A vertex of a flat face is in no list, because no other face shares it.
+                let last = match is_apart {
+                    true => NONE,
+                    false => last_of_position[position],
                 };
+                let mut known = last;
                 let mut tried = 0;
                 while known != NONE && !is_same(vertices[known as usize].1) {
                     tried += 1;
@@ -384,13 +376,7 @@ impl<'p> Builder<'p> {
                     return known;
                 }
                 let vertex = vertices.len() as u32;
-                // A vertex of a flat face is in no list, because no other face shares it.
-                let before = if is_apart {
-                    NONE
-                } else {
-                    last_of_position[position]
-                };
-                vertices.push((before, values));
+                vertices.push((last, values));
                 if !is_apart {
                     last_of_position[position] = vertex;
                 }

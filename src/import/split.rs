@@ -73,7 +73,7 @@ impl Splitter {
 }
 
 /// Twice the vector area of a polygon (Newell): the sum over any fan of triangles.
-fn vector_area(outline: &[DVec3]) -> DVec3 {
+pub(super) fn vector_area(outline: &[DVec3]) -> DVec3 {
     let first = outline[0];
     let pairs = outline[1..].windows(2);
     pairs
