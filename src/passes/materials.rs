@@ -196,8 +196,8 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
         0 => block.has_texcoords,
         _ => block.values.texcoords_1,
     };
-    let [kr, kg, kb] = material.kd.map(|kd| kd as f32);
-    let [sr, sg, sb] = material.ks.map(|ks| ks as f32);
+    let kd = material.kd.map(|kd| kd as f32);
+    let ks = material.ks.map(|ks| ks as f32);
     let mut has = 0;
     let mut maps = Vec::with_capacity(5 * MAP_TEXELS);
     // In the order of the shader, which has bits for all but the last.
@@ -239,8 +239,8 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
         has |= HAS_TANGENTS | HAS_VERTICES;
     }
     let mut texels = vec![
-        [kr, kg, kb, material.shininess as f32],
-        [sr, sg, sb, has as f32],
+        [kd[0], kd[1], kd[2], material.shininess as f32],
+        [ks[0], ks[1], ks[2], has as f32],
     ];
     texels.extend(maps);
     texels.extend(block.vertices);
