@@ -13,11 +13,11 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 
-use super::assets::{Assets, MeshRequest};
-use super::lines::{Lines, open};
 use super::polygons::{Corners, NONE, Polygons};
-use super::unused::Unused;
-use super::words::Words;
+use super::{Assets, MeshRequest};
+use crate::import::lines::{Lines, open};
+use crate::import::unused::Unused;
+use crate::import::words::Words;
 use crate::input_file::Stream;
 use crate::scene::Mesh;
 use crate::{Error, Result};

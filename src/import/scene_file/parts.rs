@@ -4,8 +4,8 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::grey_image::GreyImage;
-use super::{gltf, pattern};
+use crate::import::grey_image::GreyImage;
+use crate::import::{lamp, mesh::gltf};
 use crate::keys::{Keys, Value};
 use crate::scene::{
     AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material,
@@ -279,7 +279,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             let named = keys.need("pattern", "pattern = \"lamp.ies\"")?;
             let encoding = encoding(&mut keys)?;
             let path = folder.join(named.text()?);
-            let file = pattern::read(&path, encoding, &named.at)?;
+            let file = lamp::read(&path, encoding, &named.at)?;
             warning = file.unused.warning(&path);
             let pattern = match opening(&mut keys)? {
                 None => file.pattern,

@@ -12,12 +12,12 @@ use std::path::Path;
 
 use glam::DAffine3;
 
-use super::assets::{Assets, MeshRequest, TextureUse};
 use super::colors::as_unit_colors;
-use super::lines::{Lines, named_file, open};
 use super::polygons::{Columns, Corners, NONE, Polygons};
-use super::texture;
-use super::unused::{Unused, shown};
+use super::{Assets, MeshRequest, TextureUse};
+use crate::import::lines::{Lines, named_file, open};
+use crate::import::texture;
+use crate::import::unused::{Unused, shown};
 use crate::keys::did_you_mean;
 use crate::scene::Mesh;
 use crate::{Error, Result};

@@ -1,4 +1,13 @@
-//! The files that a scene file uses: meshes, their materials, their textures.
+//! The meshes that a scene file names, with their materials and textures.
+
+mod colors;
+mod corners;
+pub(super) mod gltf;
+mod obj;
+mod ply;
+mod polygons;
+mod split;
+mod stl;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

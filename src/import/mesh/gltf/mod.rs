@@ -17,14 +17,14 @@ mod surface;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
-use super::assets::{Assets, MeshRequest};
+use super::{Assets, MeshRequest};
 use crate::Result;
 use crate::scene::{Instance, Light, Shared};
 use document::Node;
 use file::GltfFile;
 use material::Converted;
 
-pub(super) use camera::camera;
+pub(in crate::import) use camera::camera;
 
 impl Assets {
     /// Loads a glTF file: each node with a mesh becomes a separate mesh, with the materials that its triangles use. Returns the lights of

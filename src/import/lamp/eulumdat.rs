@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::PatternFile;
 use super::ies::SIZE;
-use super::pattern::PatternFile;
-use super::unused::Unused;
+use crate::import::unused::Unused;
 use crate::scene::{Measured, Pattern};
 use crate::{Error, Result, input_file};
 

@@ -12,7 +12,7 @@ use glam::{DAffine3, DVec3};
 
 pub(super) use super::corners::{Columns, Corners, NONE};
 use super::split::{Splitter, vector_area};
-use super::unused::Unused;
+use crate::import::unused::Unused;
 use crate::scene::Mesh;
 
 /// The polygons of a file in the file's own space, as a reader found them. An empty list: the file has no such values.

@@ -1,9 +1,9 @@
 //! From a material of an MTL file to a material of the scene.
 
-use super::assets::{Assets, TextureUse};
+use super::map::Map;
 use super::mtl::LibraryMaterial;
-use super::mtl_map::Map;
-use super::texture::{self, NormalMap};
+use crate::import::mesh::{Assets, TextureUse};
+use crate::import::texture::{self, NormalMap};
 use crate::scene::{Encoding, Material, Texels, Texture, TextureLookup};
 use crate::{Error, Result};
 

@@ -1,11 +1,14 @@
 //! Radiation patterns of lamps, from files.
 
+mod eulumdat;
+mod ies;
+mod types_a_b;
+
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use super::grey_image::GreyImage;
 use super::unused::Unused;
-use super::{eulumdat, ies};
 use crate::scene::{Encoding, Pattern};
 use crate::{Error, Result, input_file};
 

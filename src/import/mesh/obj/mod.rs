@@ -4,20 +4,24 @@
 //! shifts normals if only some faces have them, drops the name of an unknown material, splits concave polygons wrongly, and reports no line
 //! numbers.
 
+mod map;
+mod material;
+mod mtl;
+
 use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 
-use super::assets::{Assets, MeshRequest};
 use super::colors::as_unit_colors;
-use super::lines::{Line, Lines, open, place};
-use super::mtl::Library;
 use super::polygons::{Columns, Corners, NONE, Polygons};
-use super::unused::{Unused, shown};
+use super::{Assets, MeshRequest};
+use crate::import::lines::{Line, Lines, open, place};
+use crate::import::unused::{Unused, shown};
 use crate::keys::did_you_mean;
 use crate::scene::Mesh;
 use crate::{Error, Result};
+use mtl::Library;
 
 /// All statements of the format. Those that camlux does not use are named in the warning, except groups and smoothing, which carry nothing
 /// that is seen.

@@ -8,9 +8,9 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::lines::{Line, Lines, named_file, open, place, resolved};
-use super::mtl_map::Map;
-use super::unused::Unused;
+use super::map::Map;
+use crate::import::lines::{Line, Lines, named_file, open, place, resolved};
+use crate::import::unused::Unused;
 use crate::scene::Bands;
 use crate::{Error, Result};
 

@@ -10,7 +10,7 @@ use super::file::GltfFile;
 use super::keys;
 use super::material::Converted;
 use crate::Result;
-use crate::import::polygons::{Corners, Polygons};
+use crate::import::mesh::polygons::{Corners, Polygons};
 use crate::scene::Mesh;
 
 /// Accessors of the attributes of a vertex that camlux uses.

@@ -6,7 +6,7 @@ use image::DynamicImage;
 
 use super::file::GltfFile;
 use super::surface::{self, AlphaMode, TextureInfo};
-use crate::import::assets::{Assets, TextureUse};
+use crate::import::mesh::{Assets, TextureUse};
 use crate::import::texture;
 use crate::scene::{Material, MetallicRoughness, Texture, TextureLookup};
 use crate::{Error, Result};

@@ -1,12 +1,15 @@
 //! The scene file, version 1.
 
+mod indirect;
+mod parts;
+mod tof;
+
 use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DMat3;
 
-use super::assets::{Assets, MeshRequest, Transform};
-use super::{indirect, scene_parts, tof};
+use super::mesh::{Assets, MeshRequest, Transform};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
 use crate::scene::{Carrier, Places, Scene, Shared};
 use crate::{Error, Result};
@@ -14,7 +17,7 @@ use crate::{Error, Result};
 impl Scene {
     /// Loads and validates a scene file with the meshes, materials and textures that it names.
     ///
-    #[doc = include_str!("../../docs/scene.md")]
+    #[doc = include_str!("../../../docs/scene.md")]
     ///
     /// # Errors
     /// [`Error::Scene`] with file and line: a missing or unreadable file, text that is not TOML, an unknown or missing key, a value of the
@@ -38,7 +41,7 @@ impl Scene {
         let camera = keys.need("camera", "a [camera] table")?.table("[camera]")?;
         places.insert_table("camera", 0, &camera);
         let folder = file.parent().unwrap_or(Path::new(""));
-        let camera = scene_parts::camera(camera, folder)?;
+        let camera = parts::camera(camera, folder)?;
         let mut optional = |key: &'static str| -> Result<Option<Keys>> {
             let table = keys.table(key)?;
             if let Some(table) = &table {
@@ -46,7 +49,7 @@ impl Scene {
             }
             Ok(table)
         };
-        let mut sensor = optional("sensor")?.map(scene_parts::sensor).transpose()?;
+        let mut sensor = optional("sensor")?.map(parts::sensor).transpose()?;
         if let Some(lens) = optional("lens")? {
             let sensor = sensor.as_mut().ok_or_else(|| {
                 lens.error(
@@ -54,17 +57,17 @@ impl Scene {
                     "remove it, or add a [sensor] table",
                 )
             })?;
-            sensor.f_number = Some(scene_parts::f_number(lens)?);
+            sensor.f_number = Some(parts::f_number(lens)?);
         }
         let tof = optional("tof")?;
-        let direct = optional("direct")?.map(scene_parts::direct).transpose()?;
+        let direct = optional("direct")?.map(parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
         let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
         let mut left_out = Vec::new();
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert_table("light", i, &light);
-            let read = scene_parts::light(light, folder)?;
+            let read = parts::light(light, folder)?;
             lights.push(read.light);
             modulated.push(read.modulated);
             carriers.extend(read.carrier.map(|carrier| (i, carrier)));
@@ -86,7 +89,7 @@ impl Scene {
                 let material = value.table(format!("[material.{name}]"))?;
                 places.insert_table("material", assets.materials.len(), &material);
                 let at = material.at.clone();
-                assets.push_material(scene_parts::material(material, name)?, at);
+                assets.push_material(parts::material(material, name)?, at);
             }
         }
         let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::lines::{Line, named_file};
-use super::unused::Unused;
 use crate::Result;
+use crate::import::lines::{Line, named_file};
+use crate::import::unused::Unused;
 use crate::keys::did_you_mean;
 use crate::scene::{TextureLookup, Wrap};
 
