@@ -212,7 +212,7 @@ public:
         return detail::ended(camlux_scene_set_direct(get(), &raw));
     }
 
-    /** \return the index of the new part, as in the other add_ functions. */
+    /** \return the number of the texture for members of camlux::material: the first one has 1, and 0 stands for none. */
     std::uint32_t add_texture(const camlux::texture &texture) { return try_add_texture(texture).value(); }
     result<std::uint32_t> try_add_texture(const camlux::texture &texture)
     {
@@ -220,13 +220,14 @@ public:
         return added(camlux_scene_add_texture, raw);
     }
 
-    void set_texture(std::uint32_t index, const camlux::texture &texture) { try_set_texture(index, texture).value(); }
-    result<void> try_set_texture(std::uint32_t index, const camlux::texture &texture)
+    void set_texture(std::uint32_t number, const camlux::texture &texture) { try_set_texture(number, texture).value(); }
+    result<void> try_set_texture(std::uint32_t number, const camlux::texture &texture)
     {
         const camlux_texture raw = detail::raw_of(texture);
-        return detail::ended(camlux_scene_set_texture(get(), index, &raw));
+        return detail::ended(camlux_scene_set_texture(get(), number, &raw));
     }
 
+    /** \return the index of the new part, as in the other add_ functions below. */
     std::uint32_t add_material(const camlux::material &material) { return try_add_material(material).value(); }
     result<std::uint32_t> try_add_material(const camlux::material &material)
     {

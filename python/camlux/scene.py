@@ -159,12 +159,14 @@ class Material:
     shininess: float = 1.0
     #: Multiplies kd.
     kd_texture: Texture | TextureLookup | None = None
+    #: Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on the side to which v grows, and
+    #: along the normal of the mesh.
     normal_texture: Texture | TextureLookup | None = None
-    #: Cut-out: there is no surface where its first channel is below `alpha_cutoff`.
+    #: Cut-out: there is no surface where its alpha, or the brightness of a texture without alpha, is below `alpha_cutoff`.
     alpha_texture: Texture | TextureLookup | None = None
     #: Multiplies ks.
     ks_texture: Texture | TextureLookup | None = None
-    #: Its first channel multiplies the shininess.
+    #: Its brightness multiplies the shininess.
     shininess_texture: Texture | TextureLookup | None = None
     #: 0 to 1.
     alpha_cutoff: float = 0.5

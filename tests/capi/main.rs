@@ -11,6 +11,7 @@ mod log;
 mod meshes;
 mod panics;
 mod targets;
+mod textures;
 mod threads;
 mod time_of_flight;
 mod values;
