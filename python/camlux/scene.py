@@ -225,7 +225,7 @@ class FinalGather:
     error_norm: Literal["image", "local"] = "image"
     #: Texels along an edge of a face of the reflective shadow map (RSM); None: chosen from the target error.
     rsm_size: int | None = None
-    #: Time and ray limits. At a limit, the result is the best image so far.
+    #: Time and ray limits. At a limit, the result is the best image so far. A first image is always made: `stats.least_ms` is its time.
     max_ms: float | None = None
     max_rays: int | None = None
     #: Whether frames have the layer `stderr`.
