@@ -205,7 +205,9 @@ impl Layer {
             (Layer::Energy, _) => "give the scene a sensor".into(),
             (Layer::StandardError, _) => "set stderr_layer of its indirect light".into(),
             (Layer::MeanDepth | Layer::NearestDepth, _) => "set samples of its camera".into(),
-            (Layer::HalfPath | Layer::Tof(..), None) => "give the scene time of flight (tof)".into(),
+            (Layer::HalfPath | Layer::Tof(..), None) => {
+                "give the scene time of flight (tof)".into()
+            }
             (Layer::Tof(frequency, quantity), Some(tof))
                 if usize::from(frequency) >= tof.frequencies_hz.len()
                     || matches!(quantity, TofQuantity::Taps(_)) =>
