@@ -216,12 +216,12 @@ impl IndirectLight {
         part.require(
             max_ms.is_none_or(|ms| ms > 0.0 && ms.is_finite()),
             format_args!("max_ms is {}", max_ms.unwrap_or_default()),
-            "give finite milliseconds above 0, such as 500, or leave it out for no limit",
+            "give finite milliseconds above 0, such as 500, or no limit",
         )?;
         part.require(
             self.max_rays() != Some(0),
             "max_rays is 0",
-            "give a number of rays above 0, such as 100000000, or leave it out for no limit",
+            "give a number of rays above 0, such as 100000000, or no limit",
         )?;
         part.require(
             self.rsm_size() != Some(0),
