@@ -6,14 +6,16 @@ use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
     IndirectLight, Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling,
-    RadiationPattern, Sensor, SensorNoise, Shadow, SpotCone, TextureLookup, TimeOfFlight, Wrap,
+    RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup, TimeOfFlight,
+    Wrap,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::attributes::Part;
 use crate::errors::{raised, warn};
-use crate::parts::{Mesh, Pattern, ProjectedImage, Texture};
+use crate::mesh::{Mesh, meshes};
+use crate::parts::{Pattern, ProjectedImage, Texture};
 
 const FILTERS: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
@@ -418,6 +420,16 @@ macro_rules! object {
     }};
 }
 
+/// The objects for materials; their textures are indices into these.
+pub fn materials<'py>(
+    py: Python<'py>,
+    materials: &[Material],
+    textures: Vec<scene::Texture>,
+) -> PyResult<Bound<'py, PyList>> {
+    let textures = textures.into_iter().map(Shared::from).collect();
+    Classes(py.import("camlux.scene")?).materials(materials, textures)
+}
+
 /// A tuple, because Python compares tuples by value.
 fn triple(vector: impl Into<[f64; 3]>) -> (f64, f64, f64) {
     vector.into().into()
@@ -426,15 +438,7 @@ fn triple(vector: impl Into<[f64; 3]>) -> (f64, f64, f64) {
 impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
-        let textures = scene.textures.iter();
-        let textures = textures.map(|texture| Bound::new(py, Texture(texture.clone().into())));
-        let textures = textures.collect::<PyResult<Vec<_>>>()?;
-        let materials = scene.materials.iter().map(|m| self.material(m, &textures));
         let lights = scene.lights.iter().map(|light| self.light(light));
-        let meshes = scene
-            .meshes
-            .iter()
-            .map(|mesh| Bound::new(py, Mesh::from(mesh.clone())));
         let carried = scene.carried_lights.iter();
         let carried = carried.filter(|(_, by)| *by == Carrier::Camera);
         let carried: Vec<usize> = carried.map(|&(light, _)| light).collect();
@@ -445,8 +449,8 @@ impl<'py> Classes<'py> {
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
-            meshes: PyList::new(py, meshes.collect::<PyResult<Vec<_>>>()?)?,
-            materials: PyList::new(py, materials.collect::<PyResult<Vec<_>>>()?)?,
+            meshes: PyList::new(py, meshes(py, &scene.meshes)?)?,
+            materials: self.materials(&scene.materials, scene.textures.clone())?,
             indirect: scene.indirect.map(|indirect| self.indirect(&indirect)).transpose()?,
             sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
@@ -559,6 +563,19 @@ impl<'py> Classes<'py> {
                 )
             }
         }
+    }
+
+    fn materials(
+        &self,
+        materials: &[Material],
+        textures: Vec<Shared<scene::Texture>>,
+    ) -> PyResult<Bound<'py, PyList>> {
+        let py = self.0.py();
+        let textures = textures.into_iter();
+        let textures = textures.map(|texture| Bound::new(py, Texture(texture.into())));
+        let textures = textures.collect::<PyResult<Vec<_>>>()?;
+        let materials = materials.iter().map(|m| self.material(m, &textures));
+        PyList::new(py, materials.collect::<PyResult<Vec<_>>>()?)
     }
 
     fn material(

@@ -5,6 +5,7 @@ import copy
 import dataclasses
 import os
 import signal
+import sys
 import threading
 import time
 
@@ -28,6 +29,23 @@ def test_progress_rises_to_the_end(renderer, scene):
     fractions = [progress.fraction for progress in seen]
     assert fractions == sorted(fractions) and 0 <= fractions[0] and fractions[-1] <= 1
     assert {"gbuffer", "direct"} <= {progress.pass_name for progress in seen} and fractions[-1] > 0.1
+
+
+def test_a_bar_ends_at_100_percent(renderer, scene, capsys, monkeypatch):
+    renderer.render(scene, progress=True)
+    assert "100%" in capsys.readouterr().err
+    camlux.reference(scene, samples_per_pixel=4, progress=True)
+    assert "100%" in capsys.readouterr().err
+    renderer.render(scene, progress=False)
+    assert capsys.readouterr().err == ""
+    # A bar of work that fails does not claim to be done.
+    scene.lights[0].power_w = -1
+    with pytest.raises(camlux.SceneError):
+        renderer.render(scene, progress=True)
+    assert "100%" not in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    with pytest.raises(camlux.ArgumentError, match="pip install tqdm"):
+        renderer.render(scene, progress=True)
 
 
 def test_false_cancels_and_an_exception_passes_through(renderer, scene):

@@ -236,7 +236,7 @@ def test_what_cannot_be_is_refused_where_it_is(renderer, scene):
 
     refused(lambda s: setattr(s.camera, "position_m", "here"), "camera: position_m is 'here'; give three numbers")
     refused(lambda s: setattr(s.camera, "fov_y_deg", None), "camera: the lens is missing or ambiguous; give one of")
-    refused(lambda s: setattr(s.camera, "resolution_px", (0, 4)), "camera: resolution is 0 x 4 pixels")
+    refused(lambda s: setattr(s.camera, "resolution_px", (0, 4)), "camera: resolution_px is 0 x 4")
     refused(lambda s: setattr(s.camera, "filter", "bix"), "filter is \"bix\"; give one of: box, gaussian")
     refused(lambda s: setattr(s, "camera", None), "scene: camera is None; give a camlux.Camera")
     refused(lambda s: setattr(s, "lights", 5), "scene: lights is <class 'int'>; give a list")

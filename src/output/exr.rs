@@ -196,7 +196,7 @@ fn channels<'f>(
     if let Some(missing) = requested.find(|&layer| !is_there(layer)) {
         return Err(output.refused(
             format!("the frame has no layer {}", missing.name()),
-            "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]",
+            "leave it out; energy needs a sensor in the scene, indirect needs indirect light",
         ));
     }
     let mut channels = Vec::new();

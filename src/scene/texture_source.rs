@@ -19,13 +19,14 @@ pub enum TextureRole {
 /// A texture before its role is known: red, green and blue as the caller gave them, and alpha.
 #[derive(Debug)]
 pub struct TextureSource {
-    /// As k_d and k_s read it.
+    /// As k_d and k_s read it, but floating-point texels that are sRGB are not decoded.
     colors: Shared<Texture>,
     /// Of each texel; 255 stands for 1.
     alpha: Option<Vec<u8>>,
     /// Whether the caller has said that the colours are sRGB, so that they are nothing else.
     is_named_srgb: bool,
-    // What other roles read, made when one does.
+    // What roles read, made when one does.
+    decoded: OnceLock<Shared<Texture>>,
     linear: OnceLock<Shared<Texture>>,
     brightness: OnceLock<Shared<Texture>>,
     grey_alpha: OnceLock<Shared<Texture>>,
@@ -125,15 +126,15 @@ impl TextureSource {
         Ok(source)
     }
 
-    /// Floating-point texels are not decoded yet; the encoding in integers does not count.
-    fn new(mut texture: Texture, encoding: Option<Encoding>, alpha: Option<Vec<u8>>) -> Self {
-        texture.texels = match (texture.texels, encoding) {
-            (Texels::F32(texels), Some(Encoding::Srgb)) => {
-                let decoded = |value: f32| Encoding::Srgb.decode(value.into());
-                Texels::F32(texels.into_iter().map(|t| t.map(decoded)).collect())
-            }
-            (texels, encoding) => texels.encoded_as(encoding.unwrap_or(Encoding::Srgb)),
-        };
+    /// The encoding in the texels does not count.
+    pub(crate) fn new(
+        mut texture: Texture,
+        encoding: Option<Encoding>,
+        alpha: Option<Vec<u8>>,
+    ) -> Self {
+        texture.texels = texture
+            .texels
+            .encoded_as(encoding.unwrap_or(Encoding::Srgb));
         TextureSource {
             alpha,
             is_named_srgb: encoding == Some(Encoding::Srgb),
@@ -141,7 +142,7 @@ impl TextureSource {
         }
     }
 
-    /// Red, green and blue of a reflectance.
+    /// Red, green and blue as they were given.
     pub fn colors(&self) -> &Shared<Texture> {
         &self.colors
     }
@@ -149,6 +150,17 @@ impl TextureSource {
     /// The alpha of each texel, 255 for 1; `None` if there is none.
     pub fn alpha(&self) -> Option<&[u8]> {
         self.alpha.as_deref()
+    }
+
+    /// The encoding, if it does not depend on the role.
+    pub fn encoding(&self) -> Option<Encoding> {
+        match self.colors.texels {
+            _ if self.is_named_srgb => Some(Encoding::Srgb),
+            Texels::U8(_, encoding) | Texels::U16(_, encoding) if encoding == Encoding::Linear => {
+                Some(encoding)
+            }
+            _ => None,
+        }
     }
 
     /// Whether the caller has named an encoding that contradicts the role.
@@ -160,12 +172,26 @@ impl TextureSource {
     /// The texture that a material uses in this role, made once.
     pub fn in_role(&self, role: TextureRole) -> Shared<Texture> {
         let texture = match role {
-            TextureRole::Kd | TextureRole::Ks => &self.colors,
+            TextureRole::Kd | TextureRole::Ks => self.reflectance(),
             TextureRole::Normal => self.linear(),
             TextureRole::Shininess => self.brightness(),
             TextureRole::Alpha => self.grey_alpha(),
         };
         texture.clone()
+    }
+
+    fn reflectance(&self) -> &Shared<Texture> {
+        let Texels::F32(texels) = &self.colors.texels else {
+            return &self.colors;
+        };
+        if !self.is_named_srgb {
+            return &self.colors;
+        }
+        self.decoded.get_or_init(|| {
+            let decode = |value: f32| Encoding::Srgb.decode(value.into());
+            let texels = texels.iter().map(|texel| texel.map(decode)).collect();
+            self.with_texels(Texels::F32(texels))
+        })
     }
 
     fn linear(&self) -> &Shared<Texture> {
@@ -188,13 +214,17 @@ impl TextureSource {
             let channel = self.alpha.clone();
             let values = channel.unwrap_or_else(|| self.brightness().red_in_8_bits());
             let texels = values.into_iter().map(|value| [value; 3]).collect();
-            let texture = Texture {
-                name: self.colors.name.clone(),
-                size_px: self.colors.size_px,
-                texels: Texels::U8(texels, Encoding::Linear),
-            };
-            texture.into()
+            self.with_texels(Texels::U8(texels, Encoding::Linear))
         })
+    }
+
+    fn with_texels(&self, texels: Texels) -> Shared<Texture> {
+        let texture = Texture {
+            name: self.colors.name.clone(),
+            size_px: self.colors.size_px,
+            texels,
+        };
+        texture.into()
     }
 
     fn brightness(&self) -> &Shared<Texture> {
@@ -208,6 +238,15 @@ impl TextureSource {
     }
 }
 
+impl PartialEq for TextureSource {
+    fn eq(&self, other: &Self) -> bool {
+        // The rest follows from these.
+        self.colors == other.colors
+            && self.alpha == other.alpha
+            && self.is_named_srgb == other.is_named_srgb
+    }
+}
+
 impl From<Shared<Texture>> for TextureSource {
     /// A texture of a scene. In the role that it has there it stays the same.
     fn from(colors: Shared<Texture>) -> Self {
@@ -215,6 +254,7 @@ impl From<Shared<Texture>> for TextureSource {
             colors,
             alpha: None,
             is_named_srgb: false,
+            decoded: OnceLock::new(),
             linear: OnceLock::new(),
             brightness: OnceLock::new(),
             grey_alpha: OnceLock::new(),
@@ -246,7 +286,7 @@ where
     for (source, textures) in sources.iter().zip(of_source) {
         first.push(all.len());
         match textures.is_empty() {
-            true => all.push(source.colors.clone()),
+            true => all.push(source.reflectance().clone()),
             false => all.extend(textures),
         }
     }

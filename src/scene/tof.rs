@@ -112,12 +112,12 @@ impl TimeOfFlight {
             &self.frequencies_hz,
             |hz| (1.0..=1e12).contains(hz),
             |i, hz| format!("frequency {i} is {hz} Hz"),
-            "give 1 Hz to 1 THz; frequencies_mhz of a scene file are in MHz, such as 20",
+            "give 1 Hz to 1 THz, such as 20 MHz",
         )?;
         let (least, most) = PHASE_COUNTS.into_inner();
         part.require(
             PHASE_COUNTS.contains(&self.phase_count),
-            format_args!("phases is {}", self.phase_count),
+            format_args!("phase_count is {}", self.phase_count),
             format!("give {least} to {most} phase images"),
         )?;
         part.require(
@@ -148,7 +148,7 @@ impl TimeOfFlight {
         part.require(
             sensor.is_some_and(|sensor| sensor.photodetector.is_some()),
             "the quantum efficiency of the pixels is not known",
-            "give [sensor] a wavelength_nm and a quantum_efficiency",
+            "give the sensor a wavelength_nm and a quantum_efficiency",
         )?;
         part.require_each(
             &self.ambient_lights,
@@ -160,7 +160,7 @@ impl TimeOfFlight {
         part.require(
             is_in_electrons || self.noise.is_some(),
             "output is \"dn\", and there is no gain",
-            "add [tof.noise], which has gain, black level and bits",
+            "give the time of flight its noise, which has gain, black level and bits",
         )?;
         if let Some(noise) = &self.noise {
             noise.validate()?;
@@ -172,7 +172,7 @@ impl TimeOfFlight {
                     "light {i} ({}) is modulated, but has no position: its paths have no length",
                     light.kind()
                 ),
-                "give it modulated = false, or take a point or a spot light",
+                "list it in ambient_lights, or take a point or a spot light",
             )?;
         }
         Ok(())

@@ -21,6 +21,17 @@ const NARROWEST_DEG: f64 = 1e-4;
 /// Below this angle between view and `up`, the rotation of the image about its axis is rounding noise.
 const SMALLEST_UP_ANGLE_RAD: f64 = 1e-6;
 
+/// Fields of a scene, and what scene files call them, where the names differ. Errors name the fields of a host, which has no file.
+const KEYS: [(&str, &str); 7] = [
+    ("resolution_px", "resolution"),
+    ("position_m", "position"),
+    ("look_at_m", "look_at"),
+    ("size_m", "size"),
+    ("radius_m", "radius"),
+    ("phase_count", "phases"),
+    ("list it in ambient_lights", "give it modulated = false"),
+];
+
 /// File and line of each part that was read, by its kind and index.
 #[derive(Default)]
 pub(crate) struct Places {
@@ -51,6 +62,15 @@ impl Places {
             .extend(lines.map(|(key, at)| ((kind, index, key), at)));
     }
 
+    /// Names the keys of a scene file instead of the fields of a scene.
+    fn in_keys(&self, text: String) -> String {
+        if self.file.is_none() {
+            return text;
+        }
+        let replaced = |text: String, (field, key): &(&str, &str)| text.replace(field, key);
+        KEYS.iter().fold(text, replaced)
+    }
+
     /// The line of the key with which the problem begins, or else that of the part.
     fn of(&self, kind: &'static str, index: usize, problem: &str) -> Option<&String> {
         let key = problem.split(' ').next().unwrap_or_default();
@@ -78,6 +98,7 @@ impl Scene {
             let Err(Error::Scene { at, problem, hint }) = checked else {
                 return checked;
             };
+            let [problem, hint] = [problem, hint].map(|text| places.in_keys(text));
             let place = places.of(kind, index, &problem);
             let at = place.map_or(at.clone(), |place| format!("{place}, {at}"));
             Err(Error::scene(at, problem, hint))
@@ -132,7 +153,7 @@ impl Scene {
         }
         let direct = Part("direct".into()).require(
             self.direct.shadow != Some(Shadow::Map) || !self.has_cutouts(),
-            "a shadow map cannot find the shadows of surfaces with cut-outs (map_d)",
+            "a shadow map cannot find the shadows of surfaces with cut-outs",
             "set shadow to \"rays\", or leave it out",
         );
         placed("direct", 0, direct)?;
@@ -149,7 +170,7 @@ impl Scene {
                 self.indirect
                     .is_none_or(|indirect| indirect.sum().is_none()),
                 "rsm-average and instant-radiosity do not support area lights",
-                "choose the estimator \"final-gather\", or a spot light",
+                "choose final gathering, or a spot light",
             );
             placed("light", index, fitting)?;
         }
@@ -230,17 +251,17 @@ impl Camera {
         let [width, height] = self.resolution_px;
         part.require(
             width > 0 && height > 0,
-            format_args!("resolution is {width} x {height} pixels"),
+            format_args!("resolution_px is {width} x {height}"),
             "give at least 1 x 1",
         )?;
         let (from, to, up) = (self.position_m, self.look_at_m, self.up);
-        part.require_position("position", from)?;
-        part.require_position("look_at", to)?;
+        part.require_position("position_m", from)?;
+        part.require_position("look_at_m", to)?;
         let view = to - from;
         part.require(
             has_direction(view),
-            format_args!("position and look_at are both {from}"),
-            "move look_at to a point in front of the camera",
+            format_args!("position_m and look_at_m are both {from}"),
+            "move look_at_m to a point in front of the camera",
         )?;
         part.require_direction("up", up)?;
         let sine = view.normalize().cross(up.normalize()).length();
@@ -288,7 +309,7 @@ impl Camera {
             format_args!(
                 "the distorted image folds over, or ends, between the principal point and pixel ({x_px}, {y_px})"
             ),
-            "check the coefficients and fx, fy; if the calibration does not reach the image's corners, crop the resolution",
+            "check the coefficients and fx, fy; if the calibration does not reach the image's corners, crop resolution_px",
         )
     }
 }
@@ -330,7 +351,7 @@ impl Light {
     pub(crate) fn validate(&self, index: usize) -> Result<()> {
         let part = Part(format!("light {index} ({})", self.kind()));
         if let Some(position_m) = self.position_m() {
-            part.require_position("position", position_m)?;
+            part.require_position("position_m", position_m)?;
         }
         if let Some(direction) = self.direction() {
             part.require_direction("direction", direction)?;
@@ -356,12 +377,12 @@ impl Light {
             )?;
         }
         if let Light::Area { shape, .. } = self {
-            let lengths_m = match shape {
-                AreaShape::Rectangle { size_m } => *size_m,
-                AreaShape::Disc { radius_m } => [*radius_m; 2],
+            let (name, lengths_m) = match shape {
+                AreaShape::Rectangle { size_m } => ("size_m", *size_m),
+                AreaShape::Disc { radius_m } => ("radius_m", [*radius_m; 2]),
             };
             for length_m in lengths_m {
-                part.require_above_zero(shape.name(), length_m)?;
+                part.require_above_zero(name, length_m)?;
             }
         }
         if let Light::Pattern { pattern, .. } = self

@@ -181,7 +181,7 @@ fn scenes_from_slices_are_validated() {
                 let size_m = [-2.0, 1.0];
                 s.lights[0] = area(DVec3::X, AreaShape::Rectangle { size_m });
             }),
-            "light 0 (area): size is -2",
+            "light 0 (area): size_m is -2",
         ),
         (
             Box::new(move |s| {
@@ -206,23 +206,23 @@ fn scenes_from_slices_are_validated() {
         ),
         (
             Box::new(|s| s.camera.resolution_px = [8, 0]),
-            "camera: resolution is 8 x 0",
+            "camera: resolution_px is 8 x 0",
         ),
         (
             Box::new(|s| s.camera.resolution_px = [0, 6]),
-            "camera: resolution is 0 x 6",
+            "camera: resolution_px is 0 x 6",
         ),
         (
             Box::new(|s| s.camera.position_m.x = NAN),
-            "camera: position is [NaN, 0, 3]",
+            "camera: position_m is [NaN, 0, 3]",
         ),
         (
             Box::new(|s| s.camera.look_at_m.x = f64::INFINITY),
-            "camera: look_at is [inf",
+            "camera: look_at_m is [inf",
         ),
         (
             Box::new(|s| s.camera.look_at_m = s.camera.position_m),
-            "camera: position and look_at are both",
+            "camera: position_m and look_at_m are both",
         ),
         (
             Box::new(|s| s.camera.up = DVec3::ZERO),
@@ -282,7 +282,7 @@ fn scenes_from_slices_are_validated() {
         ),
         (
             Box::new(|s| s.tof = Some(tof())),
-            "tof: the quantum efficiency of the pixels is not known; give [sensor] a wavelength_nm and a quantum_efficiency",
+            "tof: the quantum efficiency of the pixels is not known; give the sensor a wavelength_nm and a quantum_efficiency",
         ),
         (
             Box::new(|s| detects(s).frequencies_hz.clear()),
@@ -294,7 +294,7 @@ fn scenes_from_slices_are_validated() {
         ),
         (
             Box::new(|s| detects(s).phase_count = 2),
-            "tof: phases is 2; give 3 to 8 phase images",
+            "tof: phase_count is 2; give 3 to 8 phase images",
         ),
         (
             Box::new(|s| detects(s).contrasts.truncate(1)),
@@ -324,11 +324,11 @@ fn scenes_from_slices_are_validated() {
                     irradiance_w_m2: [1.0; 3],
                 };
             }),
-            "tof: light 0 (directional) is modulated, but has no position: its paths have no length; give it modulated = false",
+            "tof: light 0 (directional) is modulated, but has no position: its paths have no length; list it in ambient_lights",
         ),
         (
             Box::new(|s| detects(s).output = ChargeUnit::DigitalNumbers),
-            "tof: output is \"dn\", and there is no gain; add [tof.noise]",
+            "tof: output is \"dn\", and there is no gain; give the time of flight its noise",
         ),
         (
             Box::new(|s| noise(s).full_well_e = -1.0),

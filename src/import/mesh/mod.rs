@@ -16,7 +16,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 
 use super::lines::resolved;
 use super::unused::Unused;
-use crate::scene::{Instance, Light, Material, Mesh, Shared, Texture};
+use crate::scene::{Instance, Light, Material, Mesh, MeshFile, MeshOptions, Shared, Texture};
 use crate::{Error, Result};
 
 /// A `[[mesh]]` of the scene file.
@@ -99,6 +99,61 @@ pub(super) enum TextureUse {
     Alpha(u64),
     /// A grey factor, such as of the shininess.
     Factor,
+}
+
+impl MeshFile {
+    /// Reads a glTF, OBJ, PLY or STL file, with its materials and textures.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] with file and line for what cannot be read, and for triangles without a material.
+    pub fn load(path: &Path, options: MeshOptions) -> Result<MeshFile> {
+        let at = path.display().to_string();
+        let MeshOptions {
+            scale,
+            flat,
+            material,
+            first_material,
+        } = options;
+        if !(scale > 0.0 && scale.is_finite()) {
+            let problem = format!("scale is {scale}");
+            return Err(Error::scene(at, problem, "give a number above 0"));
+        }
+        let request = MeshRequest {
+            name: at.clone(),
+            path: path.to_owned(),
+            named_at: at,
+            transform: Transform {
+                scale,
+                ..Transform::IDENTITY
+            },
+            material_override: material,
+            flat,
+            is_repeated: false,
+        };
+        // Stand for the materials before the first one, so that the file's own are counted from there.
+        let before = vec![Material::lambert("", [0.0; 3]); first_material as usize];
+        let mut assets = Assets {
+            materials: before,
+            ..Assets::default()
+        };
+        let loaded = assets.load_mesh(request).map_err(|error| match error {
+            Error::Scene { at, problem, hint } => {
+                let hint = match hint.contains("[[mesh]]") {
+                    true => "give material, the index of one of the scene's materials".into(),
+                    false => hint,
+                };
+                Error::scene(at, problem, hint)
+            }
+            other => other,
+        });
+        Ok(MeshFile {
+            lights: loaded?,
+            meshes: assets.meshes,
+            materials: assets.materials.split_off(first_material as usize),
+            textures: assets.textures,
+            left_out: assets.left_out,
+        })
+    }
 }
 
 fn unknown_format(request: &MeshRequest) -> Error {
