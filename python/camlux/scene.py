@@ -156,7 +156,8 @@ class Material:
     name: str
     kd: Bands
     ks: Bands = 0.0
-    shininess: float = 1.0
+    #: Required where ks is above 0.
+    shininess: float | None = None
     #: Multiplies kd.
     kd_texture: Texture | TextureLookup | None = None
     normal_texture: Texture | TextureLookup | None = None
@@ -190,12 +191,12 @@ class Sensor:
 class SensorNoise:
     """The noise of a time-of-flight sensor. Electrons are counted per tap and phase image."""
 
-    dark_e_per_s: float
-    read_noise_e: float
     full_well_e: float
-    gain_dn_per_e: float
-    black_level_dn: float
-    bits: int
+    dark_e_per_s: float = 0.0
+    read_noise_e: float = 0.0
+    gain_dn_per_e: float = 1.0
+    black_level_dn: float = 0.0
+    bits: int = 12
     seed: int = 0
 
 
@@ -204,10 +205,10 @@ class TimeOfFlight:
     """Turns path lengths into the images of a time-of-flight camera. Requires a sensor with `wavelength_nm`."""
 
     frequencies_hz: Sequence[float]
-    #: One for each frequency, 0 to 1.
-    contrasts: Sequence[float]
+    #: One for all frequencies, or one for each, 0 to 1.
+    contrasts: float | Sequence[float] = 1.0
     #: The sensor's weights of red, green and blue.
-    band_weights: Bands
+    band_weights: Bands = (1.0, 0.0, 0.0)
     phase_count: int = 4
     phase_offset_deg: float = 0.0
     #: Indices of lights that are not modulated.
