@@ -69,6 +69,9 @@ pub struct camlux_frame_stats {
     /// Relative error (relRMSE) of the direct light of area lights, estimated from two halves of their sample points. It is the largest
     /// error of any area light; NaN without one.
     pub estimated_area_light_error: f64,
+    /// Part of wall_ms in which pipelines were compiled and the surfaces were copied to the device, milliseconds: most of a first frame, unless
+    /// camlux_renderer_prepare has done it.
+    pub preparation_ms: f64,
 }
 
 /// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
@@ -118,6 +121,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 estimated_error_upper: found.estimated_error_upper.unwrap_or(f64::NAN),
                 estimated_area_light_error: found.estimated_area_light_error.unwrap_or(f64::NAN),
                 submissions: found.submissions,
+                preparation_ms: found.preparation_milliseconds,
                 stop: match found.stop {
                     None => CAMLUX_STOP_NONE,
                     Some(StopReason::TargetMet) => CAMLUX_STOP_TARGET_MET,
