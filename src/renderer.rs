@@ -20,7 +20,7 @@ use crate::{
         cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES},
         modulation,
     },
-    scene::MAX_FREQUENCIES,
+    scene::{IndirectLight, MAX_FREQUENCIES, PixelSampling, TARGET_ERRORS},
     vulkan::{CommandPool, PassTimes, Pipelines, Timeline},
 };
 
@@ -40,6 +40,9 @@ pub struct Renderer {
     timeline: Option<Arc<Timeline>>,
     last: Option<RenderedFrame>,
 }
+
+/// Largest width and height of the frame that prepares a renderer.
+const PREPARED_PX: u32 = 64;
 
 /// How to render a scene.
 pub struct RenderOptions<'a> {
@@ -125,6 +128,43 @@ impl Renderer {
         Ok(frame)
     }
 
+    /// Compiles what frames of the scene need and copies the scene to the device, so that the next frame does neither. Returns the time that
+    /// it took, milliseconds.
+    ///
+    /// It draws a small frame, because the passes alone know what they need. With a distorted lens it draws a whole one: the rays of the lens
+    /// belong to the size of the image.
+    ///
+    /// # Errors
+    /// The same as for [`Renderer::render`].
+    pub fn prepare(&mut self, scene: &Scene) -> Result<f64> {
+        let start = Instant::now();
+        let mut small = scene.clone();
+        let camera = &scene.camera;
+        if camera.distortion().is_none() {
+            small.camera = camera.resized(camera.resolution_px.map(|px| px.min(PREPARED_PX)));
+        }
+        // The same passes as in the frame, with the least work.
+        if let Some(PixelSampling { samples, .. }) = &mut small.camera.pixel_sampling {
+            *samples = (*samples).min(2);
+        }
+        if let Some(IndirectLight::FinalGather {
+            target_error,
+            max_rays,
+            ..
+        }) = &mut small.indirect
+        {
+            *target_error = *TARGET_ERRORS.end();
+            *max_rays = Some(1);
+        }
+        // They belong to the frame before.
+        let (images, last) = (std::mem::take(&mut self.cache.images), self.last.take());
+        let drawn = self.draw(&small, &mut RenderOptions::default(), false, None);
+        self.last = last;
+        drop(drawn?);
+        self.cache.images = images;
+        Ok(start.elapsed().as_secs_f64() * 1e3)
+    }
+
     /// Predicts the GPU time of a frame of the scene from the last frame, milliseconds. `None` unless the last frame had the same number of
     /// triangles and lights and the same estimator. Accurate to a factor of 2 for up to four times the pixels and half the error.
     pub fn foretell_ms(&self, scene: &Scene) -> Option<f64> {
@@ -181,6 +221,7 @@ impl Renderer {
         observe: Option<&mut Observer>,
     ) -> Result<DrawnFrame> {
         let start = Instant::now();
+        let compiled_before = self.pipelines.making_time();
         self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
@@ -228,6 +269,7 @@ impl Renderer {
         let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
         let cost = cost.into_inner();
         let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
+        let preparation = self.pipelines.making_time() - compiled_before + cost.copying;
         let stats = FrameStats {
             device: info.name.clone(),
             driver: info.driver.clone(),
@@ -244,6 +286,7 @@ impl Renderer {
             estimated_area_light_error: estimates.area_light_error,
             submissions: cost.submissions,
             wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
+            preparation_milliseconds: preparation.as_secs_f64() * 1e3,
         };
         self.last = Some(RenderedFrame::new(
             scene,

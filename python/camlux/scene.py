@@ -267,7 +267,7 @@ class Material(Fields):
     name: of the material.
     kd: diffuse reflectance of each band, 0 to 1.
     ks: specular reflectance of each band, 0 to 1.
-    shininess: Phong exponent, 0 or more.
+    shininess: Phong exponent, 0 or more; required where ks is above 0.
     kd_texture: multiplies kd.
     normal_texture: turns the normal.
     alpha_texture: cut-out: there is no surface where its first channel is below `alpha_cutoff`.
@@ -279,7 +279,7 @@ class Material(Fields):
     name: str
     kd: Bands
     ks: Bands = 0.0
-    shininess: Number = 1.0
+    shininess: Number | None = None
     kd_texture: Texture | TextureLookup | None = None
     normal_texture: Texture | TextureLookup | None = None
     alpha_texture: Texture | TextureLookup | None = None
@@ -312,21 +312,21 @@ class Sensor(Fields):
 class SensorNoise(Fields):
     """The noise of a time-of-flight sensor. Electrons are counted per tap and phase image.
 
+    full_well_e: the most electrons that a tap holds.
     dark_e_per_s: dark current, electrons/s.
     read_noise_e: standard deviation of the read noise, electrons.
-    full_well_e: the most electrons that a tap holds.
     gain_dn_per_e: digital numbers per electron.
     black_level_dn: digital number without electrons.
     bits: of a digital number, 1 to 24.
     seed: another number gives other noise.
     """
 
-    dark_e_per_s: Number
-    read_noise_e: Number
     full_well_e: Number
-    gain_dn_per_e: Number
-    black_level_dn: Number
-    bits: Whole
+    dark_e_per_s: Number = 0.0
+    read_noise_e: Number = 0.0
+    gain_dn_per_e: Number = 1.0
+    black_level_dn: Number = 0.0
+    bits: Whole = 12
     seed: Whole = 0
 
 
@@ -335,7 +335,7 @@ class TimeOfFlight(Fields):
     """Turns path lengths into the images of a time-of-flight camera. Requires a sensor with `wavelength_nm`.
 
     frequencies_hz: one to four modulation frequencies, Hz.
-    contrasts: one for each frequency, 0 to 1.
+    contrasts: one for all frequencies, or one for each, 0 to 1.
     band_weights: the sensor's weights of red, green and blue.
     phase_count: number of phase images, 3 to 8.
     phase_offset_deg: added to every measured phase, degrees.
@@ -345,8 +345,8 @@ class TimeOfFlight(Fields):
     """
 
     frequencies_hz: Numbers
-    contrasts: Numbers
-    band_weights: Bands
+    contrasts: Union[Number, Numbers] = 1.0
+    band_weights: Bands = (1.0, 0.0, 0.0)
     phase_count: Whole = 4
     phase_offset_deg: Number = 0.0
     ambient_lights: Sequence[Whole] = ()

@@ -276,11 +276,18 @@ impl Textures {
     }
 
     fn material(&mut self, part: &Part) -> PyResult<Material> {
+        let ks = part.bands("ks")?;
+        let shininess = part.optional_number("shininess")?;
+        // A default exponent such as 1 would silently choose a very wide lobe.
+        if shininess.is_none() && ks.iter().any(|&ks| ks > 0.0) {
+            let problem = format_args!("ks is {ks:?}, but shininess is None");
+            return Err(part.error(problem, "set shininess to an exponent such as 20"));
+        }
         Ok(Material {
             name: part.text("name")?,
             kd: part.bands("kd")?,
-            ks: part.bands("ks")?,
-            shininess: part.number("shininess")?,
+            ks,
+            shininess: shininess.unwrap_or(1.0),
             kd_texture: self.lookup(part, "kd_texture")?,
             ks_texture: self.lookup(part, "ks_texture")?,
             shininess_texture: self.lookup(part, "shininess_texture")?,
@@ -317,8 +324,10 @@ fn sensor_from(part: &Part) -> PyResult<Sensor> {
 
 fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
     let frequencies_hz: Vec<f64> = part.need("frequencies_hz", "give a list of numbers")?;
-    let contrasts: Vec<f64> =
-        part.need("contrasts", "give a list of numbers, one per frequency")?;
+    let contrasts: Vec<f64> = match part.number("contrasts") {
+        Ok(one) => vec![one; frequencies_hz.len()],
+        Err(_) => part.need("contrasts", "give a number, or one for each frequency")?,
+    };
     let output = part.choice("output", &ChargeUnit::ALL, ChargeUnit::name)?;
     let noise = part.part("noise")?;
     let noise = noise.map(|noise| {

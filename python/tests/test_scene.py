@@ -146,12 +146,12 @@ def test_lookups_say_how_a_texture_lies_on_a_surface(renderer, scene):
         camlux.TextureLookup(texture, filter="nearest"),
     ]:
         for name in ["kd_texture", "ks_texture", "shininess_texture", "normal_texture", "alpha_texture"]:
-            material = camlux.Material("floor", 0.5, ks=0.2, **{name: lookup})
+            material = camlux.Material("floor", 0.5, ks=0.2, shininess=1.0, **{name: lookup})
             scene.materials[0] = material
             hashes.add(renderer.render(scene).scene_hash)
     assert len(hashes) == 30
     # A lookup without arguments is the texture itself.
-    scene.materials[0] = camlux.Material("floor", 0.5, ks=0.2, kd_texture=camlux.TextureLookup(texture))
+    scene.materials[0] = camlux.Material("floor", 0.5, ks=0.2, shininess=1.0, kd_texture=camlux.TextureLookup(texture))
     assert renderer.render(scene).scene_hash in hashes
     scene.materials[0].alpha_cutoff = 0.25
     assert renderer.render(scene).scene_hash not in hashes
@@ -282,3 +282,11 @@ def test_warnings_are_python_warnings(renderer, scene):
     with pytest.warns(camlux.CamluxWarning, match="nothing is in view"):
         frame = renderer.render(scene)
     assert frame.warnings()
+
+
+def test_a_lobe_needs_its_exponent(scene):
+    scene.materials[0] = camlux.Material("floor", 0.5, ks=0.2)
+    with pytest.raises(camlux.SceneError, match="shininess is None; set shininess"):
+        scene.validate()
+    scene.materials[0].shininess = 20.0
+    scene.validate()

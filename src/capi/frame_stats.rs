@@ -74,6 +74,9 @@ pub struct camlux_frame_stats {
     pub least_ms: f64,
     /// Number of rays of that image; 0 if it is not known.
     pub least_rays: u64,
+    /// Part of wall_ms in which pipelines were compiled and the surfaces were copied to the device, milliseconds: most of a first frame, unless
+    /// camlux_renderer_prepare has done it.
+    pub preparation_ms: f64,
 }
 
 /// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
@@ -125,6 +128,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 least_ms: found.least_milliseconds.unwrap_or(f64::NAN),
                 least_rays: found.least_rays.unwrap_or(0),
                 submissions: found.submissions,
+                preparation_ms: found.preparation_milliseconds,
                 stop: match found.stop {
                     None => CAMLUX_STOP_NONE,
                     Some(StopReason::TargetMet) => CAMLUX_STOP_TARGET_MET,

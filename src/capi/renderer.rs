@@ -92,7 +92,7 @@ pub unsafe extern "C" fn camlux_renderer_create(
 
 /// Renders a frame of a scene as it is at the time of the call. Changes that other threads make meanwhile apply to the next frame.
 ///
-/// The first frame compiles pipelines and copies the scene to the device. Later frames of the same scene recompute only what has
+/// The first frame compiles pipelines and copies the scene to the device, unless camlux_renderer_prepare has done it. Later frames of the same scene recompute only what has
 /// changed: see camlux_scene_set_pose and camlux_frame_get_pass.
 ///
 /// \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
@@ -170,6 +170,34 @@ pub unsafe extern "C" fn camlux_renderer_render_cameras(
     })
 }
 
+/// Compiles what frames of a scene need and copies the scene to the device, so that the first frame takes no longer than the others. It
+/// renders a small image of the scene, which nobody sees. Another estimator, another kind of light, a first texture or a first cut-out may
+/// need more. So may another size of the image, if the lens is distorted.
+///
+/// \param milliseconds receives the time that it took; may be NULL. preparation_ms of camlux_frame_stats tells what is left for a frame.
+/// \errors those of camlux_renderer_render, except CAMLUX_CANCELLED.
+/// \threads any; it returns when all is on the device.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_renderer_prepare(
+    renderer: *mut camlux_renderer,
+    scene: *mut camlux_scene,
+    milliseconds: *mut f64,
+) -> camlux_status {
+    ffi_guard("camlux_renderer_prepare", || {
+        let renderer = handle::get(renderer)?;
+        let scene = handle::get(scene)?;
+        let prepare = || {
+            let lock = renderer.lock()?;
+            renderer.prepare(lock, &scene.snapshot())
+        };
+        if milliseconds.is_null() {
+            return prepare().map(drop);
+        }
+        // SAFETY: the caller guarantees it.
+        unsafe { args::write_result(milliseconds, "milliseconds", prepare) }
+    })
+}
+
 /// Predicts the GPU time of a frame of a scene from the renderer's last frame. That frame must have had the same number of triangles
 /// and lights and the same estimator. The prediction is good to a factor of 2 for up to four times the pixels and half the error.
 ///
@@ -234,6 +262,17 @@ impl RendererObject {
                 Err(Failure::new(CAMLUX_ERROR_BUSY, problem))
             }
         }
+    }
+
+    fn prepare(
+        &self,
+        mut renderer: MutexGuard<'_, Renderer>,
+        scene: &crate::Scene,
+    ) -> Outcome<f64> {
+        let prepared = renderer.prepare(scene);
+        drop(renderer);
+        self.device.log_validation();
+        Ok(prepared?)
     }
 
     /// Renders the scene from its own camera.

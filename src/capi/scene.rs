@@ -312,7 +312,8 @@ pub unsafe extern "C" fn camlux_scene_load_file(
         // SAFETY: the caller guarantees it.
         let path = unsafe { args::path(path) }?;
         let load = || {
-            let object = SceneObject::new(Scene::load(Path::new(&path))?);
+            let loaded = Scene::load(Path::new(&path)).map_err(Failure::as_it_is)?;
+            let object = SceneObject::new(loaded);
             object.log_warnings(&object.snapshot());
             Ok(object)
         };

@@ -69,7 +69,7 @@ pub struct camlux_tof {
     pub struct_size: u32,
     /// Number of frequencies, 1 to 4.
     pub frequency_count: u32,
-    /// Modulation frequencies, Hz, 1 to 1e12; only the first frequency_count are used.
+    /// Modulation frequencies, Hz (20 MHz are 20e6), 1e3 to 1e12; only the first frequency_count are used.
     pub frequencies_hz: [f64; 4],
     /// Contrast K of each frequency: the difference between the taps as a fraction of the light, 0 to 1.
     pub contrasts: [f64; 4],
@@ -91,15 +91,15 @@ pub struct camlux_tof {
 
 c_struct!(
     camlux_tof_noise, 56,
-    bits: 12,
-    gain_dn_per_e: 1.0,
+    bits: SensorNoise::of_full_well(0.0).bits,
+    gain_dn_per_e: SensorNoise::of_full_well(0.0).gain_dn_per_e,
 );
 
 c_struct!(
     camlux_tof, 136,
-    contrasts: [1.0; 4],
-    band_weights: [1.0, 0.0, 0.0],
-    phase_count: 4,
+    contrasts: [TimeOfFlight::DEFAULT_CONTRAST; 4],
+    band_weights: TimeOfFlight::DEFAULT_BAND_WEIGHTS,
+    phase_count: TimeOfFlight::DEFAULT_PHASE_COUNT,
 );
 
 const _: () = assert!(MAX_FREQUENCIES == 4, "camlux_tof has room for as many");

@@ -230,6 +230,8 @@ pub struct FrameStats {
     pub submissions: u32,
     /// From the call of the renderer until it returns.
     pub wall_milliseconds: f64,
+    /// Part of that time in which pipelines were compiled and surfaces were copied to the device.
+    pub preparation_milliseconds: f64,
 }
 
 /// Why final gathering stopped.

@@ -35,7 +35,8 @@ pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::Carrier;
 pub use distortion::Distortion;
 pub use indirect::{
-    DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS, VplSum,
+    DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS,
+    VplSum,
 };
 pub use instance::Instance;
 pub use light::{Light, SpotCone};

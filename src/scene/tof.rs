@@ -5,6 +5,8 @@ use crate::Result;
 
 /// Maximum number of modulation frequencies of a scene.
 pub const MAX_FREQUENCIES: usize = 4;
+/// The lowest modulation frequency. A lower one is a frequency in MHz in the place of one in Hz: it does not wrap within 150 km.
+const LOWEST_HZ: f64 = 1e3;
 /// The valid numbers of phase images per frequency.
 pub const PHASE_COUNTS: std::ops::RangeInclusive<u32> = 3..=MAX_PHASES as u32;
 pub(crate) const MAX_PHASES: usize = 8;
@@ -81,6 +83,10 @@ pub struct Photodetector {
 }
 
 impl TimeOfFlight {
+    pub(crate) const DEFAULT_CONTRAST: f64 = 1.0;
+    pub(crate) const DEFAULT_BAND_WEIGHTS: Bands = [1.0, 0.0, 0.0];
+    pub(crate) const DEFAULT_PHASE_COUNT: u32 = 4;
+
     /// Keeps only the frequency with this index.
     pub fn keep_frequency(&mut self, frequency: usize) {
         let only =
@@ -110,9 +116,9 @@ impl TimeOfFlight {
         )?;
         part.require_each(
             &self.frequencies_hz,
-            |hz| (1.0..=1e12).contains(hz),
+            |hz| (LOWEST_HZ..=1e12).contains(hz),
             |i, hz| format!("frequency {i} is {hz} Hz"),
-            "give 1 Hz to 1 THz, such as 20 MHz",
+            "give 1 kHz to 1 THz; 20 MHz are 20e6 Hz",
         )?;
         let (least, most) = PHASE_COUNTS.into_inner();
         part.require(
@@ -180,6 +186,19 @@ impl TimeOfFlight {
 }
 
 impl SensorNoise {
+    /// A sensor with this full well, and with shot noise only: 12 bits, 1 DN per electron.
+    pub fn of_full_well(full_well_e: f64) -> SensorNoise {
+        SensorNoise {
+            seed: 0,
+            dark_e_per_s: 0.0,
+            read_noise_e: 0.0,
+            full_well_e,
+            gain_dn_per_e: 1.0,
+            black_level_dn: 0.0,
+            bits: 12,
+        }
+    }
+
     /// The reading from which a tap counts as full, or nearly full: read noise may have lowered it.
     pub(crate) fn full_tap(&self, output: ChargeUnit) -> f64 {
         let full_e = self.full_well_e - f64::min(3.0 * self.read_noise_e, 0.5 * self.full_well_e);

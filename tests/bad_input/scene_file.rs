@@ -313,20 +313,6 @@ fn missing_keys() {
             ],
         ),
         (
-            format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\n"),
-            [
-                "scene.toml:11: [indirect] has no \"rsm_size\"",
-                "add rsm_size = 64",
-            ],
-        ),
-        (
-            format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\n"),
-            [
-                "scene.toml:11: [indirect] has no \"rsm_size\"",
-                "add rsm_size = 64, texels along one face's edge; or set estimator = \"final-gather\"",
-            ],
-        ),
-        (
             format!("{CAMERA}{LIGHT}[material.clay]\n"),
             ["scene.toml:11: [material.clay] has no \"kd\"", "add kd"],
         ),

@@ -105,6 +105,7 @@ fn job_calls() -> Vec<Call> {
         call!(camlux_job_retain()),
         call!(camlux_job_poll(null_mut())),
         call!(camlux_job_wait(null_mut())),
+        call!(camlux_job_wait_for(0.0, null_mut())),
     ]
 }
 

@@ -264,6 +264,43 @@ quantum_efficiency = 0.8
     assert_ne!(all.hash(), scene.hash());
 }
 
+/// What a scene file leaves out has the value with which the structs of C begin.
+#[test]
+fn the_defaults_are_those_of_c() {
+    use camlux::capi::{camlux_camera, camlux_sensor, camlux_tof, camlux_tof_noise};
+    let scene = load(
+        "[camera]\nresolution = [8, 8]\nposition = [0, 0, 0]\nlook_at = [0, 0, 1]\nfov_y_deg = 50\n\
+         [[light]]\nkind = \"point\"\nposition = [0, 2, 0]\npower_w = 1\n\
+         [sensor]\npixel_pitch_um = [1, 1]\nexposure_time_s = 1\nwavelength_nm = 850\nquantum_efficiency = 0.5\n\
+         [tof]\nfrequencies_mhz = [20, 100]\n[tof.noise]\nfull_well_e = 5\n\
+         [indirect]\nestimator = \"rsm-average\"\n",
+    );
+    assert_eq!(scene.camera.up.to_array(), camlux_camera::default().up);
+    let sensor = scene.sensor.unwrap();
+    assert_eq!(sensor.duty_cycle, camlux_sensor::default().duty_cycle);
+    let (tof, of_c) = (scene.tof.unwrap(), camlux_tof::default());
+    assert_eq!(tof.contrasts, of_c.contrasts[..2]);
+    assert_eq!(tof.band_weights, of_c.band_weights);
+    assert_eq!(tof.phase_count, of_c.phase_count);
+    let (noise, of_c) = (tof.noise.unwrap(), camlux_tof_noise::default());
+    let found = [
+        noise.dark_e_per_s,
+        noise.read_noise_e,
+        noise.gain_dn_per_e,
+        noise.black_level_dn,
+    ];
+    let due = [
+        of_c.dark_e_per_s,
+        of_c.read_noise_e,
+        of_c.gain_dn_per_e,
+        of_c.black_level_dn,
+    ];
+    assert_eq!(found, due);
+    assert_eq!((noise.bits, noise.seed), (of_c.bits, of_c.seed));
+    assert_eq!(noise.full_well_e, 5.0);
+    assert_eq!(scene.indirect.unwrap().rsm_size(), Some(64));
+}
+
 /// A camera that looks along +x, with y up: its right is z, its down -y.
 #[test]
 fn lights_are_placed_relative_to_what_carries_them() {

@@ -13,7 +13,7 @@ use super::job::Job;
 use super::pose::{Aim, Pose, rotation_of};
 use super::timing::{self, Image};
 use crate::Failure;
-use crate::options::{resize, warn_of};
+use crate::options::warn_of;
 
 /// A job with its scenes.
 pub struct Frames {
@@ -87,7 +87,7 @@ impl Frames {
         for (name, path) in &job.scenes {
             let mut scene = Scene::load(path)?;
             if let Some(size_px) = job.size_px {
-                scene.camera = resize(scene.camera, size_px);
+                scene.camera = scene.camera.resized(size_px);
             }
             warn_of(&scene, name);
             let layers = job.exr.layers.iter().flatten();
