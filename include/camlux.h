@@ -778,7 +778,7 @@ camlux_status camlux_scene_load_file(const char *path,
 
 /**
  * Checks everything that a render needs, without a device. Each part was already checked when it was set. This call also checks that
- * there is a light, and that the parts go together.
+ * the parts go together.
  *
  * \errors CAMLUX_ERROR_SCENE; CAMLUX_ERROR_INVALID_HANDLE.
  * \threads any.
@@ -804,12 +804,13 @@ camlux_status camlux_scene_get_counts(camlux_scene *scene, camlux_scene_counts *
 camlux_status camlux_scene_get_bounds(camlux_scene *scene, camlux_bounds *bounds);
 
 /**
- * Sets the camera. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
+ * Sets the camera. Lights with CAMLUX_RELATIVE_TO_CAMERA move with it. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
  *
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_set_camera(camlux_scene *scene, const camlux_camera *camera);
+camlux_status camlux_scene_set_camera(camlux_scene *scene,
+                                      const camlux_camera *camera);
 
 /**
  * Reads the camera as it was set or last moved.
@@ -907,7 +908,7 @@ typedef struct camlux_tof_noise {
   uint32_t struct_size;
   /** Bits, 1 to 24: DN are from 0 to 2^bits - 1. */
   uint32_t bits;
-  /** Seed of the noise. The noise also differs for each frame_index of camlux_render_options. */
+  /** Seed of the noise. The noise also differs for each frame_index and seed of camlux_render_options, and for each camera. */
   uint64_t seed;
   /** Dark current of a tap, electrons per second. */
   double dark_e_per_s;
@@ -955,8 +956,10 @@ typedef struct camlux_tof {
  * CAMLUX_LAYER_TOF_TAPS of each frequency. It needs camlux_scene_set_sensor with wavelength_nm and quantum_efficiency.
  *
  * \param tof NULL: none, the default. The noise and the indices that it points to are copied.
- * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT. Settings that do not go together with the rest of the scene, such as
- * a modulated directional light, are CAMLUX_ERROR_SCENE at the next render or camlux_scene_validate.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range. Settings that do not go
+ * together with the rest of the scene, such as a modulated directional light, are CAMLUX_ERROR_SCENE at the next render or
+ * camlux_scene_validate.
+ * The index of a removed light counts for no light that takes it later.
  * \threads any; calls on the same scene are serialised.
  */
 camlux_status camlux_scene_set_tof(camlux_scene *scene,
@@ -1213,9 +1216,11 @@ camlux_status camlux_scene_set_mesh(camlux_scene *scene,
  * Moves the camera, a light or an instance. The next frame of a renderer recomputes only what this changes. After a camera
  * move it reuses the surfaces, reflective shadow maps and virtual point lights of the previous frame.
  *
- * - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change.
+ * - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change. Lights with
+ *   CAMLUX_RELATIVE_TO_CAMERA move with it.
  * - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position. A point light has no orientation. A directional
- *   light travels along +z, and has no position.
+ *   light travels along +z, and has no position. A light that was relative to the camera stays where the pose puts it: it is then
+ *   relative to the world.
  * - CAMLUX_PART_INSTANCE: maps the mesh's own space to world space. It replaces the previous pose.
  *
  * \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
@@ -1247,7 +1252,7 @@ camlux_status camlux_scene_set_poses(camlux_scene *scene,
                                      size_t stride_bytes);
 
 /**
- * Reads the pose of the camera, a light or an instance, in the form of camlux_scene_set_pose.
+ * Reads the pose of the camera, a light or an instance in world space, in the form of camlux_scene_set_pose.
  *
  * \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
  * \param index of the light or instance; 0 for the camera.
@@ -1328,6 +1333,15 @@ camlux_status camlux_scene_remove(camlux_scene *scene,
  */
 #define CAMLUX_LIGHT_AREA 5
 
+/** Position and directions of a light are in world space. */
+#define CAMLUX_RELATIVE_TO_WORLD 0
+
+/**
+ * Position and directions of a light are in the camera's axes: x right, y down, z forward, from the camera's centre. The light moves with
+ * the camera.
+ */
+#define CAMLUX_RELATIVE_TO_CAMERA 1
+
 /**
  * A light. Initialise with CAMLUX_LIGHT_INIT: a point light without power at the origin. Members that its kind does not use are
  * ignored.
@@ -1340,9 +1354,9 @@ typedef struct camlux_light {
    * or CAMLUX_LIGHT_PROJECTOR.
    */
   int32_t kind;
-  /** Position in world space, m. */
+  /** Position in the space that relative_to says, m. */
   double position_m[3];
-  /** Direction in which the light travels, in world space; of any length but zero. */
+  /** Direction in which the light travels, in that space; of any length but zero. */
   double direction[3];
   /** Power of the whole light, per band R, G, B, watts, 0 to 1e24. */
   double power_w[3];
@@ -1352,12 +1366,19 @@ typedef struct camlux_light {
   double inner_half_angle_deg;
   /** Angle from the axis beyond which the intensity is 0, degrees above 0 up to 180. */
   double outer_half_angle_deg;
-  /** Direction of an area's height; of any length, not parallel to direction. */
+  /** Direction of an area's height, in that space; of any length, not parallel to direction. */
   double up[3];
   /** Width and height of a rectangle, m; 0 for a disc. */
   double size_m[2];
   /** Radius of a disc, m; 0 for a rectangle. */
   double radius_m;
+  /**
+   * CAMLUX_RELATIVE_TO_WORLD or CAMLUX_RELATIVE_TO_CAMERA. camlux_scene_set_pose moves the light to a pose in world space, and sets it to
+   * CAMLUX_RELATIVE_TO_WORLD.
+   */
+  int32_t relative_to;
+  /** 0. */
+  uint32_t reserved;
 } camlux_light;
 
 /**
@@ -1417,7 +1438,10 @@ typedef struct camlux_target {
   size_t row_stride_bytes;
 } camlux_target;
 
-/** How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second. */
+/**
+ * How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second,
+ * frames that the renderer counts.
+ */
 typedef struct camlux_render_options {
   /** sizeof(camlux_render_options) */
   uint32_t struct_size;
@@ -1435,7 +1459,11 @@ typedef struct camlux_render_options {
    * 0: they are copied to the host.
    */
   int32_t on_device;
-  /** Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it. */
+  /**
+   * Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it. CAMLUX_NONE: the
+   * renderer counts its frames from 0, and goes on after the largest index that it was given; camlux_frame_get_stats tells the index.
+   * Frames with the same index, camera and seed have the same noise.
+   */
   uint32_t frame_index;
   /** NULL: none. Cancelling this token ends the render with CAMLUX_CANCELLED. If it is cancelled already, no pass runs. */
   camlux_cancel_token *cancel_token;
@@ -1446,6 +1474,13 @@ typedef struct camlux_render_options {
   const camlux_target *targets;
   /** Number of targets. */
   size_t target_count;
+  /**
+   * Seed of the random numbers. Another seed gives other samples of indirect light, with another error, and other noise
+   * (camlux_tof_noise).
+   */
+  uint32_t seed;
+  /** 0. */
+  uint32_t reserved;
 } camlux_render_options;
 
 /**
@@ -1465,7 +1500,7 @@ camlux_status camlux_renderer_create(camlux_device *device, camlux_renderer **re
  *
  * \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
  * \param frame receives the handle, with one reference; release it with camlux_frame_release.
- * \errors CAMLUX_CANCELLED; CAMLUX_ERROR_SCENE for a scene that cannot be rendered, such as one without light;
+ * \errors CAMLUX_CANCELLED; CAMLUX_ERROR_SCENE for a scene that cannot be rendered;
  * CAMLUX_ERROR_DEVICE_LIMIT; CAMLUX_ERROR_BUSY if the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY;
  * CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any; it returns when the frame is done.
@@ -1477,7 +1512,7 @@ camlux_status camlux_renderer_render(camlux_renderer *renderer,
 
 /**
  * Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What the lights see and what rays hit is computed
- * once.
+ * once. All frames have the same index, and each camera has its own noise.
  *
  * \param cameras the first of `count`, each initialised with CAMLUX_CAMERA_INIT. A camera with another image size needs new images.
  * \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of a struct whose first member is a camera.
@@ -1724,6 +1759,10 @@ typedef struct camlux_frame_stats {
    * error of any area light; NaN without one.
    */
   double estimated_area_light_error;
+  /** Index of the frame in its sequence: that of camlux_render_options, or the renderer's count. */
+  uint32_t frame_index;
+  /** Index of the frame's camera in camlux_renderer_render_cameras; otherwise 0. */
+  uint32_t camera_index;
 } camlux_frame_stats;
 
 /** GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT. */
@@ -2048,7 +2087,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_MESH_INIT { (uint32_t)sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
 
-#define CAMLUX_LIGHT_INIT { (uint32_t)sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 1.0, 0.0}, {0.0, 0.0}, 0.0 }
+#define CAMLUX_LIGHT_INIT { (uint32_t)sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 1.0, 0.0}, {0.0, 0.0}, 0.0, 0, 0 }
 
 #define CAMLUX_SCENE_COUNTS_INIT { (uint32_t)sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
 
@@ -2056,7 +2095,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_TARGET_INIT { (uint32_t)sizeof(camlux_target), 0, NULL, 0, 0 }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL, NULL, 0 }
+#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, CAMLUX_NONE, NULL, NULL, 0, 0, 0 }
 
 #define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 
@@ -2068,7 +2107,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0 }
 
-#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0 }
+#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0, 0 }
 
 #define CAMLUX_PASS_TIME_INIT { (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
 

@@ -80,6 +80,8 @@ class PointLight:
     kind: ClassVar[str] = "point"
     position_m: Vector
     power_w: Bands
+    #: "camera": position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it. None: world.
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass
@@ -92,6 +94,8 @@ class SpotLight:
     inner_half_angle_deg: float
     outer_half_angle_deg: float
     power_w: Bands
+    #: "camera": position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it. None: world.
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass
@@ -101,6 +105,8 @@ class DirectionalLight:
     kind: ClassVar[str] = "directional"
     direction: Vector
     irradiance_w_m2: Bands
+    #: "camera": position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it. None: world.
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass
@@ -113,6 +119,8 @@ class PatternLight:
     up: Vector
     pattern: Pattern | ProjectedImage
     power_w: Bands
+    #: "camera": position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it. None: world.
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass
@@ -127,6 +135,8 @@ class AreaLight:
     radius_m: float | None = None
     #: Direction of a rectangle's height.
     up: Vector | None = None
+    #: "camera": position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it. None: world.
+    relative_to: Literal["camera"] | None = None
 
 
 Light: TypeAlias = Union[PointLight, SpotLight, DirectionalLight, PatternLight, AreaLight]
@@ -268,9 +278,6 @@ class Scene:
     sensor: Sensor | None = None
     tof: TimeOfFlight | None = None
     shadow: Literal["map", "rays"] | None = None
-    #: For scene files with lights relative to the camera: the indices of these lights, and the camera that their positions in `lights`
-    #: belong to. If `camera` differs from it, the lights move along.
-    carried_by_camera: tuple[Sequence[int], Camera] | None = None
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Scene:

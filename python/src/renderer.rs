@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use camlux::RenderOptions;
-use camlux::scene::IndirectLight;
+use camlux::scene::{IndirectLight, LensLights};
 use pyo3::prelude::*;
 
 use crate::device::Device;
@@ -26,6 +26,7 @@ pub struct Progress {
 pub struct Renderer {
     renderer: Mutex<camlux::Renderer>,
     returned: Returned,
+    lens_lights: Mutex<LensLights>,
     device: Py<Device>,
 }
 
@@ -42,6 +43,7 @@ impl Renderer {
         Ok(Renderer {
             renderer: Mutex::new(camlux::Renderer::new(&device.get().0).map_err(raised)?),
             returned: Returned::default(),
+            lens_lights: Mutex::default(),
             device,
         })
     }
@@ -54,20 +56,21 @@ impl Renderer {
     /// Renders a frame, without the GIL. Control-C ends it.
     ///
     /// target_error: indirect light by final gathering to this relRMSE, whatever the scene requests. seed: another number gives other
-    /// samples. frame_index: the number in a series; each has other sensor noise. layers: copies only these from the device, which is
+    /// samples of indirect light and other sensor noise. frame_index: the number in a series; each has other sensor noise; None: the
+    /// renderer counts, and Frame.frame_index tells the number. layers: copies only these from the device, which is
     /// faster; None: all. progress: called from time to time with a Progress; if it returns False, Cancelled is raised.
     ///
     /// Raises SceneError for a scene that cannot be rendered, DeviceError for one that the device cannot hold. Shows a CamluxWarning for a
     /// frame that is probably a mistake, such as a black one.
     #[allow(clippy::too_many_arguments, reason = "Python's have names")]
-    #[pyo3(signature = (scene, *, target_error=None, seed=0, frame_index=0, layers=None, progress=None))]
+    #[pyo3(signature = (scene, *, target_error=None, seed=0, frame_index=None, layers=None, progress=None))]
     fn render(
         &self,
         py: Python,
         scene: &Bound<'_, PyAny>,
         target_error: Option<f64>,
         seed: u32,
-        frame_index: u32,
+        frame_index: Option<u32>,
         layers: Option<Vec<String>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Frame> {
@@ -104,7 +107,12 @@ impl Renderer {
                     ..RenderOptions::default()
                 },
             )?;
-            let warnings = frame.warnings();
+            let mut warnings = frame.warnings();
+            let mut lens_lights = self
+                .lens_lights
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            warnings.extend(lens_lights.warning(&scene));
             Ok((frame, warnings))
         });
         let (frame, warnings) = watch.outcome(rendered)?;

@@ -69,6 +69,10 @@ pub struct camlux_frame_stats {
     /// Relative error (relRMSE) of the direct light of area lights, estimated from two halves of their sample points. It is the largest
     /// error of any area light; NaN without one.
     pub estimated_area_light_error: f64,
+    /// Index of the frame in its sequence: that of camlux_render_options, or the renderer's count.
+    pub frame_index: u32,
+    /// Index of the frame's camera in camlux_renderer_render_cameras; otherwise 0.
+    pub camera_index: u32,
 }
 
 /// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
@@ -103,6 +107,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
         let object = handle::get(frame)?;
         let stats_of = || {
             let found = object.rendered.stats();
+            let key = object.rendered.description().key;
             Ok(camlux_frame_stats {
                 pass_count: found.passes.len() as u32,
                 wall_ms: found.wall_milliseconds,
@@ -126,6 +131,8 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 },
                 device: object.device.as_ptr(),
                 driver: object.driver.as_ptr(),
+                frame_index: key.index,
+                camera_index: key.camera,
                 ..Default::default()
             })
         };

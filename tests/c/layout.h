@@ -243,7 +243,7 @@ CHECK(camlux_mesh_triangle_materials_size, sizeof(((camlux_mesh *)0)->triangle_m
 CHECK(camlux_mesh_name_offset, offsetof(camlux_mesh, name) == 144);
 CHECK(camlux_mesh_name_size, sizeof(((camlux_mesh *)0)->name) == 8);
 
-CHECK(size_of_camlux_light, sizeof(camlux_light) == 168);
+CHECK(size_of_camlux_light, sizeof(camlux_light) == 176);
 CHECK(camlux_light_struct_size_offset, offsetof(camlux_light, struct_size) == 0);
 CHECK(camlux_light_struct_size_size, sizeof(((camlux_light *)0)->struct_size) == 4);
 CHECK(camlux_light_kind_offset, offsetof(camlux_light, kind) == 4);
@@ -266,6 +266,10 @@ CHECK(camlux_light_size_m_offset, offsetof(camlux_light, size_m) == 144);
 CHECK(camlux_light_size_m_size, sizeof(((camlux_light *)0)->size_m) == 16);
 CHECK(camlux_light_radius_m_offset, offsetof(camlux_light, radius_m) == 160);
 CHECK(camlux_light_radius_m_size, sizeof(((camlux_light *)0)->radius_m) == 8);
+CHECK(camlux_light_relative_to_offset, offsetof(camlux_light, relative_to) == 168);
+CHECK(camlux_light_relative_to_size, sizeof(((camlux_light *)0)->relative_to) == 4);
+CHECK(camlux_light_reserved_offset, offsetof(camlux_light, reserved) == 172);
+CHECK(camlux_light_reserved_size, sizeof(((camlux_light *)0)->reserved) == 4);
 
 CHECK(size_of_camlux_scene_counts, sizeof(camlux_scene_counts) == 24);
 CHECK(camlux_scene_counts_struct_size_offset, offsetof(camlux_scene_counts, struct_size) == 0);
@@ -303,7 +307,7 @@ CHECK(camlux_target_size_bytes_size, sizeof(((camlux_target *)0)->size_bytes) ==
 CHECK(camlux_target_row_stride_bytes_offset, offsetof(camlux_target, row_stride_bytes) == 24);
 CHECK(camlux_target_row_stride_bytes_size, sizeof(((camlux_target *)0)->row_stride_bytes) == 8);
 
-CHECK(size_of_camlux_render_options, sizeof(camlux_render_options) == 56);
+CHECK(size_of_camlux_render_options, sizeof(camlux_render_options) == 64);
 CHECK(camlux_render_options_struct_size_offset, offsetof(camlux_render_options, struct_size) == 0);
 CHECK(camlux_render_options_struct_size_size, sizeof(((camlux_render_options *)0)->struct_size) == 4);
 CHECK(camlux_render_options_submission_target_ms_offset, offsetof(camlux_render_options, submission_target_ms) == 4);
@@ -322,6 +326,10 @@ CHECK(camlux_render_options_targets_offset, offsetof(camlux_render_options, targ
 CHECK(camlux_render_options_targets_size, sizeof(((camlux_render_options *)0)->targets) == 8);
 CHECK(camlux_render_options_target_count_offset, offsetof(camlux_render_options, target_count) == 48);
 CHECK(camlux_render_options_target_count_size, sizeof(((camlux_render_options *)0)->target_count) == 8);
+CHECK(camlux_render_options_seed_offset, offsetof(camlux_render_options, seed) == 56);
+CHECK(camlux_render_options_seed_size, sizeof(((camlux_render_options *)0)->seed) == 4);
+CHECK(camlux_render_options_reserved_offset, offsetof(camlux_render_options, reserved) == 60);
+CHECK(camlux_render_options_reserved_size, sizeof(((camlux_render_options *)0)->reserved) == 4);
 
 CHECK(size_of_camlux_vulkan_device, sizeof(camlux_vulkan_device) == 80);
 CHECK(camlux_vulkan_device_struct_size_offset, offsetof(camlux_vulkan_device, struct_size) == 0);
@@ -423,7 +431,7 @@ CHECK(camlux_exr_options_layers_size, sizeof(((camlux_exr_options *)0)->layers) 
 CHECK(camlux_exr_options_tof_layers_offset, offsetof(camlux_exr_options, tof_layers) == 12);
 CHECK(camlux_exr_options_tof_layers_size, sizeof(((camlux_exr_options *)0)->tof_layers) == 4);
 
-CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 112);
+CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 120);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
 CHECK(camlux_frame_stats_struct_size_size, sizeof(((camlux_frame_stats *)0)->struct_size) == 4);
 CHECK(camlux_frame_stats_pass_count_offset, offsetof(camlux_frame_stats, pass_count) == 4);
@@ -456,6 +464,10 @@ CHECK(camlux_frame_stats_driver_offset, offsetof(camlux_frame_stats, driver) == 
 CHECK(camlux_frame_stats_driver_size, sizeof(((camlux_frame_stats *)0)->driver) == 8);
 CHECK(camlux_frame_stats_estimated_area_light_error_offset, offsetof(camlux_frame_stats, estimated_area_light_error) == 104);
 CHECK(camlux_frame_stats_estimated_area_light_error_size, sizeof(((camlux_frame_stats *)0)->estimated_area_light_error) == 8);
+CHECK(camlux_frame_stats_frame_index_offset, offsetof(camlux_frame_stats, frame_index) == 112);
+CHECK(camlux_frame_stats_frame_index_size, sizeof(((camlux_frame_stats *)0)->frame_index) == 4);
+CHECK(camlux_frame_stats_camera_index_offset, offsetof(camlux_frame_stats, camera_index) == 116);
+CHECK(camlux_frame_stats_camera_index_size, sizeof(((camlux_frame_stats *)0)->camera_index) == 4);
 
 CHECK(size_of_camlux_pass_time, sizeof(camlux_pass_time) == 24);
 CHECK(camlux_pass_time_struct_size_offset, offsetof(camlux_pass_time, struct_size) == 0);
@@ -493,7 +505,7 @@ static const unsigned char rust_camlux_texture[] = {48,0,0,0,0,0,0,0,0,0,0,0,0,0
 static const camlux_mesh init_of_camlux_mesh = CAMLUX_MESH_INIT;
 static const unsigned char rust_camlux_mesh[] = {152,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_light init_of_camlux_light = CAMLUX_LIGHT_INIT;
-static const unsigned char rust_camlux_light[] = {168,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_light[] = {176,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_scene_counts init_of_camlux_scene_counts = CAMLUX_SCENE_COUNTS_INIT;
 static const unsigned char rust_camlux_scene_counts[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_bounds init_of_camlux_bounds = CAMLUX_BOUNDS_INIT;
@@ -501,7 +513,7 @@ static const unsigned char rust_camlux_bounds[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,
 static const camlux_target init_of_camlux_target = CAMLUX_TARGET_INIT;
 static const unsigned char rust_camlux_target[] = {32,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_render_options init_of_camlux_render_options = CAMLUX_RENDER_OPTIONS_INIT;
-static const unsigned char rust_camlux_render_options[] = {56,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_render_options[] = {64,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_device init_of_camlux_vulkan_device = CAMLUX_VULKAN_DEVICE_INIT;
 static const unsigned char rust_camlux_vulkan_device[] = {80,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_image init_of_camlux_vulkan_image = CAMLUX_VULKAN_IMAGE_INIT;
@@ -513,7 +525,7 @@ static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
 static const unsigned char rust_camlux_exr_options[] = {16,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
-static const unsigned char rust_camlux_frame_stats[] = {112,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_frame_stats[] = {120,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
 static const unsigned char rust_camlux_pass_time[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const struct init inits[] = {
@@ -529,17 +541,17 @@ static const struct init inits[] = {
     {"camlux_material", 80, rust_camlux_material, &init_of_camlux_material},
     {"camlux_texture", 48, rust_camlux_texture, &init_of_camlux_texture},
     {"camlux_mesh", 152, rust_camlux_mesh, &init_of_camlux_mesh},
-    {"camlux_light", 168, rust_camlux_light, &init_of_camlux_light},
+    {"camlux_light", 176, rust_camlux_light, &init_of_camlux_light},
     {"camlux_scene_counts", 24, rust_camlux_scene_counts, &init_of_camlux_scene_counts},
     {"camlux_bounds", 56, rust_camlux_bounds, &init_of_camlux_bounds},
     {"camlux_target", 32, rust_camlux_target, &init_of_camlux_target},
-    {"camlux_render_options", 56, rust_camlux_render_options, &init_of_camlux_render_options},
+    {"camlux_render_options", 64, rust_camlux_render_options, &init_of_camlux_render_options},
     {"camlux_vulkan_device", 80, rust_camlux_vulkan_device, &init_of_camlux_vulkan_device},
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
     {"camlux_exr_options", 16, rust_camlux_exr_options, &init_of_camlux_exr_options},
-    {"camlux_frame_stats", 112, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
+    {"camlux_frame_stats", 120, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };
 

@@ -7,6 +7,7 @@ mod fuzz;
 mod handles;
 mod host;
 mod jobs;
+mod lights;
 mod log;
 mod meshes;
 mod panics;
