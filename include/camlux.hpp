@@ -627,7 +627,8 @@ inline camlux_render_options raw_of(const render_options &options) noexcept
     camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
     raw.submission_target_ms = options.submission_target_ms;
     raw.on_device = options.on_device ? 1 : 0;
-    raw.frame_index = options.frame_index;
+    raw.frame_index = options.frame_index.value_or(CAMLUX_NONE);
+    raw.seed = options.seed;
     raw.cancel_token = options.cancel_token.get();
     raw.targets = options.targets.data();
     raw.target_count = options.targets.size();

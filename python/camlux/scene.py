@@ -158,11 +158,14 @@ class PointLight(Fields):
 
     position_m: position, m.
     power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
     """
 
     kind: ClassVar[str] = "point"
     position_m: Vector
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -173,6 +176,8 @@ class SpotLight(Fields):
     direction: of the axis, of any length.
     inner_half_angle_deg, outer_half_angle_deg: from the axis, degrees, up to 180.
     power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
     """
 
     kind: ClassVar[str] = "spot"
@@ -181,6 +186,7 @@ class SpotLight(Fields):
     inner_half_angle_deg: Number
     outer_half_angle_deg: Number
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -189,11 +195,14 @@ class DirectionalLight(Fields):
 
     direction: in which the light travels; of any length.
     irradiance_w_m2: irradiance of each band on a surface that faces the light, W/m².
+    relative_to: camera: the direction is in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        it is in world space.
     """
 
     kind: ClassVar[str] = "directional"
     direction: Vector
     irradiance_w_m2: Bands
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -205,6 +214,8 @@ class PatternLight(Fields):
     up: up in the projector's image, or the plane C = 0 of a lamp; of any length.
     pattern: of the lamp, or the projector's image.
     power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
     """
 
     kind: ClassVar[str] = "pattern"
@@ -213,6 +224,7 @@ class PatternLight(Fields):
     up: Vector
     pattern: Pattern | ProjectedImage
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -225,6 +237,8 @@ class AreaLight(Fields):
     size_m: width and height of a rectangle, m; None: a disc.
     radius_m: of a disc, m; None: a rectangle.
     up: along a rectangle's height; of any length. A rectangle needs it.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
     """
 
     kind: ClassVar[str] = "area"
@@ -234,6 +248,7 @@ class AreaLight(Fields):
     size_m: Numbers | None = None
     radius_m: Number | None = None
     up: Vector | None = None
+    relative_to: Literal["camera"] | None = None
 
 
 Light: TypeAlias = Union[PointLight, SpotLight, DirectionalLight, PatternLight, AreaLight]
@@ -415,8 +430,6 @@ class Scene(Fields):
     sensor: converts radiance to energy; None: frames have no layer `energy`.
     tof: time of flight; None: frames have no layers of it.
     shadow: how shadows are found; None: the better method for the scene.
-    carried_by_camera: for scene files with lights relative to the camera: the indices of these lights, and the camera that their
-        positions in `lights` belong to. If `camera` differs from it, the lights move along.
     """
 
     camera: Camera
@@ -427,7 +440,6 @@ class Scene(Fields):
     sensor: Sensor | None = None
     tof: TimeOfFlight | None = None
     shadow: Literal["map", "rays"] | None = None
-    carried_by_camera: tuple[Sequence[int], Camera] | None = None
 
     if TYPE_CHECKING:
         # Unlike the attributes, the arguments may be lists of one kind of light, which type checkers tell from lists of any kind.
@@ -441,7 +453,6 @@ class Scene(Fields):
             sensor: Sensor | None = None,
             tof: TimeOfFlight | None = None,
             shadow: Literal["map", "rays"] | None = None,
-            carried_by_camera: tuple[Sequence[int], Camera] | None = None,
         ) -> None: ...
 
     @staticmethod

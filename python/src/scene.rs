@@ -6,8 +6,8 @@ use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
     IndirectLight, Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling,
-    RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup, TimeOfFlight,
-    Wrap,
+    PlacedLight, RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup,
+    TimeOfFlight, Wrap,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -40,15 +40,14 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
         let known = known.map_err(|_| mesh.error("is not a camlux.Mesh", "give one"))?;
         Ok(known.get().instance.clone())
     });
-    let mut scene = camlux::Scene {
+    Ok(camlux::Scene {
         camera,
         sensor: part
             .part("sensor")?
             .map(|sensor| sensor_from(&sensor))
             .transpose()?,
         tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
-        lights: lights.iter().map(light_from).collect::<PyResult<_>>()?,
-        carried_lights: Vec::new(),
+        lights: lights.iter().map(placed_from).collect::<PyResult<_>>()?,
         meshes: meshes.collect::<PyResult<_>>()?,
         materials: materials
             .iter()
@@ -63,15 +62,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .part("indirect")?
             .map(|part| indirect_from(&part))
             .transpose()?,
-    };
-    if let Some(carried) = part.part("carried_by_camera")? {
-        let (indices, from): (Vec<usize>, Bound<PyAny>) = carried.object.extract()?;
-        scene.camera = camera_from(&Part::new(from, "carried_by_camera"))?;
-        let lights = indices.into_iter().map(|light| (light, Carrier::Camera));
-        scene.carried_lights = lights.collect();
-        scene.set_camera(camera);
-    }
-    Ok(scene)
+    })
 }
 
 fn camera_from(part: &Part) -> PyResult<Camera> {
@@ -134,6 +125,14 @@ fn distortion_from(part: &Part) -> PyResult<Distortion> {
     } else {
         Ok(Distortion::Fisheye(coefficients(part, FISHEYE)?))
     }
+}
+
+fn placed_from(part: &Part) -> PyResult<PlacedLight> {
+    let names = |_: Carrier| "camera";
+    Ok(PlacedLight {
+        light: light_from(part)?,
+        relative_to: part.choice("relative_to", &[Carrier::Camera], names)?,
+    })
 }
 
 fn light_from(part: &Part) -> PyResult<Light> {
@@ -441,13 +440,6 @@ impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
         let lights = scene.lights.iter().map(|light| self.light(light));
-        let carried = scene.carried_lights.iter();
-        let carried = carried.filter(|(_, by)| *by == Carrier::Camera);
-        let carried: Vec<usize> = carried.map(|&(light, _)| light).collect();
-        let carried = match carried.is_empty() {
-            true => None,
-            false => Some((carried, self.camera(&scene.camera)?)),
-        };
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
@@ -457,7 +449,6 @@ impl<'py> Classes<'py> {
             sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
-            carried_by_camera: carried,
         )
     }
 
@@ -493,15 +484,20 @@ impl<'py> Classes<'py> {
         )
     }
 
-    fn light(&self, light: &Light) -> PyResult<Bound<'py, PyAny>> {
+    fn light(&self, placed: &PlacedLight) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
-        match light {
+        let relative_to = match placed.relative_to {
+            Some(Carrier::Camera) => Some("camera"),
+            Some(Carrier::Mesh(_)) | None => None,
+        };
+        match &placed.light {
             Light::Point {
                 position_m,
                 power_w,
             } => object!(self, "PointLight",
                 position_m: triple(*position_m),
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Spot {
                 position_m,
@@ -514,6 +510,7 @@ impl<'py> Classes<'py> {
                 inner_half_angle_deg: cone.inner_half_angle_deg,
                 outer_half_angle_deg: cone.outer_half_angle_deg,
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Directional {
                 direction,
@@ -521,6 +518,7 @@ impl<'py> Classes<'py> {
             } => object!(self, "DirectionalLight",
                 direction: triple(*direction),
                 irradiance_w_m2: triple(*irradiance_w_m2),
+                relative_to: relative_to,
             ),
             Light::Pattern {
                 position_m,
@@ -541,6 +539,7 @@ impl<'py> Classes<'py> {
                     }
                 },
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Area {
                 position_m,
@@ -562,6 +561,7 @@ impl<'py> Classes<'py> {
                     size_m: size_m,
                     radius_m: radius_m,
                     up: triple(*up),
+                    relative_to: relative_to,
                 )
             }
         }

@@ -9,7 +9,8 @@ use super::*;
 use crate::{
     DeviceFrame,
     output::{
-        ExrOptions, Frame, FrameStats, Layer, LayerData, OutputFile, PngView, write_exr, write_png,
+        ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile, PngView,
+        write_exr, write_png,
     },
 };
 
@@ -129,6 +130,13 @@ pub(super) enum Rendered {
 }
 
 impl Rendered {
+    pub fn description(&self) -> &FrameDescription {
+        match self {
+            Rendered::ToHost(frame) | Rendered::ToTargets(frame, _) => &frame.description,
+            Rendered::OnDevice(frame, _) => frame.description(),
+        }
+    }
+
     pub fn stats(&self) -> &FrameStats {
         match self {
             Rendered::ToHost(frame) | Rendered::ToTargets(frame, _) => &frame.stats,

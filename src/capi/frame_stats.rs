@@ -77,6 +77,10 @@ pub struct camlux_frame_stats {
     /// Part of wall_ms in which pipelines were compiled and the surfaces were copied to the device, milliseconds: most of a first frame, unless
     /// camlux_renderer_prepare has done it.
     pub preparation_ms: f64,
+    /// Index of the frame in its sequence: that of camlux_render_options, or the renderer's count.
+    pub frame_index: u32,
+    /// Index of the frame's camera in camlux_renderer_render_cameras; otherwise 0.
+    pub camera_index: u32,
 }
 
 /// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
@@ -111,6 +115,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
         let object = handle::get(frame)?;
         let stats_of = || {
             let found = object.rendered.stats();
+            let key = object.rendered.description().key;
             Ok(camlux_frame_stats {
                 pass_count: found.passes.len() as u32,
                 wall_ms: found.wall_milliseconds,
@@ -137,6 +142,8 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 },
                 device: object.device.as_ptr(),
                 driver: object.driver.as_ptr(),
+                frame_index: key.index,
+                camera_index: key.camera,
                 ..Default::default()
             })
         };

@@ -163,7 +163,7 @@ c_struct!(camlux_indirect, 56);
 
 c_struct!(camlux_direct, 8);
 
-/// Sets the camera. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
+/// Sets the camera. Lights with CAMLUX_RELATIVE_TO_CAMERA move with it. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
 /// \threads any; calls on the same scene are serialised.
@@ -177,7 +177,7 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
         // SAFETY: the caller guarantees it.
         let camera = camera_from_c(unsafe { args::read(camera) }?)?;
         camera.validate()?;
-        object.lock_to_change().scene.set_camera(camera);
+        object.lock_to_change().scene.camera = camera;
         Ok(())
     })
 }

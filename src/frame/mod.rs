@@ -128,7 +128,7 @@ pub(crate) fn draw(
         }
     }
 
-    let mut estimates = match context.plan.indirect {
+    let mut estimates = match context.plan.bounce() {
         Some(plan) => indirect::gather(context, plan, scene, lights, images, progress)?,
         None => ErrorEstimates::default(),
     };

@@ -456,10 +456,6 @@ fn values_out_of_range_are_reported_with_their_line() {
             ],
         ),
         (
-            CAMERA.into(),
-            ["scene.toml, scene: there is no light", "add a light"],
-        ),
-        (
             format!("{CAMERA}{LIGHT}{}", LIGHT.replace("50.0", "-50.0")),
             [
                 "scene.toml:14, light 1 (point): power_w is [-50.0, -50.0, -50.0]",

@@ -324,7 +324,7 @@ fn a_moved_light_is_a_scene_built_that_way() {
         position_m,
         direction,
         ..
-    } = &mut expected.lights[0]
+    } = &mut expected.lights[0].light
     else {
         panic!("the scene has a spot light");
     };
@@ -637,13 +637,16 @@ fn area_lights_from_c_are_those_of_the_engine() {
         AreaShape::Disc { radius_m: 0.2 },
     ] {
         let mut expected = engine_scene("cornell");
-        expected.lights = vec![Light::Area {
-            position_m: DVec3::new(0.1, 1.7, 0.2),
-            direction: DVec3::new(0.1, -1.0, 0.0),
-            up: DVec3::new(0.3, 0.0, -1.0),
-            shape,
-            power_w: [9.0, 8.0, 7.0],
-        }];
+        expected.lights = vec![
+            Light::Area {
+                position_m: DVec3::new(0.1, 1.7, 0.2),
+                direction: DVec3::new(0.1, -1.0, 0.0),
+                up: DVec3::new(0.3, 0.0, -1.0),
+                shape,
+                power_w: [9.0, 8.0, 7.0],
+            }
+            .into(),
+        ];
         expected.indirect = None;
         let built = from_arrays(&expected);
         let mut light = init!(camlux_light {});

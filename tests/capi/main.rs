@@ -8,6 +8,7 @@ mod handles;
 mod host;
 mod jobs;
 mod lamps;
+mod lights;
 mod log;
 mod matrices;
 mod meshes;

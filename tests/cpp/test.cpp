@@ -438,12 +438,39 @@ void time_of_flight_has_its_layers(camlux::renderer &renderer)
     tof.noise->bits = 24;
     tof.output = camlux::charge::dn;
     scene.set_tof(tof);
-    camlux::render_options second;
+    camlux::render_options first, second;
+    first.frame_index = 0;
     second.frame_index = 1;
-    const camlux::frame noisy = renderer.render(scene);
+    const camlux::frame noisy = renderer.render(scene, first);
     CHECK(std::strcmp(noisy.view<float>(camlux::layer::tof_taps).unit(), "DN") == 0);
     const camlux::frame other = renderer.render(scene, second);
-    CHECK(noisy.view<float>(camlux::layer::tof_range)(16, 16) != other.view<float>(camlux::layer::tof_range)(16, 16));
+    const auto range_m = [](const camlux::frame &of) { return of.view<float>(camlux::layer::tof_range)(16, 16); };
+    CHECK(range_m(noisy) != range_m(other));
+    first.seed = 7;
+    CHECK(range_m(renderer.render(scene, first)) != range_m(noisy));
+    // Without an index the renderer counts.
+    const camlux::frame counted = renderer.render(scene);
+    const std::uint32_t index = counted.stats().frame_index;
+    CHECK(index > 1 && range_m(counted) != range_m(noisy) && range_m(counted) != range_m(other));
+    CHECK(renderer.render(scene).stats().frame_index == index + 1);
+    second.frame_index = index;
+    CHECK(range_m(renderer.render(scene, second)) == range_m(counted));
+
+    // A light of the camera moves with it, until it has a pose in the world.
+    camlux::light carried = camlux::light::point({0.1, 0, 0}, {1, 1, 1});
+    carried.relative_to = camlux::relative_to::camera;
+    scene.set_light(0, carried);
+    CHECK(scene.light(0).relative_to == camlux::relative_to::camera);
+    camlux::pose camera_pose = scene.pose(camlux::part::camera, 0);
+    const double before_m = scene.pose(camlux::part::light, 0).position_m.x;
+    camera_pose.position_m.x += 1;
+    scene.set_pose(camlux::part::camera, 0, camera_pose);
+    CHECK(std::abs(scene.pose(camlux::part::light, 0).position_m.x - before_m - 1) < 1e-12);
+    scene.set_pose(camlux::part::light, 0, {{9, 9, 9}});
+    CHECK(scene.light(0).relative_to == camlux::relative_to::world && scene.light(0).position_m.x == 9);
+    camera_pose.position_m.x -= 1;
+    scene.set_pose(camlux::part::camera, 0, camera_pose);
+    CHECK(scene.light(0).position_m.x == 9);
     tof.frequencies.resize(5);
     CHECK(thrown_by([&] { scene.set_tof(tof); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
     scene.set_tof(std::nullopt);
