@@ -258,10 +258,11 @@ struct material {
     rgb ks = {};
     /** Below 0: not given, which is an error if ks is above 0. */
     double shininess = -1;
-    std::uint32_t kd_texture = CAMLUX_NONE;
+    /** Numbers of textures, from scene::add_texture; 0: none. */
+    std::uint32_t kd_texture = 0;
     std::string name = {};
-    std::uint32_t normal_texture = CAMLUX_NONE;
-    std::uint32_t alpha_texture = CAMLUX_NONE;
+    std::uint32_t normal_texture = 0;
+    std::uint32_t alpha_texture = 0;
 };
 
 /** camlux_texture. The pixels are read only during scene::add_texture or scene::set_texture. */

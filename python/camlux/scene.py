@@ -285,9 +285,10 @@ class Material(Fields):
     shininess: Phong exponent, 0 or more; required where ks is above 0.
     kd_texture: multiplies kd.
     normal_texture: turns the normal.
-    alpha_texture: cut-out: there is no surface where its first channel is below `alpha_cutoff`.
+    alpha_texture: cut-out: there is no surface where its alpha, or the brightness of a texture without alpha, is below
+        `alpha_cutoff`.
     ks_texture: multiplies ks.
-    shininess_texture: its first channel multiplies the shininess.
+    shininess_texture: its brightness multiplies the shininess.
     alpha_cutoff: 0 to 1.
     """
 
@@ -296,6 +297,8 @@ class Material(Fields):
     ks: Bands = 0.0
     shininess: Number | None = None
     kd_texture: Texture | TextureLookup | None = None
+    #: Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on the side to which v grows, and
+    #: along the normal of the mesh.
     normal_texture: Texture | TextureLookup | None = None
     alpha_texture: Texture | TextureLookup | None = None
     ks_texture: Texture | TextureLookup | None = None

@@ -40,7 +40,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
         let known = known.map_err(|_| mesh.error("is not a camlux.Mesh", "give one"))?;
         Ok(known.get().instance.clone())
     });
-    Ok(camlux::Scene {
+    let mut scene = camlux::Scene {
         camera,
         sensor: part
             .part("sensor")?
@@ -53,7 +53,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .iter()
             .map(|material| textures.material(material))
             .collect::<PyResult<_>>()?,
-        textures: textures.list,
+        textures: Vec::new(),
         direct: Direct {
             shadow: part.choice("shadow", &Shadow::ALL, Shadow::name)?,
         },
@@ -62,7 +62,15 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .part("indirect")?
             .map(|part| indirect_from(&part))
             .transpose()?,
-    })
+    };
+    for (index, material) in scene.materials.iter().enumerate() {
+        let contradicts = |role, texture: usize| textures.list[texture].get().0.contradicts(role);
+        let encodings = material.validate_encodings(index, contradicts);
+        encodings.map_err(raised)?;
+    }
+    let sources = textures.list.iter().map(|texture| &texture.get().0);
+    scene.textures = scene::in_their_roles(sources, &mut scene.materials);
+    Ok(scene)
 }
 
 fn camera_from(part: &Part) -> PyResult<Camera> {
@@ -228,13 +236,13 @@ fn filter_name(filter: Filter) -> &'static str {
 
 /// The textures of a scene, each once.
 #[derive(Default)]
-struct Textures {
-    list: Vec<Shared<scene::Texture>>,
+struct Textures<'py> {
+    list: Vec<Bound<'py, Texture>>,
 }
 
-impl Textures {
-    fn index(&mut self, texture: &Shared<scene::Texture>) -> usize {
-        let known = self.list.iter().position(|known| known.ptr_eq(texture));
+impl<'py> Textures<'py> {
+    fn index(&mut self, texture: &Bound<'py, Texture>) -> usize {
+        let known = self.list.iter().position(|known| known.is(texture));
         known.unwrap_or_else(|| {
             self.list.push(texture.clone());
             self.list.len() - 1
@@ -242,12 +250,12 @@ impl Textures {
     }
 
     /// The lookup of that name, which is a texture or says how one is looked up.
-    fn lookup(&mut self, part: &Part, name: &str) -> PyResult<Option<TextureLookup>> {
+    fn lookup(&mut self, part: &Part<'py>, name: &str) -> PyResult<Option<TextureLookup>> {
         let Some(given) = part.part(name)? else {
             return Ok(None);
         };
         if let Ok(texture) = given.object.cast::<Texture>() {
-            return Ok(Some(self.index(&texture.get().0).into()));
+            return Ok(Some(self.index(texture).into()));
         }
         if !given.object.hasattr("texcoord_set")? {
             let hint = "give a camlux.Texture, a camlux.TextureLookup, or None";
@@ -255,7 +263,7 @@ impl Textures {
             return Err(part.error(problem, hint));
         }
         let given = Part::new(given.object, format!("{}: {name}", part.at));
-        let texture: Bound<Texture> = given.need("texture", "give a camlux.Texture")?;
+        let texture: Bound<'py, Texture> = given.need("texture", "give a camlux.Texture")?;
         let wrap: [String; 2] =
             given.need("wrap", "give two strings, such as (\"repeat\", \"clamp\")")?;
         let wrap = wrap.map(|word| {
@@ -266,7 +274,7 @@ impl Textures {
         let [wrap_u, wrap_v] = wrap;
         let filter = given.choice("filter", &FILTERS_OF_TEXTURES, filter_name)?;
         Ok(Some(TextureLookup {
-            texture: self.index(&texture.get().0),
+            texture: self.index(&texture),
             texcoord_set: given.count("texcoord_set")?,
             transform: given.need("transform", "give two rows of three numbers")?,
             wrap: [wrap_u?, wrap_v?],
@@ -274,7 +282,7 @@ impl Textures {
         }))
     }
 
-    fn material(&mut self, part: &Part) -> PyResult<Material> {
+    fn material(&mut self, part: &Part<'py>) -> PyResult<Material> {
         let ks = part.bands("ks")?;
         let shininess = part.optional_number("shininess")?;
         // A default exponent such as 1 would silently choose a very wide lobe.
@@ -574,7 +582,7 @@ impl<'py> Classes<'py> {
     ) -> PyResult<Bound<'py, PyList>> {
         let py = self.0.py();
         let textures = textures.into_iter();
-        let textures = textures.map(|texture| Bound::new(py, Texture(texture)));
+        let textures = textures.map(|texture| Bound::new(py, Texture(texture.into())));
         let textures = textures.collect::<PyResult<Vec<_>>>()?;
         let materials = materials.iter().map(|m| self.material(m, &textures));
         PyList::new(py, materials.collect::<PyResult<Vec<_>>>()?)

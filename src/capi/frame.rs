@@ -260,7 +260,7 @@ impl FrameObject {
 
 pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
     // `of_frequency` of camlux.hpp returns this for a layer that does not exist.
-    if number == CAMLUX_NONE as i32 {
+    if number == -1 {
         let problem = "layer is -1, which stands for a time-of-flight frequency or phase image that does not exist; give a smaller index";
         return Err(Failure::argument(problem));
     }

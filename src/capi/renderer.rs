@@ -27,6 +27,9 @@ use crate::{
 pub type camlux_progress_callback =
     Option<unsafe extern "C" fn(fraction: f64, pass: *const c_char, user: *mut c_void) -> i32>;
 
+/// For frame_index: the renderer counts its frames.
+pub const CAMLUX_NEXT_FRAME: u32 = u32::MAX;
+
 /// How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second,
 /// frames that the renderer counts.
 #[repr(C)]
@@ -44,7 +47,7 @@ pub struct camlux_render_options {
     /// 1: the images stay on the device, for camlux_frame_get_vulkan_image; they are copied to the host when a layer is requested.
     /// 0: they are copied to the host.
     pub on_device: i32,
-    /// Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it. CAMLUX_NONE: the
+    /// Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it. CAMLUX_NEXT_FRAME: the
     /// renderer counts its frames from 0, and goes on after the largest index that it was given; camlux_frame_get_stats tells the index.
     /// Frames with the same index, camera and seed have the same noise.
     pub frame_index: u32,
@@ -65,7 +68,7 @@ pub struct camlux_render_options {
 c_struct!(
     camlux_render_options, 40,
     submission_target_ms: 500,
-    frame_index: args::CAMLUX_NONE,
+    frame_index: CAMLUX_NEXT_FRAME,
 );
 
 /// A renderer, and the device that it keeps open.
@@ -318,7 +321,7 @@ impl RendererObject {
         }
         let mut rendered = args::room_for(cameras.len(), "frames")?;
         let given = request.options.frame_index;
-        let mut frame_index = (given != CAMLUX_NONE).then_some(given);
+        let mut frame_index = (given != CAMLUX_NEXT_FRAME).then_some(given);
         let ended = cameras.iter().enumerate().try_for_each(|(done, camera)| {
             snapshot.now.camera = *camera;
             let share = [done, cameras.len()];

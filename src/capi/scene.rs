@@ -9,7 +9,9 @@ use std::{
 use super::*;
 use crate::{
     Scene,
-    scene::{Carrier, Direct, LensLights, Mesh, PlacedLight, Shared},
+    scene::{
+        Carrier, Direct, LensLights, Mesh, PlacedLight, Shared, TextureSource, in_their_roles,
+    },
 };
 
 /// Numbers of the parts of a scene. Initialise with CAMLUX_SCENE_COUNTS_INIT.
@@ -18,9 +20,9 @@ use crate::{
 pub struct camlux_scene_counts {
     /// sizeof(camlux_scene_counts)
     pub struct_size: u32,
-    /// Textures. Their indices are from 0 to this number - 1; the same holds for the members below.
+    /// Textures. They count from 1: the last one has this number.
     pub textures: u32,
-    /// Materials.
+    /// Materials. Their indices are from 0 to this number - 1; the same holds for the members below.
     pub materials: u32,
     /// Meshes.
     pub meshes: u32,
@@ -55,8 +57,10 @@ pub(super) struct SceneObject {
 
 /// The parts that the host has set.
 pub(super) struct SceneState {
-    /// The scene without meshes. A snapshot adds them from the instances.
+    /// The scene without textures and meshes. Its materials name `textures`. A snapshot reads these in their roles, and adds meshes from the
+    /// instances.
     pub scene: Scene,
+    pub textures: Vec<TextureSource>,
     pub meshes: Vec<UnplacedMesh>,
     pub instances: Vec<Instance>,
     pub absent_instances: Absent,
@@ -71,6 +75,7 @@ pub(super) struct SceneState {
 impl SceneObject {
     /// Turns each mesh of a loaded scene into a mesh and an instance with the identity as pose.
     pub fn new(mut scene: Scene) -> SceneObject {
+        let textures = std::mem::take(&mut scene.textures);
         let loaded = std::mem::take(&mut scene.meshes);
         // A host moves the lights of meshes as all others.
         for light in &mut scene.lights {
@@ -85,6 +90,7 @@ impl SceneObject {
         SceneObject {
             state: Mutex::new(SceneState {
                 instances: instances.collect(),
+                textures: textures.into_iter().map(TextureSource::from).collect(),
                 scene,
                 meshes: meshes.collect(),
                 absent_instances: Absent::default(),
@@ -162,6 +168,7 @@ impl SceneState {
     fn snapshot(&self) -> Scene {
         let SceneState {
             scene,
+            textures,
             meshes,
             instances,
             absent_instances,
@@ -179,6 +186,7 @@ impl SceneState {
             meshes: placed.collect(),
             ..scene.clone()
         };
+        snapshot.textures = in_their_roles(textures, &mut snapshot.materials);
         self.leave_out_lights(&mut snapshot);
         snapshot
     }
@@ -251,7 +259,7 @@ pub(super) fn put<T>(
 
 /// Appends a part to a list of the scene, and returns its index.
 pub(super) fn push<T>(list: &mut Vec<T>, part: T, what: &str) -> Outcome<usize> {
-    if list.len() >= args::CAMLUX_NONE as usize || list.try_reserve(1).is_err() {
+    if list.len() >= u32::MAX as usize || list.try_reserve(1).is_err() {
         let problem = format!(
             "the scene cannot hold another {what} after {}; use fewer",
             list.len()
@@ -362,7 +370,7 @@ pub unsafe extern "C" fn camlux_scene_get_counts(
         let found = || {
             let state = object.lock();
             Ok(camlux_scene_counts {
-                textures: state.scene.textures.len() as u32,
+                textures: state.textures.len() as u32,
                 materials: state.scene.materials.len() as u32,
                 meshes: state.meshes.len() as u32,
                 instances: state.instances.len() as u32,

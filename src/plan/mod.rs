@@ -13,7 +13,7 @@ use crate::{
     geometry::has_shared_meshes,
     scene::{
         DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling,
-        PlacedLight, Scene, Shadow, TextureLookup, VplSum,
+        PlacedLight, Scene, Shadow, TextureLookup, TextureRole, VplSum,
     },
     vulkan::{DeviceInfo, shaders::most_storage_images},
 };
@@ -420,9 +420,9 @@ impl Plan {
 
 /// Whether a material on a mesh needs more than a repeated, bilinear texture of k_d.
 pub(crate) fn is_detailed(mesh: &Mesh, material: &Material) -> bool {
-    let is_plain = |(name, lookup): (&str, TextureLookup)| {
+    let is_plain = |(role, lookup): (TextureRole, TextureLookup)| {
         let plain = TextureLookup::from(lookup.texture);
-        name == "alpha_texture" || name == "kd_texture" && lookup == plain
+        role == TextureRole::Alpha || role == TextureRole::Kd && lookup == plain
     };
     let mut shown = material.textures().filter(|(_, lookup)| mesh.shows(lookup));
     !mesh.colors.is_empty() || !shown.all(is_plain)

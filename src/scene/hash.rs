@@ -248,7 +248,7 @@ impl Bytes {
         self.numbers(*kd);
         self.numbers(*ks);
         self.numbers([*shininess, *alpha_cutoff]);
-        for (name, lookup) in material.textures() {
+        for (role, lookup) in material.textures() {
             let TextureLookup {
                 texture,
                 texcoord_set,
@@ -256,7 +256,7 @@ impl Bytes {
                 wrap,
                 filter,
             } = lookup;
-            self.name(name);
+            self.name(role.field());
             self.numbers([texture as f64, f64::from(texcoord_set)]);
             transform.into_iter().for_each(|row| self.numbers(row));
             self.numbers(wrap.map(|wrap| f64::from(wrap as u8)));

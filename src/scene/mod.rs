@@ -23,6 +23,7 @@ mod pixel_sampling;
 mod projected_image;
 mod shared;
 mod texels;
+mod texture_source;
 mod tof;
 mod validate;
 mod validate_surface;
@@ -53,6 +54,7 @@ pub use pixel_sampling::{PixelFilter, PixelSampling};
 pub use projected_image::ProjectedImage;
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};
+pub use texture_source::{Component, TextureRole, TextureSource, in_their_roles};
 pub(crate) use tof::MAX_PHASES;
 pub use tof::{
     ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, Photodetector, SensorNoise, TimeOfFlight,

@@ -132,6 +132,10 @@ impl Scene {
         }
         for (i, material) in self.materials.iter().enumerate() {
             placed("material", i, material.validate(i, self.textures.len()))?;
+            let encodings = material.validate_encodings(i, |role, texture| {
+                !role.may_be_srgb() && self.textures[texture].texels.is_srgb()
+            });
+            placed("material", i, encodings)?;
         }
         // Check a mesh once, however often it is placed.
         let mut bounds = HashMap::new();

@@ -43,12 +43,12 @@ impl Scene {
         if self.meshes.is_empty() {
             warnings.push("there is no mesh, so every frame is black".into());
         }
-        // The name of a texture that each material looks up by each set of coordinates.
+        // The field of a texture that each material looks up by each set of coordinates.
         let of_sets = [0, 1].map(|set| {
             let of_material = |material: &Material| {
                 let mut textures = material.textures();
                 let found = textures.find(|(_, lookup)| lookup.texcoord_set == set);
-                found.map(|(name, _)| name)
+                found.map(|(role, _)| role.field())
             };
             let names = self.materials.iter().map(of_material);
             names.collect::<Vec<Option<&str>>>()

@@ -1,9 +1,9 @@
 //! Bad values in a scene from slices: each is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    AreaShape, Camera, ChargeUnit, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light,
-    Material, Mesh, Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise, Shadow,
-    SpotCone, Texels, Texture, TimeOfFlight, VplSum,
+    AreaShape, Camera, ChargeUnit, Direct, Encoding, ErrorNorm, IndirectLight, Intrinsics, Lens,
+    Light, Material, Mesh, Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise,
+    Shadow, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
 
@@ -558,6 +558,13 @@ fn scenes_from_slices_are_validated() {
         (
             Box::new(|s| s.materials[0].kd_texture = Some(1.into())),
             "kd_texture is 1, but the number of textures is 1",
+        ),
+        (
+            Box::new(|s| {
+                s.materials[0].normal_texture = Some(0.into());
+                s.textures[0].texels = Texels::U8(vec![[200; 3]], Encoding::Srgb);
+            }),
+            "the texture of normal_texture is encoded as sRGB",
         ),
         (
             Box::new(|s| s.textures[0].size_px = [2, 1]),

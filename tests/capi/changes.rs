@@ -321,7 +321,7 @@ fn a_mesh_and_a_texture_are_replaced() {
     });
     // SAFETY: a struct of that size, with pixels of its size.
     unsafe {
-        ok(camlux_scene_set_texture(scene, 0, &texture));
+        ok(camlux_scene_set_texture(scene, 1, &texture));
         let missing = camlux_scene_set_texture(scene, 99, &texture);
         fails(missing, ARGUMENT, "there is no texture 99");
     }
@@ -345,7 +345,7 @@ fn a_material_is_read_as_it_is_set() {
         assert_eq!(found.kd, material.kd);
         assert_eq!(found.ks, material.ks);
         assert_eq!(found.shininess, material.shininess);
-        assert_eq!((found.kd_texture, found.name), (CAMLUX_NONE, null()));
+        assert_eq!((found.kd_texture, found.name), (0, null()));
     }
     // SAFETY: NULL is refused.
     fails(

@@ -13,7 +13,8 @@ use camlux::{
     capi::*,
     glam::{DQuat, DVec3},
     scene::{
-        AreaShape, Distortion, IndirectLight, Lens, Light, Mesh, PixelFilter, PixelSampling, VplSum,
+        AreaShape, Distortion, Encoding, IndirectLight, Lens, Light, Mesh, PixelFilter,
+        PixelSampling, Texels, VplSum,
     },
 };
 
@@ -107,6 +108,12 @@ fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
         Distortion::Fisheye([0.05, -0.01, 0.002, 0.001]),
     ] {
         let mut expected = engine_scene("textured");
+        for texture in &mut expected.textures {
+            let Texels::U8(_, encoding) = &mut texture.texels else {
+                panic!("the scene has textures of 8 bits");
+            };
+            *encoding = Encoding::Linear;
+        }
         for material in &mut expected.materials {
             material.normal_texture = Some(0.into());
             material.alpha_texture = Some(0.into());

@@ -356,16 +356,16 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             let material = init!(camlux_material {
                 kd_texture: material
                     .kd_texture
-                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
+                    .map_or(0, |lookup| lookup.texture as u32 + 1),
                 kd: material.kd,
                 ks: material.ks,
                 shininess: material.shininess,
                 normal_texture: material
                     .normal_texture
-                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
+                    .map_or(0, |lookup| lookup.texture as u32 + 1),
                 alpha_texture: material
                     .alpha_texture
-                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
+                    .map_or(0, |lookup| lookup.texture as u32 + 1),
             });
             ok(camlux_scene_add_material(built, &material, null_mut()));
         }
@@ -380,7 +380,7 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             ok(camlux_scene_add_light(built, &placed, null_mut()));
         }
         for mesh in &scene.meshes {
-            let mut index = CAMLUX_NONE;
+            let mut index = u32::MAX;
             let mut c_mesh = init!(camlux_mesh {
                 vertex_count: mesh.positions_m.len(),
                 triangle_count: mesh.triangles.len(),

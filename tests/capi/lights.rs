@@ -46,7 +46,7 @@ fn set_pose(scene: *mut camlux_scene, part: i32, position_m: [f64; 3], orientati
 }
 
 fn add(scene: *mut camlux_scene, light: &camlux_light) -> u32 {
-    let mut index = CAMLUX_NONE;
+    let mut index = u32::MAX;
     // SAFETY: a struct of that size, and a pointer to a number.
     ok(unsafe { camlux_scene_add_light(scene, light, &mut index) });
     index

@@ -15,6 +15,7 @@ mod meshes;
 mod panics;
 mod prepared;
 mod targets;
+mod textures;
 mod threads;
 mod time_of_flight;
 mod values;

@@ -243,7 +243,7 @@ fn values_are_checked() {
             "shininess",
         );
         fails(
-            material(init!(camlux_material { kd_texture: 0 })),
+            material(init!(camlux_material { kd_texture: 1 })),
             SCENE,
             "kd_texture",
         );
@@ -385,7 +385,7 @@ fn messages_have_the_words_of_c() {
         fails(
             camlux_scene_add_material(scene, &textured, null_mut()),
             SCENE,
-            "kd_texture is 3, but the number of textures is 0",
+            "kd_texture is 3, but the number of textures is 0; give what camlux_scene_add_texture gave",
         );
         fails(
             camlux_scene_set_camera(scene, &intrinsics),

@@ -203,7 +203,16 @@ void values_come_back()
     red.kd = {0.5, 0.1, 0.1};
     red.name = "red";
     const std::uint32_t material = scene.add_material(red);
-    CHECK(scene.material(material).kd.r == 0.5 && scene.material(material).kd_texture == CAMLUX_NONE);
+    CHECK(scene.material(material).kd.r == 0.5 && scene.material(material).kd_texture == 0);
+    const std::uint8_t up[3] = {128, 128, 255};
+    camlux::texture map;
+    map.width_px = map.height_px = 1;
+    map.pixels = up;
+    red.normal_texture = scene.add_texture(map);
+    scene.set_material(material, red);
+    CHECK(red.normal_texture == 1 && scene.material(material).normal_texture == 1);
+    map.encoding = camlux::encoding::srgb;
+    CHECK(thrown_by([&] { scene.set_texture(1, map); }) == CAMLUX_ERROR_SCENE);
     camlux::mesh triangle;
     const std::vector<std::array<float, 3>> corners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     const std::vector<std::array<std::uint32_t, 3>> triangles = {{0, 1, 2}};

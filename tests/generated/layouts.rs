@@ -42,7 +42,6 @@ numbers_in_c!(c_char, i32, u64, usize, f64);
 impl InC for u32 {
     fn in_c(&self) -> String {
         match *self {
-            CAMLUX_NONE => "CAMLUX_NONE".into(),
             number => number.to_string(),
         }
     }
