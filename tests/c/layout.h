@@ -413,7 +413,7 @@ CHECK(camlux_view_name_size, sizeof(((camlux_view *)0)->name) == 8);
 CHECK(camlux_view_unit_offset, offsetof(camlux_view, unit) == 56);
 CHECK(camlux_view_unit_size, sizeof(((camlux_view *)0)->unit) == 8);
 
-CHECK(size_of_camlux_exr_options, sizeof(camlux_exr_options) == 16);
+CHECK(size_of_camlux_exr_options, sizeof(camlux_exr_options) == 20);
 CHECK(camlux_exr_options_struct_size_offset, offsetof(camlux_exr_options, struct_size) == 0);
 CHECK(camlux_exr_options_struct_size_size, sizeof(((camlux_exr_options *)0)->struct_size) == 4);
 CHECK(camlux_exr_options_half_offset, offsetof(camlux_exr_options, half) == 4);
@@ -422,6 +422,8 @@ CHECK(camlux_exr_options_layers_offset, offsetof(camlux_exr_options, layers) == 
 CHECK(camlux_exr_options_layers_size, sizeof(((camlux_exr_options *)0)->layers) == 4);
 CHECK(camlux_exr_options_tof_layers_offset, offsetof(camlux_exr_options, tof_layers) == 12);
 CHECK(camlux_exr_options_tof_layers_size, sizeof(((camlux_exr_options *)0)->tof_layers) == 4);
+CHECK(camlux_exr_options_plain_offset, offsetof(camlux_exr_options, plain) == 16);
+CHECK(camlux_exr_options_plain_size, sizeof(((camlux_exr_options *)0)->plain) == 4);
 
 CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 112);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
@@ -511,7 +513,7 @@ static const unsigned char rust_camlux_shared_memory_info[] = {32,0,0,0,0,0,0,0,
 static const camlux_view init_of_camlux_view = CAMLUX_VIEW_INIT;
 static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
-static const unsigned char rust_camlux_exr_options[] = {16,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_exr_options[] = {20,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
 static const unsigned char rust_camlux_frame_stats[] = {112,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
@@ -538,7 +540,7 @@ static const struct init inits[] = {
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
-    {"camlux_exr_options", 16, rust_camlux_exr_options, &init_of_camlux_exr_options},
+    {"camlux_exr_options", 20, rust_camlux_exr_options, &init_of_camlux_exr_options},
     {"camlux_frame_stats", 112, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };

@@ -196,7 +196,7 @@ pub fn layouts() -> Vec<Layout> {
             unit,
         }
         camlux_exr_options {
-            half, layers, tof_layers,
+            half, layers, tof_layers, plain,
         }
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,

@@ -35,6 +35,7 @@ mod output_file;
 mod pattern;
 #[cfg(feature = "reference")]
 mod phasor;
+mod plain_exr;
 mod polygons;
 mod projector;
 mod reference;
