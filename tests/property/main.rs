@@ -42,6 +42,7 @@ mod reference;
 #[cfg(feature = "reference")]
 mod relations;
 mod rotation;
+mod saved_scene;
 mod scene_file;
 mod scene_hash;
 mod scenes;
