@@ -736,7 +736,8 @@ typedef struct camlux_indirect {
   double interpolation_error;
   /**
    * CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall-clock time for the indirect light of a frame, milliseconds. If it is reached before
-   * the target error, the result is the best image so far. 0: no limit.
+   * the target error, the result is the best image so far. A first image is always made; least_ms in camlux_frame_stats is its time.
+   * 0: no limit.
    */
   double max_ms;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms. 0: no limit. */
@@ -1724,6 +1725,13 @@ typedef struct camlux_frame_stats {
    * error of any area light; NaN without one.
    */
   double estimated_area_light_error;
+  /**
+   * Time of the least image with an estimate, milliseconds: final gathering makes it whatever max_ms and max_rays are. It is known as
+   * far as this frame tells; NaN if it is not known.
+   */
+  double least_ms;
+  /** Number of rays of that image; 0 if it is not known. */
+  uint64_t least_rays;
 } camlux_frame_stats;
 
 /** GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT. */
@@ -2068,7 +2076,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0 }
 
-#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0 }
+#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0 }
 
 #define CAMLUX_PASS_TIME_INIT { (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
 

@@ -238,6 +238,8 @@ impl Renderer {
             estimated_error: estimates.error,
             estimated_error_upper: estimates.error_upper,
             stop: estimates.stop,
+            least_rays: estimates.least.map(|(rays, _)| rays),
+            least_milliseconds: estimates.least.map(|(_, milliseconds)| milliseconds),
             estimated_interpolation_error: estimates.interpolation_error,
             estimated_area_light_error: estimates.area_light_error,
             submissions: cost.submissions,

@@ -361,7 +361,8 @@ class FinalGather(Fields):
     target_error: relRMSE of the indirect light, 0.002 to 0.5; 0.02 is 2 %.
     error_norm: image: the error counts over all pixels; local: over every part of the image.
     rsm_size: texels along an edge of a face of the reflective shadow map (RSM); None: chosen from the target error.
-    max_ms: time limit, ms. At a limit, the result is the best image so far. None: no limit.
+    max_ms: time limit, ms; None: no limit. At a limit, the result is the best image so far. A first image is always made:
+        `stats.least_ms` is its time.
     max_rays: limit of the number of rays; None: no limit.
     stderr_layer: whether frames have the layer `stderr`.
     """

@@ -345,6 +345,18 @@ impl FrameStats {
         self.0.estimated_area_light_error
     }
 
+    /// Time of the least image with an estimate, milliseconds: final gathering makes it whatever max_ms and max_rays are.
+    #[getter]
+    fn least_ms(&self) -> Option<f64> {
+        self.0.least_milliseconds
+    }
+
+    /// Number of rays of that image.
+    #[getter]
+    fn least_rays(&self) -> Option<u64> {
+        self.0.least_rays
+    }
+
     /// Why final gathering stopped: target-met, budget-spent or samples-exhausted.
     #[getter]
     fn stop(&self) -> Option<&'static str> {

@@ -69,6 +69,11 @@ pub struct camlux_frame_stats {
     /// Relative error (relRMSE) of the direct light of area lights, estimated from two halves of their sample points. It is the largest
     /// error of any area light; NaN without one.
     pub estimated_area_light_error: f64,
+    /// Time of the least image with an estimate, milliseconds: final gathering makes it whatever max_ms and max_rays are. It is known as
+    /// far as this frame tells; NaN if it is not known.
+    pub least_ms: f64,
+    /// Number of rays of that image; 0 if it is not known.
+    pub least_rays: u64,
 }
 
 /// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
@@ -117,6 +122,8 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                     .unwrap_or(f64::NAN),
                 estimated_error_upper: found.estimated_error_upper.unwrap_or(f64::NAN),
                 estimated_area_light_error: found.estimated_area_light_error.unwrap_or(f64::NAN),
+                least_ms: found.least_milliseconds.unwrap_or(f64::NAN),
+                least_rays: found.least_rays.unwrap_or(0),
                 submissions: found.submissions,
                 stop: match found.stop {
                     None => CAMLUX_STOP_NONE,

@@ -120,7 +120,8 @@ pub struct camlux_indirect {
     /// pixels may cause, 0.002 to 0.5; 0: no interpolation, the sum at every pixel.
     pub interpolation_error: f64,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall-clock time for the indirect light of a frame, milliseconds. If it is reached before
-    /// the target error, the result is the best image so far. 0: no limit.
+    /// the target error, the result is the best image so far. A first image is always made; least_ms in camlux_frame_stats is its time.
+    /// 0: no limit.
     pub max_ms: f64,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms. 0: no limit.
     pub max_rays: u64,

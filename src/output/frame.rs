@@ -216,6 +216,10 @@ pub struct FrameStats {
     pub estimated_error_upper: Option<f64>,
     /// Why final gathering stopped; `None` for sums, and where the indirect light is dark.
     pub stop: Option<StopReason>,
+    /// Rays of the least image with an estimate, which final gathering makes whatever its limits are, as far as this frame tells.
+    pub least_rays: Option<u64>,
+    /// Time of that image, milliseconds.
+    pub least_milliseconds: Option<f64>,
     /// relRMSE of the indirect light against the sum over VPLs at every pixel, also estimated; `None` if no interpolation error was
     /// requested.
     pub estimated_interpolation_error: Option<f64>,
@@ -259,13 +263,15 @@ impl FrameStats {
                 None => self.passes.push(*pass),
             }
         }
+        let worse = |own: &mut Option<f64>, other: Option<f64>| {
+            *own = own.iter().copied().chain(other).reduce(f64::max);
+        };
         self.pixel_vpl_pairs += part.pixel_vpl_pairs;
         self.ray_count += part.ray_count;
         self.submissions += part.submissions;
         self.wall_milliseconds += part.wall_milliseconds;
-        let worse = |own: &mut Option<f64>, other: Option<f64>| {
-            *own = own.iter().copied().chain(other).reduce(f64::max);
-        };
+        self.least_rays = self.least_rays.max(part.least_rays);
+        worse(&mut self.least_milliseconds, part.least_milliseconds);
         worse(&mut self.estimated_error, part.estimated_error);
         worse(&mut self.estimated_error_upper, part.estimated_error_upper);
         worse(
@@ -307,8 +313,14 @@ impl FrameStats {
                 let rays = rays.map(|rays| format!("max_rays = {rays}"));
                 let budget = Vec::from_iter(ms.into_iter().chain(rays)).join(", ");
                 let sent = self.ray_count;
+                let least = match (self.least_rays, self.least_milliseconds) {
+                    (Some(rays), Some(ms)) => format!(
+                        "; no limit lowers the {rays} rays and {ms:.0} ms of the first image and its estimate"
+                    ),
+                    _ => String::new(),
+                };
                 format!(
-                    "the budget ({budget}) was spent on {sent} rays before the target error was met: {error}; give more, or raise target_error"
+                    "the budget ({budget}) was spent on {sent} rays before the target error was met: {error}{least}; give more, or raise target_error"
                 )
             }
             StopReason::SamplesExhausted => format!(

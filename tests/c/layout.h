@@ -423,7 +423,7 @@ CHECK(camlux_exr_options_layers_size, sizeof(((camlux_exr_options *)0)->layers) 
 CHECK(camlux_exr_options_tof_layers_offset, offsetof(camlux_exr_options, tof_layers) == 12);
 CHECK(camlux_exr_options_tof_layers_size, sizeof(((camlux_exr_options *)0)->tof_layers) == 4);
 
-CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 112);
+CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 128);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
 CHECK(camlux_frame_stats_struct_size_size, sizeof(((camlux_frame_stats *)0)->struct_size) == 4);
 CHECK(camlux_frame_stats_pass_count_offset, offsetof(camlux_frame_stats, pass_count) == 4);
@@ -456,6 +456,10 @@ CHECK(camlux_frame_stats_driver_offset, offsetof(camlux_frame_stats, driver) == 
 CHECK(camlux_frame_stats_driver_size, sizeof(((camlux_frame_stats *)0)->driver) == 8);
 CHECK(camlux_frame_stats_estimated_area_light_error_offset, offsetof(camlux_frame_stats, estimated_area_light_error) == 104);
 CHECK(camlux_frame_stats_estimated_area_light_error_size, sizeof(((camlux_frame_stats *)0)->estimated_area_light_error) == 8);
+CHECK(camlux_frame_stats_least_ms_offset, offsetof(camlux_frame_stats, least_ms) == 112);
+CHECK(camlux_frame_stats_least_ms_size, sizeof(((camlux_frame_stats *)0)->least_ms) == 8);
+CHECK(camlux_frame_stats_least_rays_offset, offsetof(camlux_frame_stats, least_rays) == 120);
+CHECK(camlux_frame_stats_least_rays_size, sizeof(((camlux_frame_stats *)0)->least_rays) == 8);
 
 CHECK(size_of_camlux_pass_time, sizeof(camlux_pass_time) == 24);
 CHECK(camlux_pass_time_struct_size_offset, offsetof(camlux_pass_time, struct_size) == 0);
@@ -513,7 +517,7 @@ static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
 static const unsigned char rust_camlux_exr_options[] = {16,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
-static const unsigned char rust_camlux_frame_stats[] = {112,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_frame_stats[] = {128,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
 static const unsigned char rust_camlux_pass_time[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const struct init inits[] = {
@@ -539,7 +543,7 @@ static const struct init inits[] = {
     {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
     {"camlux_exr_options", 16, rust_camlux_exr_options, &init_of_camlux_exr_options},
-    {"camlux_frame_stats", 112, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
+    {"camlux_frame_stats", 128, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };
 

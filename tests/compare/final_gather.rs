@@ -9,7 +9,7 @@ use camlux::{
     Error, Progress, RenderOptions, Scene,
     doctor::torture::visible_strip,
     metrics::{self, Comparison, Pixels},
-    output::{Frame, Layer, StopReason},
+    output::{Frame, FrameStats, Layer, StopReason},
     reference::Reference,
     scene::{ErrorNorm, IndirectLight, Light, SpotCone},
 };
@@ -182,32 +182,42 @@ fn the_local_norm_counts_dark_parts() {
     assert!((*dark as f64) < 0.002 * reference.len() as f64, "{dark}");
 }
 
-/// If the rays run out before the target is met, the frame is the best image so far, and its estimated error is right.
+/// If the rays run out before the target is met, the frame is the best image so far: every ray is in it, and its estimated error is right.
 #[test]
 fn a_budget_ends_with_an_honest_image() {
     let mut gpu = Gpu::open();
-    let mut scene = demo_scene("cornell", [64, 64]);
-    let truth = reference_of(&scene, 64);
-    for max_rays in [1, 20_000_000] {
-        scene.indirect = Some(IndirectLight::FinalGather {
-            target_error: 0.002,
-            error_norm: ErrorNorm::Image,
-            rsm_size: None,
-            max_ms: None,
-            max_rays: Some(max_rays),
-            stderr_layer: false,
-        });
-        let frame = gpu.render(&scene);
-        let (error, bias) = error_and_bias(&frame, &truth);
-        let estimated = frame.stats.estimated_error.expect("it is estimated");
-        let rays = frame.stats.ray_count;
-        println!(
-            "{max_rays} rays allowed, {rays} sent: estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}"
-        );
-        assert_eq!(frame.stats.stop, Some(StopReason::BudgetSpent));
-        assert!(estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005);
-        assert!(max_rays == 1 || rays <= max_rays * 11 / 10, "{rays}");
-        assert!(max_rays > 1 || rays < 5_000_000, "{rays}");
+    for name in ["cornell", "glossy"] {
+        let mut scene = demo_scene(name, [96, 96]);
+        let truth = reference_of(&scene, 64);
+        let mut last: Option<FrameStats> = None;
+        for max_rays in [1, 6_000_000, 9_000_000, 14_000_000, 20_000_000] {
+            scene.indirect = Some(IndirectLight::FinalGather {
+                target_error: 0.002,
+                error_norm: ErrorNorm::Image,
+                rsm_size: None,
+                max_ms: None,
+                max_rays: Some(max_rays),
+                stderr_layer: false,
+            });
+            let frame = gpu.render(&scene);
+            let (error, bias) = error_and_bias(&frame, &truth);
+            let stats = &frame.stats;
+            let estimated = stats.estimated_error.expect("it is estimated");
+            let rays = stats.ray_count;
+            println!(
+                "{name}: {max_rays} rays allowed, {rays} sent: estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}"
+            );
+            assert_eq!(stats.stop, Some(StopReason::BudgetSpent));
+            assert!(estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005);
+            let least = stats.least_rays.expect("there was a first image");
+            assert!(least < 6_000_000 && least <= rays, "{least} of {rays}");
+            assert!(rays <= least.max(max_rays * 13 / 10), "{rays}");
+            if let Some(last) = &last {
+                assert!(rays > last.ray_count);
+                assert_ne!(stats.estimated_error, last.estimated_error);
+            }
+            last = Some(frame.stats);
+        }
     }
 }
 

@@ -201,7 +201,7 @@ pub fn layouts() -> Vec<Layout> {
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,
             estimated_error, estimated_error_upper, estimated_interpolation_error, submissions, stop,
-            device, driver, estimated_area_light_error,
+            device, driver, estimated_area_light_error, least_ms, least_rays,
         }
         camlux_pass_time {
             reserved, ms, name,
