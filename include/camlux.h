@@ -620,9 +620,9 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 typedef struct camlux_scene_counts {
   /** sizeof(camlux_scene_counts) */
   uint32_t struct_size;
-  /** Textures. Their indices are from 0 to this number - 1; the same holds for the members below. */
+  /** Textures. They count from 1: the last one has this number. */
   uint32_t textures;
-  /** Materials. */
+  /** Materials. Their indices are from 0 to this number - 1; the same holds for the members below. */
   uint32_t materials;
   /** Meshes. */
   uint32_t meshes;
@@ -977,17 +977,20 @@ camlux_status camlux_scene_set_tof(camlux_scene *scene,
 /** 32-bit floating-point components, 0 to 1. */
 #define CAMLUX_COMPONENT_F32 2
 
-/** CAMLUX_ENCODING_LINEAR for floating point, otherwise CAMLUX_ENCODING_SRGB. */
+/** What a material uses the texture for decides: integers are CAMLUX_ENCODING_SRGB as kd_texture, all else is CAMLUX_ENCODING_LINEAR. */
 #define CAMLUX_ENCODING_DEFAULT 0
 
-/** Values are reflectances. */
+/** Values are as they are. */
 #define CAMLUX_ENCODING_LINEAR 1
 
-/** Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. */
+/**
+ * Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. A normal_texture must not be, nor an
+ * alpha_texture without an alpha channel.
+ */
 #define CAMLUX_ENCODING_SRGB 2
 
 /**
- * A texture for a material. Initialise with CAMLUX_TEXTURE_INIT: three 8-bit channels, encoded as sRGB.
+ * A texture for a material. Initialise with CAMLUX_TEXTURE_INIT: three 8-bit channels, in the encoding of the texture's use.
  *
  * The first row is the upper edge, v = 1. Textures repeat, and are sampled bilinearly.
  */
@@ -1000,9 +1003,9 @@ typedef struct camlux_texture {
   uint32_t height_px;
   /** CAMLUX_COMPONENT_U8, CAMLUX_COMPONENT_U16 or CAMLUX_COMPONENT_F32. */
   int32_t component;
-  /** Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B and one that is ignored). */
+  /** Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B, alpha). Alpha is linear, and only an alpha_texture uses it. */
   uint32_t channels;
-  /** CAMLUX_ENCODING_DEFAULT, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
+  /** Of R, G and B: CAMLUX_ENCODING_DEFAULT, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
   int32_t encoding;
   /** The first row, aligned to the size of a component; copied. */
   const void *pixels;
@@ -1019,7 +1022,7 @@ typedef struct camlux_texture {
 typedef struct camlux_material {
   /** sizeof(camlux_material) */
   uint32_t struct_size;
-  /** The index of a texture that multiplies kd; CAMLUX_NONE: no texture. */
+  /** The number of a texture, from camlux_scene_add_texture, that multiplies kd; 0: none. */
   uint32_t kd_texture;
   /** Diffuse reflectance of the bands R, G, B, 0 to 1. */
   double kd[3];
@@ -1030,13 +1033,13 @@ typedef struct camlux_material {
   /** Name for messages, UTF-8, copied; NULL: none. */
   const char *name;
   /**
-   * The index of a normal texture, used in its linear encoding: R, G, B from 0 to 1 stand for components from -1 to 1. These point along the
-   * directions in which u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
+   * The number of a normal texture; 0: none. R, G, B from 0 to 1 stand for components from -1 to 1: along the direction in which u grows,
+   * across it on the side to which v grows, and along the mesh's own normal.
    */
   uint32_t normal_texture;
   /**
-   * The index of an alpha texture, used in its linear encoding: there is a surface where R is at least 0.5. Below 0.5 the surface is cut out,
-   * on both sides. A scene file may give another cutoff. CAMLUX_NONE: none.
+   * The number of an alpha texture; 0: none. The surface is cut out, on both sides, where alpha is below 0.5, or the brightness of a texture
+   * without alpha. A scene file may give another cutoff.
    */
   uint32_t alpha_texture;
 } camlux_material;
@@ -1044,21 +1047,23 @@ typedef struct camlux_material {
 /**
  * Adds a texture. Its pixels are copied.
  *
- * \param index receives its index; may be NULL.
+ * \param number receives its number, for members of camlux_material: the first texture has 1, and 0 stands for none. May be NULL.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range;
  * CAMLUX_ERROR_OUT_OF_MEMORY.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_add_texture(camlux_scene *scene, const camlux_texture *texture, uint32_t *index);
+camlux_status camlux_scene_add_texture(camlux_scene *scene,
+                                       const camlux_texture *texture,
+                                       uint32_t *number);
 
 /**
  * Replaces a texture.
  *
- * \param index of the texture to replace.
- * \errors as camlux_scene_add_texture.
+ * \param number of the texture to replace.
+ * \errors as camlux_scene_add_texture; CAMLUX_ERROR_SCENE for an encoding that contradicts a material's use of it.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_set_texture(camlux_scene *scene, uint32_t index, const camlux_texture *texture);
+camlux_status camlux_scene_set_texture(camlux_scene *scene, uint32_t number, const camlux_texture *texture);
 
 /**
  * Adds a material.
@@ -1071,7 +1076,7 @@ camlux_status camlux_scene_add_material(camlux_scene *scene, const camlux_materi
 
 /**
  * Replaces a material. It keeps what camlux_material does not hold and a scene file may give: textures of ks and shininess, the cutoff of
- * alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its index stays the same.
+ * alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its number stays the same.
  *
  * \param index of the material to replace.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
@@ -1094,9 +1099,6 @@ camlux_status camlux_scene_get_material(camlux_scene *scene, uint32_t index, cam
 /* ----------------------------------------------------------------------------------------------------------------------
  * 7. Meshes, poses, instances
  * ---------------------------------------------------------------------------------------------------------------------- */
-
-/** The value of an optional index that is not set. */
-#define CAMLUX_NONE UINT32_C(0xffffffff)
 
 /** Components are 32-bit floating-point numbers. */
 #define CAMLUX_FORMAT_F32 1
@@ -2050,7 +2052,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
 
-#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, CAMLUX_NONE, CAMLUX_NONE }
+#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0 }
 
 #define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 

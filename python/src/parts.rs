@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
-use camlux::scene::{self, Encoding, Intrinsics, Shared, Texels};
+use camlux::scene::{self, Component, Encoding, Intrinsics, Shared, Texels, TextureSource};
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::BoundObject;
 use pyo3::prelude::*;
@@ -43,11 +43,15 @@ fn array<'py, T: numpy::Element>(
     Ok(values.into_pyarray(py).reshape(shape)?.into_any())
 }
 
-/// An image for surfaces: (height, width) or (height, width, 1, 3 or 4), top row first; a fourth channel is ignored.
+/// An image for surfaces: (height, width) or (height, width, 1, 3 or 4), top row first. uint8, uint16, or floats from 0 to 1.
 ///
-/// uint8 and uint16 are sRGB unless `encoding` is "linear", floats are linear, 0 to 1.
+/// What a material uses it for decides how it is read. As `kd_texture` and `ks_texture`, integers are sRGB. As `normal_texture`,
+/// `shininess_texture` and `alpha_texture` they are linear, as floats always are. `encoding` says otherwise: "linear", or "srgb", which is an
+/// error where values are linear.
+///
+/// A fourth channel is alpha. It is linear, and only `alpha_texture` uses it.
 #[pyclass(module = "camlux", frozen)]
-pub struct Texture(pub Shared<scene::Texture>);
+pub struct Texture(pub TextureSource);
 
 #[pymethods]
 impl Texture {
@@ -60,77 +64,69 @@ impl Texture {
             2 => array.call_method1("reshape", ((array.shape()[0], array.shape()[1], 1),))?,
             _ => array.clone().into_any(),
         };
-        let encoding = encoding_named(encoding, &format!("texture \"{name}\""))?;
+        let named = |encoding| encoding_named(encoding, &format!("texture \"{name}\""));
+        let encoding = encoding.map(named).transpose()?;
         let shape = as_array(&pixels)?.shape().to_vec();
-        let &[height, width, channels @ (1 | 3 | 4)] = &shape[..] else {
+        let &[height, width, 1 | 3 | 4] = &shape[..] else {
             return Err(wrong(format!(
-                "pixels has the shape {shape:?}; give (height, width) or (height, width, 3)"
+                "pixels has the shape {shape:?}; give (height, width), (height, width, 3), or (height, width, 4) with alpha"
             )));
         };
-        let texels = if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u8>>() {
-            Texels::U8(bands(&pixels, channels), encoding)
-        } else if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u16>>() {
-            Texels::U16(bands(&pixels, channels), encoding)
-        } else if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<f32>>() {
-            Texels::F32(bands(&pixels, channels))
-        } else {
-            let pixels = pixels.call_method1("astype", ("float32",))?;
-            let is_float = array.dtype().to_string().starts_with("float");
-            let pixels = pixels.extract::<PyReadonlyArray3<f32>>();
-            match pixels {
-                Ok(pixels) if is_float => Texels::F32(bands(&pixels, channels)),
-                _ => {
-                    let is = array.dtype().to_string();
-                    return Err(wrong(format!(
-                        "pixels is an array of {is}; give uint8, uint16 or floats"
-                    )));
-                }
-            }
-        };
-        let texture = scene::Texture {
-            name,
-            size_px: [width as u32, height as u32],
-            texels,
-        };
-        Ok(Texture(texture.into()))
+        let of = (name.clone(), [width as u32, height as u32], encoding);
+        if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u8>>() {
+            return source(of, &pixels);
+        }
+        if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u16>>() {
+            return source(of, &pixels);
+        }
+        let kind = array.dtype().to_string();
+        let pixels = pixels.call_method1("astype", ("float32",))?;
+        match pixels.extract::<PyReadonlyArray3<f32>>() {
+            Ok(pixels) if kind.starts_with("float") => source(of, &pixels),
+            _ => Err(wrong(format!(
+                "pixels is an array of {kind}; give uint8, uint16 or floats"
+            ))),
+        }
     }
 
     /// Its name.
     #[getter]
     fn name(&self) -> &str {
-        &self.0.name
+        &self.0.colors().name
     }
 
     /// Width, height.
     #[getter]
     fn size_px(&self) -> (u32, u32) {
-        self.0.size_px.into()
+        self.0.colors().size_px.into()
     }
 
     fn __repr__(&self) -> String {
-        let ([width, height], name) = (self.0.size_px, &self.0.name);
+        let ([width, height], name) = (self.0.colors().size_px, &self.0.colors().name);
         format!("<camlux.Texture {name:?}, {width} x {height}>")
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
-        let texture = &slf.get().0;
+        let source = &slf.get().0;
+        let texture = source.colors();
         let [width, height] = texture.size_px.map(|px| px as usize);
-        let shape = [height, width, 3];
-        let (pixels, encoding) = match &texture.texels {
-            Texels::U8(texels, encoding) => (
-                array(py, texels.as_flattened().to_vec(), &shape)?,
-                Some(encoding),
-            ),
-            Texels::U16(texels, encoding) => (
-                array(py, texels.as_flattened().to_vec(), &shape)?,
-                Some(encoding),
-            ),
-            Texels::F32(texels) => (array(py, texels.as_flattened().to_vec(), &shape)?, None),
+        let alpha = source.alpha();
+        let shape = [height, width, if alpha.is_some() { 4 } else { 3 }];
+        let pixels = match &texture.texels {
+            Texels::U8(texels, _) => array(py, with_alpha(texels, alpha, |alpha| alpha), &shape)?,
+            Texels::U16(texels, _) => {
+                let alpha_of = |alpha| 257 * u16::from(alpha);
+                array(py, with_alpha(texels, alpha, alpha_of), &shape)?
+            }
+            Texels::F32(texels) => {
+                let alpha_of = |alpha| f32::from(alpha) / 255.0;
+                array(py, with_alpha(texels, alpha, alpha_of), &shape)?
+            }
         };
         let keywords = PyDict::new(py);
-        if let Some(encoding) = encoding {
-            let is_linear = *encoding == Encoding::Linear;
+        if let Some(encoding) = source.encoding() {
+            let is_linear = encoding == Encoding::Linear;
             keywords.set_item("encoding", if is_linear { "linear" } else { "srgb" })?;
         }
         made_by_new(slf.as_any(), (&texture.name, pixels), keywords)
@@ -146,32 +142,51 @@ impl Texture {
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         let other = other.cast::<Self>();
-        other.is_ok_and(|other| self.0 == other.get().0)
+        other.is_ok_and(|other| {
+            let other = &other.get().0;
+            self.0.colors() == other.colors() && self.0.alpha() == other.alpha()
+        })
     }
 
     fn __hash__(&self) -> u64 {
-        hash_of((&self.0.name, self.0.size_px))
+        let colors = self.0.colors();
+        hash_of((&colors.name, colors.size_px))
     }
+}
+
+/// The components of pixels, with alpha if there is one.
+fn with_alpha<C: Copy>(
+    texels: &[[C; 3]],
+    alpha: Option<&[u8]>,
+    component: impl Fn(u8) -> C,
+) -> Vec<C> {
+    let Some(alpha) = alpha else {
+        return texels.as_flattened().to_vec();
+    };
+    let pixels = texels.iter().zip(alpha);
+    let pixels = pixels.map(|(&[r, g, b], &alpha)| [r, g, b, component(alpha)]);
+    pixels.flatten().collect()
+}
+
+fn source<C: Component + numpy::Element>(
+    (name, size_px, encoding): (String, [u32; 2], Option<Encoding>),
+    pixels: &PyReadonlyArray3<C>,
+) -> PyResult<Texture> {
+    let channels = pixels.shape()[2];
+    let pixels: Vec<C> = pixels.as_array().iter().copied().collect();
+    let source = TextureSource::from_pixels(name, size_px, (&pixels, channels), encoding);
+    Ok(Texture(source.map_err(raised)?))
 }
 
 /// How integers encode values; `at`: the name of the object, for messages.
-fn encoding_named(name: Option<&str>, at: &str) -> PyResult<Encoding> {
+fn encoding_named(name: &str, at: &str) -> PyResult<Encoding> {
     match name {
-        None | Some("srgb") => Ok(Encoding::Srgb),
-        Some("linear") => Ok(Encoding::Linear),
-        Some(other) => Err(SceneError::new_err(format!(
+        "srgb" => Ok(Encoding::Srgb),
+        "linear" => Ok(Encoding::Linear),
+        other => Err(SceneError::new_err(format!(
             "{at}: encoding is \"{other}\"; give \"srgb\" or \"linear\""
         ))),
     }
-}
-
-fn bands<T: numpy::Element + Copy>(pixels: &PyReadonlyArray3<T>, channels: usize) -> Vec<[T; 3]> {
-    let pixels = pixels.as_array();
-    let rows = pixels.rows();
-    let of_pixel = |pixel: numpy::ndarray::ArrayView1<T>| {
-        std::array::from_fn(|band| pixel[if channels == 1 { 0 } else { band }])
-    };
-    rows.into_iter().map(of_pixel).collect()
 }
 
 /// The measured radiant intensity of a lamp over all directions, in the C-γ system of the CIE.
@@ -223,7 +238,7 @@ impl Pattern {
     #[pyo3(signature = (path, *, encoding="srgb"))]
     fn load(py: Python<'_>, path: PathBuf, encoding: &str) -> PyResult<Pattern> {
         let at = path.display().to_string();
-        let encoding = encoding_named(Some(encoding), &at)?;
+        let encoding = encoding_named(encoding, &at)?;
         let (pattern, warning) = scene::Pattern::load(&path, encoding, &at).map_err(raised)?;
         warn(py, warning.as_slice())?;
         Ok(Pattern(pattern.into()))

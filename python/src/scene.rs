@@ -6,8 +6,8 @@ use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
     IndirectLight, Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling,
-    RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup, TimeOfFlight,
-    Wrap,
+    PlacedLight, RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup,
+    TimeOfFlight, Wrap,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -47,14 +47,13 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .map(|sensor| sensor_from(&sensor))
             .transpose()?,
         tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
-        lights: lights.iter().map(light_from).collect::<PyResult<_>>()?,
-        carried_lights: Vec::new(),
+        lights: lights.iter().map(placed_from).collect::<PyResult<_>>()?,
         meshes: meshes.collect::<PyResult<_>>()?,
         materials: materials
             .iter()
             .map(|material| textures.material(material))
             .collect::<PyResult<_>>()?,
-        textures: textures.list,
+        textures: Vec::new(),
         direct: Direct {
             shadow: part.choice("shadow", &Shadow::ALL, Shadow::name)?,
         },
@@ -64,13 +63,13 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .map(|part| indirect_from(&part))
             .transpose()?,
     };
-    if let Some(carried) = part.part("carried_by_camera")? {
-        let (indices, from): (Vec<usize>, Bound<PyAny>) = carried.object.extract()?;
-        scene.camera = camera_from(&Part::new(from, "carried_by_camera"))?;
-        let lights = indices.into_iter().map(|light| (light, Carrier::Camera));
-        scene.carried_lights = lights.collect();
-        scene.set_camera(camera);
+    for (index, material) in scene.materials.iter().enumerate() {
+        let contradicts = |role, texture: usize| textures.list[texture].get().0.contradicts(role);
+        let encodings = material.validate_encodings(index, contradicts);
+        encodings.map_err(raised)?;
     }
+    let sources = textures.list.iter().map(|texture| &texture.get().0);
+    scene.textures = scene::in_their_roles(sources, &mut scene.materials);
     Ok(scene)
 }
 
@@ -134,6 +133,14 @@ fn distortion_from(part: &Part) -> PyResult<Distortion> {
     } else {
         Ok(Distortion::Fisheye(coefficients(part, FISHEYE)?))
     }
+}
+
+fn placed_from(part: &Part) -> PyResult<PlacedLight> {
+    let names = |_: Carrier| "camera";
+    Ok(PlacedLight {
+        light: light_from(part)?,
+        relative_to: part.choice("relative_to", &[Carrier::Camera], names)?,
+    })
 }
 
 fn light_from(part: &Part) -> PyResult<Light> {
@@ -229,13 +236,13 @@ fn filter_name(filter: Filter) -> &'static str {
 
 /// The textures of a scene, each once.
 #[derive(Default)]
-struct Textures {
-    list: Vec<Shared<scene::Texture>>,
+struct Textures<'py> {
+    list: Vec<Bound<'py, Texture>>,
 }
 
-impl Textures {
-    fn index(&mut self, texture: &Shared<scene::Texture>) -> usize {
-        let known = self.list.iter().position(|known| known.ptr_eq(texture));
+impl<'py> Textures<'py> {
+    fn index(&mut self, texture: &Bound<'py, Texture>) -> usize {
+        let known = self.list.iter().position(|known| known.is(texture));
         known.unwrap_or_else(|| {
             self.list.push(texture.clone());
             self.list.len() - 1
@@ -243,12 +250,12 @@ impl Textures {
     }
 
     /// The lookup of that name, which is a texture or says how one is looked up.
-    fn lookup(&mut self, part: &Part, name: &str) -> PyResult<Option<TextureLookup>> {
+    fn lookup(&mut self, part: &Part<'py>, name: &str) -> PyResult<Option<TextureLookup>> {
         let Some(given) = part.part(name)? else {
             return Ok(None);
         };
         if let Ok(texture) = given.object.cast::<Texture>() {
-            return Ok(Some(self.index(&texture.get().0).into()));
+            return Ok(Some(self.index(texture).into()));
         }
         if !given.object.hasattr("texcoord_set")? {
             let hint = "give a camlux.Texture, a camlux.TextureLookup, or None";
@@ -256,7 +263,7 @@ impl Textures {
             return Err(part.error(problem, hint));
         }
         let given = Part::new(given.object, format!("{}: {name}", part.at));
-        let texture: Bound<Texture> = given.need("texture", "give a camlux.Texture")?;
+        let texture: Bound<'py, Texture> = given.need("texture", "give a camlux.Texture")?;
         let wrap: [String; 2] =
             given.need("wrap", "give two strings, such as (\"repeat\", \"clamp\")")?;
         let wrap = wrap.map(|word| {
@@ -267,7 +274,7 @@ impl Textures {
         let [wrap_u, wrap_v] = wrap;
         let filter = given.choice("filter", &FILTERS_OF_TEXTURES, filter_name)?;
         Ok(Some(TextureLookup {
-            texture: self.index(&texture.get().0),
+            texture: self.index(&texture),
             texcoord_set: given.count("texcoord_set")?,
             transform: given.need("transform", "give two rows of three numbers")?,
             wrap: [wrap_u?, wrap_v?],
@@ -275,12 +282,19 @@ impl Textures {
         }))
     }
 
-    fn material(&mut self, part: &Part) -> PyResult<Material> {
+    fn material(&mut self, part: &Part<'py>) -> PyResult<Material> {
+        let ks = part.bands("ks")?;
+        let shininess = part.optional_number("shininess")?;
+        // A default exponent such as 1 would silently choose a very wide lobe.
+        if shininess.is_none() && ks.iter().any(|&ks| ks > 0.0) {
+            let problem = format_args!("ks is {ks:?}, but shininess is None");
+            return Err(part.error(problem, "set shininess to an exponent such as 20"));
+        }
         Ok(Material {
             name: part.text("name")?,
             kd: part.bands("kd")?,
-            ks: part.bands("ks")?,
-            shininess: part.number("shininess")?,
+            ks,
+            shininess: shininess.unwrap_or(1.0),
             kd_texture: self.lookup(part, "kd_texture")?,
             ks_texture: self.lookup(part, "ks_texture")?,
             shininess_texture: self.lookup(part, "shininess_texture")?,
@@ -317,8 +331,10 @@ fn sensor_from(part: &Part) -> PyResult<Sensor> {
 
 fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
     let frequencies_hz: Vec<f64> = part.need("frequencies_hz", "give a list of numbers")?;
-    let contrasts: Vec<f64> =
-        part.need("contrasts", "give a list of numbers, one per frequency")?;
+    let contrasts: Vec<f64> = match part.number("contrasts") {
+        Ok(one) => vec![one; frequencies_hz.len()],
+        Err(_) => part.need("contrasts", "give a number, or one for each frequency")?,
+    };
     let output = part.choice("output", &ChargeUnit::ALL, ChargeUnit::name)?;
     let noise = part.part("noise")?;
     let noise = noise.map(|noise| {
@@ -432,13 +448,6 @@ impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
         let lights = scene.lights.iter().map(|light| self.light(light));
-        let carried = scene.carried_lights.iter();
-        let carried = carried.filter(|(_, by)| *by == Carrier::Camera);
-        let carried: Vec<usize> = carried.map(|&(light, _)| light).collect();
-        let carried = match carried.is_empty() {
-            true => None,
-            false => Some((carried, self.camera(&scene.camera)?)),
-        };
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
@@ -448,7 +457,6 @@ impl<'py> Classes<'py> {
             sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
-            carried_by_camera: carried,
         )
     }
 
@@ -484,15 +492,20 @@ impl<'py> Classes<'py> {
         )
     }
 
-    fn light(&self, light: &Light) -> PyResult<Bound<'py, PyAny>> {
+    fn light(&self, placed: &PlacedLight) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
-        match light {
+        let relative_to = match placed.relative_to {
+            Some(Carrier::Camera) => Some("camera"),
+            Some(Carrier::Mesh(_)) | None => None,
+        };
+        match &placed.light {
             Light::Point {
                 position_m,
                 power_w,
             } => object!(self, "PointLight",
                 position_m: triple(*position_m),
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Spot {
                 position_m,
@@ -505,6 +518,7 @@ impl<'py> Classes<'py> {
                 inner_half_angle_deg: cone.inner_half_angle_deg,
                 outer_half_angle_deg: cone.outer_half_angle_deg,
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Directional {
                 direction,
@@ -512,6 +526,7 @@ impl<'py> Classes<'py> {
             } => object!(self, "DirectionalLight",
                 direction: triple(*direction),
                 irradiance_w_m2: triple(*irradiance_w_m2),
+                relative_to: relative_to,
             ),
             Light::Pattern {
                 position_m,
@@ -532,6 +547,7 @@ impl<'py> Classes<'py> {
                     }
                 },
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Area {
                 position_m,
@@ -553,6 +569,7 @@ impl<'py> Classes<'py> {
                     size_m: size_m,
                     radius_m: radius_m,
                     up: triple(*up),
+                    relative_to: relative_to,
                 )
             }
         }
@@ -565,7 +582,7 @@ impl<'py> Classes<'py> {
     ) -> PyResult<Bound<'py, PyList>> {
         let py = self.0.py();
         let textures = textures.into_iter();
-        let textures = textures.map(|texture| Bound::new(py, Texture(texture)));
+        let textures = textures.map(|texture| Bound::new(py, Texture(texture.into())));
         let textures = textures.collect::<PyResult<Vec<_>>>()?;
         let materials = materials.iter().map(|m| self.material(m, &textures));
         PyList::new(py, materials.collect::<PyResult<Vec<_>>>()?)

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::texture;
 use super::unused::Unused;
 use crate::exr_decode::{ImageLayer, Refusal, decode_file};
-use crate::scene::Encoding;
+use crate::scene::{Encoding, Lens, ProjectedImage};
 use crate::{Error, Result};
 
 /// A grey image with values from 0 to 1, row by row from the top.
@@ -98,6 +98,29 @@ impl GreyImage {
             values: grey.into_iter().map(|value| value / most).collect(),
             unused,
         })
+    }
+}
+
+impl ProjectedImage {
+    /// Reads a grey PNG, JPEG, WebP or OpenEXR file for a projector with this lens. `named_at` is the line of the scene file that names it, or
+    /// the file itself. Also returns a warning of what the file holds and camlux does not use.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) if the file is missing or is no grey image.
+    pub fn load(
+        path: &Path,
+        encoding: Encoding,
+        lens: Lens,
+        named_at: &str,
+    ) -> Result<(ProjectedImage, Option<String>)> {
+        let image = GreyImage::load(path, encoding, named_at)?;
+        let warning = image.unused.warning(path);
+        let projected = ProjectedImage {
+            size_px: image.size_px,
+            intrinsics: lens.intrinsics_px(image.size_px),
+            values: image.values,
+        };
+        Ok((projected, warning))
     }
 }
 

@@ -13,7 +13,8 @@ use camlux::{
     capi::*,
     glam::{DQuat, DVec3},
     scene::{
-        AreaShape, Distortion, IndirectLight, Lens, Light, Mesh, PixelFilter, PixelSampling, VplSum,
+        AreaShape, Distortion, Encoding, IndirectLight, Lens, Light, Mesh, PixelFilter,
+        PixelSampling, Texels, VplSum,
     },
 };
 
@@ -107,6 +108,12 @@ fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
         Distortion::Fisheye([0.05, -0.01, 0.002, 0.001]),
     ] {
         let mut expected = engine_scene("textured");
+        for texture in &mut expected.textures {
+            let Texels::U8(_, encoding) = &mut texture.texels else {
+                panic!("the scene has textures of 8 bits");
+            };
+            *encoding = Encoding::Linear;
+        }
         for material in &mut expected.materials {
             material.normal_texture = Some(0.into());
             material.alpha_texture = Some(0.into());
@@ -324,7 +331,7 @@ fn a_moved_light_is_a_scene_built_that_way() {
         position_m,
         direction,
         ..
-    } = &mut expected.lights[0]
+    } = &mut expected.lights[0].light
     else {
         panic!("the scene has a spot light");
     };
@@ -637,13 +644,16 @@ fn area_lights_from_c_are_those_of_the_engine() {
         AreaShape::Disc { radius_m: 0.2 },
     ] {
         let mut expected = engine_scene("cornell");
-        expected.lights = vec![Light::Area {
-            position_m: DVec3::new(0.1, 1.7, 0.2),
-            direction: DVec3::new(0.1, -1.0, 0.0),
-            up: DVec3::new(0.3, 0.0, -1.0),
-            shape,
-            power_w: [9.0, 8.0, 7.0],
-        }];
+        expected.lights = vec![
+            Light::Area {
+                position_m: DVec3::new(0.1, 1.7, 0.2),
+                direction: DVec3::new(0.1, -1.0, 0.0),
+                up: DVec3::new(0.3, 0.0, -1.0),
+                shape,
+                power_w: [9.0, 8.0, 7.0],
+            }
+            .into(),
+        ];
         expected.indirect = None;
         let built = from_arrays(&expected);
         let mut light = init!(camlux_light {});

@@ -72,7 +72,7 @@ fn frame() -> Frame {
                 photodetector: None,
             }),
             tof: None,
-            frame_index: 0,
+            key: Default::default(),
             scene_hash: "0123abcd".into(),
         },
     }

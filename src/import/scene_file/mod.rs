@@ -11,7 +11,7 @@ use glam::DMat3;
 
 use super::mesh::{Assets, MeshRequest, Transform};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
-use crate::scene::{Carrier, Places, Scene, Shared};
+use crate::scene::{Carrier, PlacedLight, Places, Scene, Shared};
 use crate::{Error, Result};
 
 impl Scene {
@@ -68,7 +68,7 @@ impl Scene {
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert_table("light", i, &light);
             let read = parts::light(light, folder)?;
-            lights.push(read.light);
+            lights.push(PlacedLight::from(read.light));
             modulated.push(read.modulated);
             carriers.extend(read.carrier.map(|carrier| (i, carrier)));
             let is_new = |warning: &String| !left_out.contains(warning);
@@ -117,21 +117,19 @@ impl Scene {
         }
         for (light, (carrier, named)) in &carriers {
             let light = &mut lights[*light];
-            match *carrier {
-                Carrier::Camera => light.place_by_camera(&camera),
-                Carrier::Mesh(mesh) => {
-                    let count = transforms.len();
-                    let transform = transforms.get(mesh).ok_or_else(|| {
-                        let problem = format!("is {mesh}, and there are {count} meshes");
-                        named.error(problem, "count from 0 in the order of this file")
-                    })?;
-                    let Transform {
-                        scale,
-                        rotation,
-                        translation_m,
-                    } = *transform;
-                    light.place_by_mesh(scale, rotation, translation_m);
-                }
+            light.relative_to = Some(*carrier);
+            if let Carrier::Mesh(mesh) = *carrier {
+                let count = transforms.len();
+                let transform = transforms.get(mesh).ok_or_else(|| {
+                    let problem = format!("is {mesh}, and there are {count} meshes");
+                    named.error(problem, "count from 0 in the order of this file")
+                })?;
+                let Transform {
+                    scale,
+                    rotation,
+                    translation_m,
+                } = *transform;
+                light.place_by_mesh(scale, rotation, translation_m);
             }
         }
 
@@ -144,17 +142,13 @@ impl Scene {
             tof.ambient_lights
                 .extend(parallel.map(|(i, _)| lights.len() + i));
         }
-        lights.extend(of_files);
+        lights.extend(of_files.into_iter().map(PlacedLight::from));
 
         let scene = Scene {
             camera,
             sensor,
             tof,
             lights,
-            carried_lights: carriers
-                .iter()
-                .map(|(i, (carrier, _))| (*i, *carrier))
-                .collect(),
             meshes: assets.meshes,
             materials: assets.materials,
             textures: assets.textures.into_iter().map(Shared::from).collect(),

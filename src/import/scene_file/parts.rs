@@ -4,7 +4,6 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::import::grey_image::GreyImage;
 use crate::import::{lamp, mesh::gltf};
 use crate::keys::{Keys, Value};
 use crate::scene::{
@@ -42,7 +41,7 @@ pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
         resolution_px: resolution.counts()?,
         position_m: keys.need("position", "position = [x, y, z]")?.vec3()?,
         look_at_m: keys.need("look_at", "look_at = [x, y, z]")?.vec3()?,
-        up: keys.need("up", "up = [0.0, 1.0, 0.0]")?.vec3()?,
+        up: keys.optional("up", |up| up.vec3())?.unwrap_or(DVec3::Y),
         lens: lens(&mut keys, "[camera]")?,
         pixel_sampling: pixel_sampling(&mut keys)?,
     })
@@ -177,7 +176,7 @@ pub(super) fn sensor(mut keys: Keys) -> Result<Sensor> {
     Ok(Sensor {
         pixel_pitch_um: pitch.numbers()?,
         exposure_time_s: exposure.number()?,
-        duty_cycle: keys.need("duty_cycle", "duty_cycle = 0.5")?.number()?,
+        duty_cycle: keys.optional("duty_cycle", Value::number)?.unwrap_or(1.0),
         photodetector: photodetector(&mut keys)?,
         f_number: None,
     })
@@ -324,31 +323,14 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             let named = keys.need("image", "image = \"stripes.png\"")?;
             let encoding = encoding(&mut keys)?;
             let path = folder.join(named.text()?);
-            let image = GreyImage::load(&path, encoding, &named.at)?;
-            warning = image.unused.warning(&path);
-            let (position_m, direction, up) = (
-                keys.need("position", POSITION)?.vec3()?,
-                keys.need("direction", DIRECTION)?.vec3()?,
-                keys.need("up", "up = [x, y, z], up in the image")?.vec3()?,
-            );
             // A projector's lens is described like a camera's.
-            let camera = Camera {
-                resolution_px: image.size_px,
-                position_m,
-                look_at_m: position_m + direction,
-                up,
-                lens: lens(&mut keys, "[[light]]")?,
-                pixel_sampling: None,
-            };
-            let image = ProjectedImage {
-                size_px: image.size_px,
-                intrinsics: camera.intrinsics_px(),
-                values: image.values,
-            };
+            let lens = lens(&mut keys, "[[light]]")?;
+            let (image, unused) = ProjectedImage::load(&path, encoding, lens, &named.at)?;
+            warning = unused;
             Light::Pattern {
-                position_m,
-                direction,
-                up,
+                position_m: keys.need("position", POSITION)?.vec3()?,
+                direction: keys.need("direction", DIRECTION)?.vec3()?,
+                up: keys.need("up", "up = [x, y, z], up in the image")?.vec3()?,
                 pattern: image.into(),
                 power_w: keys.need("power_w", POWER)?.bands()?,
             }

@@ -142,8 +142,11 @@ impl Changes {
 
     /// Rejects a scene that lacks something the job changes, or in which something else moves it.
     pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
-        let carried = |light: &usize| scene.carried_lights.iter().any(|(i, _)| i == light);
-        if let Some((light, _)) = self.lights.iter().find(|(light, _)| carried(light)) {
+        let is_carried = |&light: &usize| {
+            let light = scene.lights.get(light);
+            light.is_some_and(|light| light.relative_to.is_some())
+        };
+        if let Some((light, _)) = self.lights.iter().find(|(light, _)| is_carried(light)) {
             Err(format!(
                 "[[light]] {light} of this job has a motion, but its scene moves it with relative_to; remove one of them"
             ))?;
@@ -227,7 +230,7 @@ impl Change {
             Change::Power(light, factors) => {
                 let [factor] = factors.value(index, draws(&format!("power {light}")));
                 let light = &mut scene.lights[*light];
-                *light = light.with_emission(light.emission().map(|value| value * factor));
+                light.light = light.with_emission(light.emission().map(|value| value * factor));
             }
             Change::Kd(name, values) => {
                 let kd = values.value(index, draws(&format!("kd {name}")));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
 use camlux::output::Attribute;
-use camlux::scene::{Camera, Carrier, Intrinsics};
+use camlux::scene::{Camera, Intrinsics};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
@@ -12,8 +12,8 @@ use super::draws::Draws;
 use super::job::Job;
 use super::pose::{Aim, Pose, rotation_of};
 use super::timing::{self, Image};
-use crate::Failure;
-use crate::options::{resize, warn_of};
+use crate::options::warn_of;
+use crate::{Failure, warn};
 
 /// A job with its scenes.
 pub struct Frames {
@@ -87,7 +87,7 @@ impl Frames {
         for (name, path) in &job.scenes {
             let mut scene = Scene::load(path)?;
             if let Some(size_px) = job.size_px {
-                scene.camera = resize(scene.camera, size_px);
+                scene.camera = scene.camera.resized(size_px);
             }
             warn_of(&scene, name);
             let layers = job.exr.layers.iter().flatten();
@@ -119,11 +119,40 @@ impl Frames {
         if let Some(timing) = &job.timing {
             shared_hash.update(format!("{timing:?}").as_bytes());
         }
-        Ok(Frames {
+        let frames = Frames {
             job,
             scenes,
             shared_hash,
-        })
+        };
+        frames.warn_of_left_lights();
+        Ok(frames)
+    }
+
+    /// Warns of a time-of-flight camera that leaves a light behind which its scene has at the lens.
+    fn warn_of_left_lights(&self) {
+        /// Frames of each scene to check, evenly spread.
+        const CHECKED: u64 = 16;
+        let count = self.count_in_scene();
+        let step = count.div_ceil(CHECKED).max(1) as usize;
+        for (number, loaded) in self.scenes.iter().enumerate() {
+            let mut lights = loaded.scene.fixed_lights_at_lens();
+            let moved = &self.job.changes.lights;
+            lights.retain(|light| moved.iter().all(|(moved, _)| moved != light));
+            if lights.is_empty() {
+                continue;
+            }
+            let first = number as u64 * count;
+            let mut left = (first..first + count).step_by(step).filter_map(|frame| {
+                let still_there = self.moment(frame, 0.0).scene.fixed_lights_at_lens();
+                lights.iter().find(|light| !still_there.contains(light))
+            });
+            if let Some(light) = left.next() {
+                warn(format_args!(
+                    "{}: light {light} is at the lens of the time-of-flight camera, and stays there when this job moves the camera; if it is part of the camera, give it relative_to = \"camera\" and its position in the camera's axes",
+                    loaded.name
+                ));
+            }
+        }
     }
 
     /// Number of frames of one scene.
@@ -157,12 +186,12 @@ impl Frames {
         }
         for (light, motion) in &changes.lights {
             let pose = motion.pose(frame, later, draws(&format!("light {light}")));
-            scene.lights[*light] = pose.light(&scene.lights[*light]);
+            scene.lights[*light].light = pose.light(&scene.lights[*light]);
         }
         let camera = changes.camera.as_ref();
         let camera_pose = camera.map(|motion| motion.pose(frame, later, draws("camera")));
         if let Some(pose) = &camera_pose {
-            scene.set_camera(pose.camera(&scene.camera));
+            scene.camera = pose.camera(&scene.camera);
         }
         let meshes = changes.meshes.iter().map(|(mesh, motion)| {
             let pose = motion.pose(frame, later, draws(&format!("mesh {mesh}")));
@@ -171,13 +200,13 @@ impl Frames {
         let mesh_poses: Vec<_> = meshes.collect();
         for &(mesh, position_m, rotation) in &mesh_poses {
             let rotation = DMat3::from_quat(rotation);
-            scene.carry_lights(Carrier::Mesh(mesh), rotation, position_m);
+            scene.carry_lights(mesh, rotation, position_m);
         }
         Moment {
             scene_index,
             mesh_poses,
             camera_pose,
-            scene,
+            scene: scene.in_world().into_owned(),
         }
     }
 

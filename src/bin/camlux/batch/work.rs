@@ -89,7 +89,7 @@ impl Engine {
             ..begin.clone()
         };
         let mut options = RenderOptions {
-            frame_index: planned.index as u32,
+            frame_index: Some(planned.index as u32),
             ..RenderOptions::default()
         };
         let mut frame = self.renderer.render(&scene, &mut options)?;
@@ -106,7 +106,7 @@ impl Engine {
         if !samples.is_empty() {
             mean.put_into(&mut frame);
             frame.description = FrameDescription {
-                frame_index: options.frame_index,
+                key: frame.description.key,
                 ..FrameDescription::new(&begin, begin.hash())
             };
         }
