@@ -74,7 +74,7 @@ impl Frame {
         (farthest > 0.0 && step_m > COARSE * range_m).then(|| {
             let error_m = 0.5 * step_m;
             format!(
-                "the scene is so far from the origin that the layer P is up to {error_m} m off; use the layer P_camera, whose place in the world is the header's cameraToWorld"
+                "the scene is so far from the origin that the layer P is up to {error_m} m off; use the layer P_camera, whose place in the world is that of the camera"
             )
         })
     }
@@ -111,7 +111,7 @@ impl Frame {
         let ids = self.ids(Layer::InstanceId);
         if ids.is_some_and(|ids| ids.iter().all(|&id| id == 0)) {
             return Some(
-                "nothing is in view: every pixel shows the background; check the camera's position and look_at"
+                "nothing is in view: every pixel shows the background; check where the camera is and where it looks"
                     .into(),
             );
         }

@@ -1,11 +1,53 @@
 //! What the keys of a scene file mean.
 
+use std::path::Path;
+
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
     AreaShape, Carrier, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Intrinsics, Lens, Light,
-    Scene, Shadow, SpotCone, VplSum,
+    MeshFile, MeshOptions, Scene, Shadow, SpotCone, VplSum,
 };
 use glam::DVec3;
+
+/// A mesh file without a scene file gives what a scene file with it has.
+#[test]
+fn a_mesh_file_is_read_alone() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.obj");
+    let scene = Scene::load(&path.with_extension("toml")).unwrap();
+    let file = MeshFile::load(&path, MeshOptions::default()).unwrap();
+    assert_eq!(file.materials, scene.materials);
+    assert_eq!(file.meshes.len(), 1);
+    assert_eq!(file.meshes[0].positions_m, scene.meshes[0].positions_m);
+    let counted = |first_material, material| {
+        let options = MeshOptions {
+            scale: 2.0,
+            first_material,
+            material,
+            ..MeshOptions::default()
+        };
+        MeshFile::load(&path, options).unwrap()
+    };
+    let after = counted(3, None);
+    assert_eq!(after.materials, scene.materials);
+    let theirs = scene.meshes[0].triangle_materials.iter();
+    assert!(
+        theirs
+            .map(|i| i + 3)
+            .eq(after.meshes[0].triangle_materials.iter().copied())
+    );
+    assert_eq!(
+        after.meshes[0].positions_m[5],
+        2.0 * file.meshes[0].positions_m[5]
+    );
+    let all_one = counted(0, Some(7));
+    assert!(all_one.materials.is_empty());
+    assert!(
+        all_one.meshes[0]
+            .triangle_materials
+            .iter()
+            .all(|&material| material == 7)
+    );
+}
 
 fn load(toml: &str) -> Scene {
     SceneFolder::new().load(toml).unwrap()
