@@ -32,9 +32,12 @@
  *
  * CALLBACKS
  *
- * Callbacks are std::function, and may throw. No exception crosses the library. An exception in a progress callback cancels the render.
- * The call that caused the callback throws the exception again on the same thread. If that call cannot throw, the next one does. Both
- * forms throw it, because it is the host's own exception.
+ * Callbacks are std::function, and may throw. No exception crosses the library. Both forms throw the exception again, because it is the
+ * host's own:
+ *
+ * - An exception in a progress function cancels the render. The call that renders throws it; for a job, job::wait.
+ * - An exception in a log function cancels nothing, and costs no result: a call that returns a value returns it. The next call of that
+ *   thread that returns none, or fails, throws the exception.
  */
 
 #ifndef CAMLUX_HPP
@@ -44,6 +47,7 @@
 #error "camlux.hpp needs C++17 or later: compile with -std=c++17 (C++11 can use camlux.h)"
 #else
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -93,6 +97,8 @@ public:
     static device open(const device_options &options = {}) { return try_open(options).value(); }
     static result<device> try_open(const device_options &options = {})
     {
+        if (const result<void> fine = detail::check_texts({options.name, options.uuid, options.pci}); !fine)
+            return {fine.status(), fine.message()};
         camlux_device_options raw = CAMLUX_DEVICE_OPTIONS_INIT;
         raw.validation = options.validation ? 1 : 0;
         if (options.index) {
@@ -157,6 +163,8 @@ public:
     static scene load(const std::string &path) { return try_load(path).value(); }
     static result<scene> try_load(const std::string &path)
     {
+        if (const result<void> fine = detail::check_texts({path}); !fine)
+            return {fine.status(), fine.message()};
         camlux_scene *loaded = nullptr;
         const camlux_status status = camlux_scene_load_file(path.c_str(), &loaded);
         return detail::ended(status, scene(loaded));
@@ -216,6 +224,8 @@ public:
     std::uint32_t add_texture(const camlux::texture &texture) { return try_add_texture(texture).value(); }
     result<std::uint32_t> try_add_texture(const camlux::texture &texture)
     {
+        if (const result<void> fine = detail::check_texts({texture.name}); !fine)
+            return {fine.status(), fine.message()};
         const camlux_texture raw = detail::raw_of(texture);
         return added(camlux_scene_add_texture, raw);
     }
@@ -223,6 +233,8 @@ public:
     void set_texture(std::uint32_t number, const camlux::texture &texture) { try_set_texture(number, texture).value(); }
     result<void> try_set_texture(std::uint32_t number, const camlux::texture &texture)
     {
+        if (const result<void> fine = detail::check_texts({texture.name}); !fine)
+            return {fine.status(), fine.message()};
         const camlux_texture raw = detail::raw_of(texture);
         return detail::ended(camlux_scene_set_texture(get(), number, &raw));
     }
@@ -231,6 +243,8 @@ public:
     std::uint32_t add_material(const camlux::material &material) { return try_add_material(material).value(); }
     result<std::uint32_t> try_add_material(const camlux::material &material)
     {
+        if (const result<void> fine = detail::check_texts({material.name}); !fine)
+            return {fine.status(), fine.message()};
         const camlux_material raw = detail::raw_of(material);
         return added(camlux_scene_add_material, raw);
     }
@@ -241,6 +255,8 @@ public:
     }
     result<void> try_set_material(std::uint32_t index, const camlux::material &material)
     {
+        if (const result<void> fine = detail::check_texts({material.name}); !fine)
+            return {fine.status(), fine.message()};
         const camlux_material raw = detail::raw_of(material);
         return detail::ended(camlux_scene_set_material(get(), index, &raw));
     }
@@ -257,8 +273,8 @@ public:
     std::uint32_t add_mesh(const camlux::mesh &mesh) { return try_add_mesh(mesh).value(); }
     result<std::uint32_t> try_add_mesh(const camlux::mesh &mesh)
     {
-        if (!detail::counts_fit(mesh))
-            return {CAMLUX_ERROR_INVALID_ARGUMENT, detail::counts_that_fit};
+        if (const result<void> fine = detail::check_mesh(mesh); !fine)
+            return {fine.status(), fine.message()};
         const camlux_mesh raw = detail::raw_of(mesh);
         return added(camlux_scene_add_mesh, raw);
     }
@@ -267,8 +283,8 @@ public:
     void set_mesh(std::uint32_t index, const camlux::mesh &mesh) { try_set_mesh(index, mesh).value(); }
     result<void> try_set_mesh(std::uint32_t index, const camlux::mesh &mesh)
     {
-        if (!detail::counts_fit(mesh))
-            return {CAMLUX_ERROR_INVALID_ARGUMENT, detail::counts_that_fit};
+        if (const result<void> fine = detail::check_mesh(mesh); !fine)
+            return {fine.status(), fine.message()};
         const camlux_mesh raw = detail::raw_of(mesh);
         return detail::ended(camlux_scene_set_mesh(get(), index, &raw));
     }
@@ -289,15 +305,18 @@ public:
     std::uint32_t add_light(const camlux::light &light) { return try_add_light(light).value(); }
     result<std::uint32_t> try_add_light(const camlux::light &light)
     {
-        const camlux_light raw = detail::raw_of(light);
-        return added(camlux_scene_add_light, raw);
+        if (const result<void> fine = detail::check_light(light); !fine)
+            return {fine.status(), fine.message()};
+        return added(camlux_scene_add_light, detail::whole_light(light).raw());
     }
 
     void set_light(std::uint32_t index, const camlux::light &light) { try_set_light(index, light).value(); }
     result<void> try_set_light(std::uint32_t index, const camlux::light &light)
     {
-        const camlux_light raw = detail::raw_of(light);
-        return detail::ended(camlux_scene_set_light(get(), index, &raw));
+        if (const result<void> fine = detail::check_light(light); !fine)
+            return fine;
+        const detail::whole_light whole(light);
+        return detail::ended(camlux_scene_set_light(get(), index, &whole.raw()));
     }
 
     camlux::light light(std::uint32_t index) const { return try_light(index).value(); }
@@ -465,21 +484,27 @@ public:
             camlux_frame_copy(get(), detail::number(layer), destination.data(), destination.size() * sizeof(T), 0));
     }
 
-    /** \param path UTF-8. */
+    /** \param path UTF-8, ending with .exr. */
     void write_exr(const std::string &path, const exr_options &options = {}) const
     {
         try_write_exr(path, options).value();
     }
     result<void> try_write_exr(const std::string &path, const exr_options &options = {}) const
     {
+        if (const result<void> fine = detail::check_texts({path}); !fine)
+            return fine;
+        if (const result<void> fine = detail::check_layers(options.layers); !fine)
+            return fine;
         const camlux_exr_options raw = detail::raw_of(options);
         return detail::ended(camlux_frame_write_exr(get(), path.c_str(), &raw));
     }
 
-    /** \param path UTF-8. */
+    /** \param path UTF-8, ending with .png. */
     void write_png(const std::string &path) const { try_write_png(path).value(); }
     result<void> try_write_png(const std::string &path) const
     {
+        if (const result<void> fine = detail::check_texts({path}); !fine)
+            return fine;
         return detail::ended(camlux_frame_write_png(get(), path.c_str()));
     }
 
@@ -546,6 +571,9 @@ public:
     /** Unit of the values, such as "W/sr/m^2". */
     const char *unit() const noexcept { return raw_.unit; }
 
+    /** The upper left value. Rows are row_stride_bytes() apart, channels are interleaved. */
+    const T *data() const noexcept { return static_cast<const T *>(raw_.data); }
+
     /** The values of a row, channels interleaved. \param y from 0 at the top to height() - 1. Indices are not checked, here and below. */
     span<const T> row(std::size_t y) const noexcept
     {
@@ -571,9 +599,9 @@ template <class T>
 result<camlux::view<T>> frame::try_view(camlux::layer layer) const
 {
     camlux_view raw = CAMLUX_VIEW_INIT;
-    const result<void> seen = detail::ended(camlux_frame_view(get(), detail::number(layer), &raw));
-    if (!seen)
-        return {seen.status(), seen.message()};
+    const camlux_status status = camlux_frame_view(get(), detail::number(layer), &raw);
+    if (status != CAMLUX_OK)
+        return detail::ended(status, camlux::view<T>(*this, raw));
     if ((raw.format == CAMLUX_FORMAT_F32) != std::is_same_v<T, float>)
         return {CAMLUX_ERROR_INVALID_ARGUMENT,
                 std::string("camlux::frame: layer ") + raw.name +
@@ -594,17 +622,14 @@ inline std::int32_t report(double fraction, const char *pass, void *user)
     return returned && goes_on ? 0 : 1;
 }
 
-}  // namespace detail
-
-namespace detail {
-
 /** The result is valid as long as `options` exists. */
 inline camlux_render_options raw_of(const render_options &options) noexcept
 {
     camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
     raw.submission_target_ms = options.submission_target_ms;
     raw.on_device = options.on_device ? 1 : 0;
-    raw.frame_index = options.frame_index;
+    raw.frame_index = options.frame_index.value_or(CAMLUX_NEXT_FRAME);
+    raw.seed = options.seed;
     raw.cancel_token = options.cancel_token.get();
     raw.targets = options.targets.data();
     raw.target_count = options.targets.size();
@@ -613,6 +638,22 @@ inline camlux_render_options raw_of(const render_options &options) noexcept
         raw.progress_user = const_cast<progress_function *>(&options.progress);
     }
     return raw;
+}
+
+/** What a job's callbacks need. Also its thread holds it, because a callback may release the last copy of its own job. */
+struct job_state : std::enable_shared_from_this<job_state> {
+    explicit job_state(render_options from) : options(std::move(from)) {}
+
+    render_options options;
+    kept_exception thrown = {};
+};
+
+/** The progress callback for camlux_renderer_submit. A job always has it: it tells the job's thread where exceptions go. */
+inline std::int32_t report_of_job(double fraction, const char *pass, void *user)
+{
+    auto &state = *static_cast<job_state *>(user);
+    thrown_by_job() = std::shared_ptr<kept_exception>(state.shared_from_this(), &state.thrown);
+    return state.options.progress ? report(fraction, pass, &state.options.progress) : 0;
 }
 
 }  // namespace detail
@@ -633,13 +674,36 @@ public:
         return detail::ended(status, done != 0);
     }
 
-    /** Waits for the job and returns its frame, once. If the progress function has thrown, the status is CAMLUX_CANCELLED. */
+    /** Waits until the job is done, at most for a time. Returns whether it is done: wait() then does not wait. */
+    template <class Number, class Period>
+    bool wait_for(std::chrono::duration<Number, Period> longest) const
+    {
+        return try_wait_for(longest).value();
+    }
+    template <class Number, class Period>
+    result<bool> try_wait_for(std::chrono::duration<Number, Period> longest) const
+    {
+        const std::chrono::duration<double, std::milli> milliseconds = longest;
+        std::int32_t done = 0;
+        const camlux_status status = camlux_job_wait_for(get(), milliseconds.count(), &done);
+        return detail::ended(status, done != 0);
+    }
+
+    /** Waits for the job and returns its frame, once. Throws the exception of its progress function, at every call. */
     frame wait() { return try_wait().value(); }
     result<frame> try_wait()
     {
         camlux_frame *rendered = nullptr;
         const camlux_status status = camlux_job_wait(get(), &rendered);
-        return detail::ended(status, frame(rendered));
+        frame made(rendered);
+#if CAMLUX_HPP_EXCEPTIONS
+        // On the job's own thread nothing has ended.
+        if (state_ && status == CAMLUX_OK)
+            detail::thrown().keep(state_->thrown.take());
+        else if (const std::exception_ptr exception = state_ && status != CAMLUX_ERROR_BUSY ? state_->thrown.get() : nullptr)
+            std::rethrow_exception(exception);
+#endif
+        return detail::ended(status, std::move(made));
     }
 
 private:
@@ -647,8 +711,8 @@ private:
     using handle = detail::handle<camlux_job, camlux_job_retain, camlux_job_release>;
 
     // Declared before the handle, so that it outlives the render.
-    std::shared_ptr<const render_options> options_;
-    handle handle_;
+    std::shared_ptr<detail::job_state> state_ = nullptr;
+    handle handle_ = {};
 };
 
 /** camlux_renderer: renders frames on a device, one at a time. Make one for each thread. */
@@ -700,12 +764,23 @@ public:
     result<job> try_submit(const scene &scene, render_options options = {})
     {
         job submitted;
-        submitted.options_ = std::make_shared<const render_options>(std::move(options));
-        const camlux_render_options raw = detail::raw_of(*submitted.options_);
+        submitted.state_ = std::make_shared<detail::job_state>(std::move(options));
+        camlux_render_options raw = detail::raw_of(submitted.state_->options);
+        raw.progress = detail::report_of_job;
+        raw.progress_user = submitted.state_.get();
         camlux_job *begun = nullptr;
         const camlux_status status = camlux_renderer_submit(get(), scene.get(), &raw, &begun);
         submitted.handle_ = job::handle(begun);
         return detail::ended(status, std::move(submitted));
+    }
+
+    /** Compiles and copies to the device what frames of the scene need: see camlux_renderer_prepare. Returns the milliseconds that it took. */
+    double prepare(const scene &scene) { return try_prepare(scene).value(); }
+    result<double> try_prepare(const scene &scene)
+    {
+        double milliseconds = 0.0;
+        const camlux_status status = camlux_renderer_prepare(get(), scene.get(), &milliseconds);
+        return detail::ended(status, milliseconds);
     }
 
     /** Predicts the GPU time of a frame: see camlux_renderer_foretell_ms. */

@@ -14,13 +14,14 @@ use crate::{
         self, BufferPool, Cached, DrawnFrame, FrameCache, Observer, Progress, ProgressReport,
         RenderedFrame,
     },
+    model::FrameKey,
     output::{Frame, FrameDescription, FrameStats, Layer, PassTime},
     passes::{
         Context,
         cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES},
         modulation,
     },
-    scene::MAX_FREQUENCIES,
+    scene::{IndirectLight, MAX_FREQUENCIES, PixelSampling, TARGET_ERRORS},
     vulkan::{CommandPool, PassTimes, Pipelines, Timeline},
 };
 
@@ -38,8 +39,13 @@ pub struct Renderer {
     pool: BufferPool,
     /// The timeline of the frames that stay on the device; `None` before the first.
     timeline: Option<Arc<Timeline>>,
+    /// The index of the next frame, unless its options give one.
+    next_frame_index: u32,
     last: Option<RenderedFrame>,
 }
+
+/// Largest width and height of the frame that prepares a renderer.
+const PREPARED_PX: u32 = 64;
 
 /// How to render a scene.
 pub struct RenderOptions<'a> {
@@ -51,10 +57,14 @@ pub struct RenderOptions<'a> {
     pub gather_kernel: Option<GatherKernel>,
     /// The kernel of all rays; `None`: the fastest for the device.
     pub ray_kernel: Option<RayKernel>,
-    /// The seed of final gathering. Another seed gives other samples, so the image has other noise and another error.
+    /// The seed of the frame's random numbers. Another seed gives other samples of indirect light, with another error, and other sensor
+    /// noise.
     pub seed: u32,
-    /// The index of the frame in a series. Another index gives other sensor noise.
-    pub frame_index: u32,
+    /// The index of the frame in a series. Another index gives other sensor noise. `None`: the renderer counts from 0, and goes on after
+    /// the largest index that it was given. So two frames differ in their noise, unless you give both the same index.
+    pub frame_index: Option<u32>,
+    /// The index of the camera among several that see the same frame. Another camera has other sensor noise.
+    pub camera_index: u32,
     /// The layers that the host requests. Others stay on the device and are not in the frame. `None`: all layers of the scene.
     pub layers: Option<&'a [Layer]>,
 }
@@ -67,7 +77,8 @@ impl Default for RenderOptions<'_> {
             gather_kernel: None,
             ray_kernel: None,
             seed: 0,
-            frame_index: 0,
+            frame_index: None,
+            camera_index: 0,
             layers: None,
         }
     }
@@ -86,6 +97,7 @@ impl Renderer {
             cache: FrameCache::default(),
             pool: BufferPool::default(),
             timeline: None,
+            next_frame_index: 0,
             last: None,
         })
     }
@@ -123,6 +135,43 @@ impl Renderer {
         frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
         self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
+    }
+
+    /// Compiles what frames of the scene need and copies the scene to the device, so that the next frame does neither. Returns the time that
+    /// it took, milliseconds.
+    ///
+    /// It draws a small frame, because the passes alone know what they need. With a distorted lens it draws a whole one: the rays of the lens
+    /// belong to the size of the image.
+    ///
+    /// # Errors
+    /// The same as for [`Renderer::render`].
+    pub fn prepare(&mut self, scene: &Scene) -> Result<f64> {
+        let start = Instant::now();
+        let mut small = scene.clone();
+        let camera = &scene.camera;
+        if camera.distortion().is_none() {
+            small.camera = camera.resized(camera.resolution_px.map(|px| px.min(PREPARED_PX)));
+        }
+        // The same passes as in the frame, with the least work.
+        if let Some(PixelSampling { samples, .. }) = &mut small.camera.pixel_sampling {
+            *samples = (*samples).min(2);
+        }
+        if let Some(IndirectLight::FinalGather {
+            target_error,
+            max_rays,
+            ..
+        }) = &mut small.indirect
+        {
+            *target_error = *TARGET_ERRORS.end();
+            *max_rays = Some(1);
+        }
+        // They belong to the frame before.
+        let (images, last) = (std::mem::take(&mut self.cache.images), self.last.take());
+        let drawn = self.draw(&small, &mut RenderOptions::default(), false, None);
+        self.last = last;
+        drop(drawn?);
+        self.cache.images = images;
+        Ok(start.elapsed().as_secs_f64() * 1e3)
     }
 
     /// Predicts the GPU time of a frame of the scene from the last frame, milliseconds. `None` unless the last frame had the same number of
@@ -181,6 +230,8 @@ impl Renderer {
         observe: Option<&mut Observer>,
     ) -> Result<DrawnFrame> {
         let start = Instant::now();
+        let compiled_before = self.pipelines.making_time();
+        let scene = &*scene.in_world();
         self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
@@ -228,6 +279,7 @@ impl Renderer {
         let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
         let cost = cost.into_inner();
         let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
+        let preparation = self.pipelines.making_time() - compiled_before + cost.copying;
         let stats = FrameStats {
             device: info.name.clone(),
             driver: info.driver.clone(),
@@ -244,6 +296,7 @@ impl Renderer {
             estimated_area_light_error: estimates.area_light_error,
             submissions: cost.submissions,
             wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
+            preparation_milliseconds: preparation.as_secs_f64() * 1e3,
         };
         self.last = Some(RenderedFrame::new(
             scene,
@@ -251,12 +304,18 @@ impl Renderer {
             cost.work_of(FIRST_ESTIMATE),
             cost.work_of(FURTHER_ESTIMATES),
         ));
+        let index = options.frame_index.unwrap_or(self.next_frame_index);
+        self.next_frame_index = self.next_frame_index.max(index.wrapping_add(1));
         Ok(DrawnFrame {
             images,
             space,
             stats,
             description: FrameDescription {
-                frame_index: options.frame_index,
+                key: FrameKey {
+                    index,
+                    camera: options.camera_index,
+                    seed: options.seed,
+                },
                 ..FrameDescription::new(scene, scene.hash())
             },
         })

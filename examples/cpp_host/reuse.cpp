@@ -40,7 +40,7 @@ std::string joined(const std::vector<std::string> &names)
 struct Row {
     double call_ms = std::numeric_limits<double>::infinity();
     double passes_ms = std::numeric_limits<double>::infinity();
-    std::vector<std::string> passes;
+    std::vector<std::string> passes = {};
 
     void add(camlux::renderer &renderer, const camlux::scene &scene)
     {

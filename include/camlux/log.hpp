@@ -21,8 +21,12 @@ using log_function = std::function<void(log_level, std::string_view)>;
 
 /** The log function of the process. It must live as long as it may be called. */
 struct log_slot {
-    std::mutex changing;
-    std::unique_ptr<log_function> function;
+    std::mutex changing{};
+    std::unique_ptr<log_function> function = nullptr;
+
+    log_slot() = default;
+    log_slot(const log_slot &) = delete;
+    log_slot &operator=(const log_slot &) = delete;
 
     ~log_slot() { camlux_set_log(CAMLUX_LOG_OFF, nullptr, nullptr); }
 };

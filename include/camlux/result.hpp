@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -86,10 +88,42 @@ namespace detail {
 #endif
 }
 
-/** The exception of a callback of this thread, kept until a call can throw it. */
-inline std::exception_ptr &thrown()
+/** Where the exceptions of callbacks wait until a call can throw them: the first of them, with a lock. */
+class kept_exception {
+public:
+    void keep(std::exception_ptr exception)
+    {
+        const std::lock_guard<std::mutex> lock(changing_);
+        if (!first_)
+            first_ = std::move(exception);
+    }
+    std::exception_ptr get() const
+    {
+        const std::lock_guard<std::mutex> lock(changing_);
+        return first_;
+    }
+    std::exception_ptr take()
+    {
+        const std::lock_guard<std::mutex> lock(changing_);
+        return std::exchange(first_, nullptr);
+    }
+
+private:
+    mutable std::mutex changing_{};
+    std::exception_ptr first_ = nullptr;
+};
+
+/** The exceptions of the callbacks on this thread. */
+inline kept_exception &thrown()
 {
-    thread_local std::exception_ptr thrown;
+    thread_local kept_exception thrown;
+    return thrown;
+}
+
+/** On the thread of a job: where the exceptions of its callbacks go instead, to be thrown by job::wait. */
+inline std::shared_ptr<kept_exception> &thrown_by_job()
+{
+    thread_local std::shared_ptr<kept_exception> thrown = nullptr;
     return thrown;
 }
 
@@ -102,8 +136,7 @@ bool guarded(Function &&function) noexcept
         function();
         return true;
     } catch (...) {
-        if (!thrown())
-            thrown() = std::current_exception();
+        (thrown_by_job() ? *thrown_by_job() : thrown()).keep(std::current_exception());
         return false;
     }
 #else
@@ -141,9 +174,9 @@ public:
     const T *operator->() const noexcept { return &*value_; }
 
 private:
-    std::optional<T> value_;
+    std::optional<T> value_ = std::nullopt;
     camlux_status status_ = CAMLUX_OK;
-    std::string message_;
+    std::string message_ = {};
 };
 
 /** The result of a function without a value. */
@@ -167,7 +200,7 @@ public:
 
 private:
     camlux_status status_ = CAMLUX_OK;
-    std::string message_;
+    std::string message_ = {};
 };
 
 namespace detail {
@@ -175,8 +208,8 @@ namespace detail {
 inline result<void> ended(camlux_status status)
 {
 #if CAMLUX_HPP_EXCEPTIONS
-    if (thrown())
-        std::rethrow_exception(std::exchange(thrown(), nullptr));
+    if (const std::exception_ptr exception = thrown().take())
+        std::rethrow_exception(exception);
 #endif
     if (status == CAMLUX_OK)
         return {};
@@ -186,10 +219,11 @@ inline result<void> ended(camlux_status status)
 template <class T>
 result<std::decay_t<T>> ended(camlux_status status, T &&value)
 {
-    result<void> end = ended(status);
-    if (!end)
-        return {end.status(), end.message()};
-    return std::forward<T>(value);
+    // The value of a call that has succeeded is worth more than an exception of the log function: the next call without a value throws it.
+    if (status == CAMLUX_OK)
+        return std::forward<T>(value);
+    const result<void> end = ended(status);
+    return {end.status(), end.message()};
 }
 
 /** Owns one reference to an object of the library. */

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <iterator>
 #include <optional>
 #include <string>
@@ -35,12 +36,23 @@ struct quaternion {
     double x = 0, y = 0, z = 0, w = 1;
 };
 
+/** The axes of a camera: x right, y down, z forward (OpenCV, camlux), or x right, y up, z backward (OpenGL, Blender). */
+enum class axes : std::int32_t { opencv = CAMLUX_AXES_OPENCV, opengl = CAMLUX_AXES_OPENGL };
+
 /** camlux_pose: maps a part's own space to world space. */
 struct pose {
-    vec3 position_m;
-    quaternion orientation;
+    vec3 position_m = {};
+    quaternion orientation = {};
     /** Scale of an instance; 1 for other parts. */
     double scale = 1;
+
+    /**
+     * The pose of a matrix from own space to world space, such as camera-to-world: camlux_pose_from_matrix.
+     *
+     * \param rows 12 numbers (3 x 4) or 16 (4 x 4), row by row.
+     */
+    static pose from_matrix(span<const double> rows, axes own = axes::opencv) { return try_from_matrix(rows, own).value(); }
+    static result<pose> try_from_matrix(span<const double> rows, axes own = axes::opencv);
 
     /** At `from_m`, facing `to_m`: cameras and spot lights face along +z of their pose; a camera's +y points down, against `up`. */
     static pose facing(const vec3 &from_m, const vec3 &to_m, const vec3 &up = {0, 1, 0})
@@ -187,12 +199,12 @@ struct intrinsics {
 /** camlux_camera. If `lens` is set, fov_y_deg is ignored. */
 struct camera {
     std::uint32_t width_px = 640, height_px = 480;
-    vec3 position_m;
+    vec3 position_m = {};
     vec3 look_at_m = {0, 0, 1};
-    vec3 up = {0, -1, 0};
+    vec3 up = {0, 1, 0};
     double fov_y_deg = 45;
-    std::optional<intrinsics> lens;
-    std::uint32_t samples = 0;
+    std::optional<intrinsics> lens = std::nullopt;
+    std::uint32_t samples = 1;
     pixel_filter filter = pixel_filter::box;
 };
 
@@ -225,14 +237,14 @@ struct tof {
         double contrast = 1;
     };
     /** One to four. */
-    std::vector<frequency> frequencies;
+    std::vector<frequency> frequencies = {};
     rgb band_weights = {1, 0, 0};
     double phase_offset_deg = 0;
     std::uint32_t phase_count = 4;
     charge output = charge::electrons;
     /** std::nullopt: charges are expected values. */
-    std::optional<tof_noise> noise;
-    std::vector<std::uint32_t> ambient_lights;
+    std::optional<tof_noise> noise = std::nullopt;
+    std::vector<std::uint32_t> ambient_lights = {};
 };
 
 /** camlux_indirect, initialised with CAMLUX_INDIRECT_INIT. */
@@ -242,12 +254,13 @@ struct indirect : camlux_indirect {
 
 /** camlux_material. */
 struct material {
-    rgb kd;
-    rgb ks;
+    rgb kd = {};
+    rgb ks = {};
+    /** Below 0: not given, which is an error if ks is above 0. */
     double shininess = -1;
     /** Numbers of textures, from scene::add_texture; 0: none. */
     std::uint32_t kd_texture = 0;
-    std::string name;
+    std::string name = {};
     std::uint32_t normal_texture = 0;
     std::uint32_t alpha_texture = 0;
 };
@@ -260,7 +273,28 @@ struct texture {
     camlux::encoding encoding = camlux::encoding::standard;
     const void *pixels = nullptr;
     std::size_t row_stride_bytes = 0;
-    std::string name;
+    std::string name = {};
+};
+
+/** camlux_pattern: a file, or angles and intensities. */
+struct pattern {
+    std::string path = {};
+    camlux::encoding encoding = camlux::encoding::standard;
+    std::vector<double> gammas_deg = {}, planes_deg = {};
+    /** For each plane one value for each gamma. */
+    std::vector<double> intensities = {};
+};
+
+/** camlux_projected_image: a file, or width_px * height_px values. If `lens` is set, fov_y_deg is ignored. */
+struct projected_image {
+    std::string path = {};
+    camlux::encoding encoding = camlux::encoding::standard;
+    std::uint32_t width_px = 0, height_px = 0;
+    /** Row by row from the top. */
+    std::vector<float> values = {};
+    double fov_y_deg = 0;
+    /** A pinhole: a projector has no distortion. */
+    std::optional<intrinsics> lens = std::nullopt;
 };
 
 namespace detail {
@@ -281,18 +315,31 @@ struct number_in<Number, 1, std::enable_if_t<std::is_arithmetic_v<Number>>> {
 
 }  // namespace detail
 
-/** camlux_light. The functions point, spot, directional, rectangle and disc create complete lights. */
+/** What position and directions of a light are relative to. */
+enum class relative_to : std::int32_t {
+    world = CAMLUX_RELATIVE_TO_WORLD,
+    /** The camera's axes: x right, y down, z forward, from its centre. The light moves with the camera. */
+    camera = CAMLUX_RELATIVE_TO_CAMERA,
+};
+
+/** camlux_light. The functions point, spot, directional, rectangle, disc, lamp and projector create complete lights. */
 struct light {
     light_kind kind = light_kind::point;
-    vec3 position_m;
-    vec3 direction;
-    rgb power_w;
-    rgb irradiance_w_m2;
+    vec3 position_m = {};
+    vec3 direction = {};
+    rgb power_w = {};
+    rgb irradiance_w_m2 = {};
     double inner_half_angle_deg = 0;
     double outer_half_angle_deg = 0;
-    vec3 up{0, 1, 0};
+    /** None for a disc. */
+    vec3 up = {};
     double width_m = 0, height_m = 0;
     double radius_m = 0;
+    /** Of a lamp; std::nullopt in scene::set_light: the pattern that the light has. Not set when read. */
+    std::optional<camlux::pattern> pattern = std::nullopt;
+    /** Of a projector, likewise. */
+    std::optional<projected_image> image = std::nullopt;
+    camlux::relative_to relative_to = camlux::relative_to::world;
 
     static light point(vec3 position_m, rgb power_w)
     {
@@ -326,9 +373,27 @@ struct light {
         light made = point(position_m, power_w);
         made.kind = light_kind::area;
         made.direction = direction;
-        // Any direction that is not parallel to it.
-        made.up = std::abs(direction.x) < std::abs(direction.y) ? vec3{1, 0, 0} : vec3{0, 1, 0};
         made.radius_m = radius_m;
+        return made;
+    }
+    /** A measured lamp. \param up the direction of the plane C = 0. */
+    static light lamp(vec3 position_m, vec3 direction, vec3 up, camlux::pattern pattern, rgb power_w)
+    {
+        light made = point(position_m, power_w);
+        made.kind = light_kind::pattern;
+        made.direction = direction;
+        made.up = up;
+        made.pattern = std::move(pattern);
+        return made;
+    }
+    /** \param up the upward direction in the image. */
+    static light projector(vec3 position_m, vec3 direction, vec3 up, projected_image image, rgb power_w)
+    {
+        light made = point(position_m, power_w);
+        made.kind = light_kind::projector;
+        made.direction = direction;
+        made.up = up;
+        made.image = std::move(image);
         return made;
     }
     static light directional(vec3 direction, rgb irradiance_w_m2)
@@ -393,15 +458,15 @@ private:
 
 /** camlux_mesh. Arrays that are not empty have one element for each vertex, or for each triangle. */
 struct mesh {
-    elements<3> positions_m;
-    elements<3> normals;
-    elements<2> texcoords;
+    elements<3> positions_m = {};
+    elements<3> normals = {};
+    elements<2> texcoords = {};
     /** Three indices of vertices for each triangle. */
-    elements<3> triangles;
+    elements<3> triangles = {};
     /** One material for all triangles, used if triangle_materials is empty. */
     std::uint32_t material = 0;
-    elements<1> triangle_materials;
-    std::string name;
+    elements<1> triangle_materials = {};
+    std::string name = {};
 };
 
 /** camlux_cancel_token: cancels renders from another thread. Copies refer to the same token. */
@@ -440,28 +505,31 @@ struct target : camlux_target {
 struct render_options {
     std::uint32_t submission_target_ms = 500;
     /** Receives the completed fraction and the name of the next pass; returning false cancels the render. */
-    std::function<bool(double fraction, std::string_view pass)> progress;
+    std::function<bool(double fraction, std::string_view pass)> progress = {};
     /** The images stay on the device: see frame::vulkan_image. */
     bool on_device = false;
-    /** Index of the frame in a sequence. Each frame has its own noise. */
-    std::uint32_t frame_index = 0;
+    /** Index of the frame in a sequence. Each frame has its own noise. Empty: the renderer counts; frame_stats tells the index. */
+    std::optional<std::uint32_t> frame_index;
+    /** Another seed gives other samples of indirect light, and other noise. */
+    std::uint32_t seed = 0;
     /** An empty token: none. */
-    camlux::cancel_token cancel_token;
+    camlux::cancel_token cancel_token = {};
     /** Where layers go; empty: they stay with the frame. */
-    std::vector<target> targets;
+    std::vector<target> targets = {};
 };
 
 /** camlux_exr_options. */
 struct exr_options {
     bool half = false;
     /** Empty: all layers of the frame. A time-of-flight layer stands for this layer at every frequency. */
-    std::vector<layer> layers;
+    std::vector<layer> layers = {};
+    bool plain = false;
 };
 
 /** camlux_device_options: the best device, or the one with an index, else with a name, a UUID or a PCI address. */
 struct device_options {
-    std::optional<std::uint32_t> index;
-    std::string name, uuid, pci;
+    std::optional<std::uint32_t> index = std::nullopt;
+    std::string name = {}, uuid = {}, pci = {};
     bool validation = false;
 };
 
@@ -472,22 +540,24 @@ struct device_info {
     bool is_usable = false;
     std::uint32_t max_image_px = 0, subgroup_lanes = 0;
     std::uint64_t max_allocation_bytes = 0;
-    std::string name, driver, lacks, api_version, uuid, pci;
+    std::string name = {}, driver = {}, lacks = {}, api_version = {}, uuid = {}, pci = {};
 };
 
 /** camlux_frame_stats. Estimates that do not exist are NaN. */
 struct frame_stats {
-    double wall_ms = 0, passes_ms = 0, snapshot_ms = 0;
+    double wall_ms = 0, passes_ms = 0, snapshot_ms = 0, preparation_ms = 0;
     std::uint64_t vpl_count = 0, ray_count = 0, pixel_vpl_pairs = 0;
     double estimated_error = 0, estimated_error_upper = 0, estimated_interpolation_error = 0, estimated_area_light_error = 0;
     std::uint32_t submissions = 0;
     stop_reason stop = stop_reason::none;
-    std::string device, driver;
+    std::string device = {}, driver = {};
+    /** Index of the frame in its sequence, and of its camera among those of one call. */
+    std::uint32_t frame_index = 0, camera_index = 0;
 };
 
 /** camlux_pass_time. */
 struct pass_time {
-    std::string name;
+    std::string name = {};
     double ms = 0;
 };
 
@@ -533,6 +603,17 @@ inline pose pose_of(const camlux_pose &from) noexcept
     const double(&q)[4] = from.orientation_xyzw;
     return {vec3_of(from.position_m), {q[0], q[1], q[2], q[3]}, from.scale};
 }
+
+}  // namespace detail
+
+inline result<pose> pose::try_from_matrix(span<const double> rows, axes own)
+{
+    camlux_pose raw = CAMLUX_POSE_INIT;
+    const camlux_status status = camlux_pose_from_matrix(rows.data(), rows.size(), detail::number(own), &raw);
+    return detail::ended(status, detail::pose_of(raw));
+}
+
+namespace detail {
 
 inline camlux_camera raw_of(const camera &from) noexcept
 {
@@ -662,19 +743,41 @@ inline camlux_mesh raw_of(const mesh &from) noexcept
     return to;
 }
 
-/** Checks the counts of a mesh's arrays. camlux.h cannot check them, because it has one count for several arrays. */
-inline bool counts_fit(const mesh &mesh) noexcept
+/** The error for a text with a NUL inside: C would read no further. */
+inline result<void> check_texts(std::initializer_list<std::string_view> texts)
+{
+    for (const std::string_view text : texts)
+        if (const std::size_t end = text.find('\0'); end != std::string_view::npos)
+            return {CAMLUX_ERROR_INVALID_ARGUMENT,
+                    "camlux: a text has a NUL after \"" + std::string(text.substr(0, end)) + "\"; remove it"};
+    return {};
+}
+
+/** The error for layers that no frame has: what of_frequency returns for a wrong index, or a number that is no layer. */
+inline result<void> check_layers(const std::vector<layer> &layers)
+{
+    for (const layer wanted : layers) {
+        const std::int32_t value = number(wanted), of_tof = value - CAMLUX_LAYER_TOF_PHASOR;
+        const bool is_there = of_tof < 0 ? value >= 0 && value < 32 : of_tof < 4 * CAMLUX_TOF_NEXT_FREQUENCY;
+        if (!is_there)
+            return {CAMLUX_ERROR_INVALID_ARGUMENT, "camlux::exr_options: layers has a layer that does not exist (" +
+                                                       std::to_string(value) + "); see of_frequency for the frequencies"};
+    }
+    return {};
+}
+
+/** Checks what camlux.h cannot check: texts, and that arrays have the same count. */
+inline result<void> check_mesh(const mesh &mesh)
 {
     const auto fits = [](const auto &list, const auto &whole) {
         return list.count() == 0 || list.count() == whole.count();
     };
-    return fits(mesh.normals, mesh.positions_m) && fits(mesh.texcoords, mesh.positions_m) &&
-           fits(mesh.triangle_materials, mesh.triangles);
+    if (!fits(mesh.normals, mesh.positions_m) || !fits(mesh.texcoords, mesh.positions_m) ||
+        !fits(mesh.triangle_materials, mesh.triangles))
+        return {CAMLUX_ERROR_INVALID_ARGUMENT, "camlux::mesh: normals, texcoords and triangle_materials are empty, or as many as "
+                                               "positions_m and triangles"};
+    return check_texts({mesh.name});
 }
-
-/** The error message if they do not fit. */
-constexpr const char *counts_that_fit =
-    "camlux::mesh: normals, texcoords and triangle_materials are empty, or as many as positions_m and triangles";
 
 inline camlux_light raw_of(const light &from) noexcept
 {
@@ -690,7 +793,85 @@ inline camlux_light raw_of(const light &from) noexcept
     to.size_m[0] = from.width_m;
     to.size_m[1] = from.height_m;
     to.radius_m = from.radius_m;
+    to.relative_to = number(from.relative_to);
     return to;
+}
+
+inline camlux_pattern raw_of(const pattern &from) noexcept
+{
+    camlux_pattern to = CAMLUX_PATTERN_INIT;
+    to.encoding = number(from.encoding);
+    to.path = name_of(from.path);
+    to.gammas_deg = from.gammas_deg.data();
+    to.gamma_count = from.gammas_deg.size();
+    to.planes_deg = from.planes_deg.data();
+    to.plane_count = from.planes_deg.size();
+    to.intensities = from.intensities.data();
+    return to;
+}
+
+inline camlux_projected_image raw_of(const projected_image &from) noexcept
+{
+    camlux_projected_image to = CAMLUX_PROJECTED_IMAGE_INIT;
+    to.encoding = number(from.encoding);
+    to.path = name_of(from.path);
+    to.width_px = from.width_px;
+    to.height_px = from.height_px;
+    to.values = from.values.data();
+    to.fov_y_deg = from.fov_y_deg;
+    if (from.lens) {
+        to.lens = number(from.lens->model);
+        to.fx_px = from.lens->fx_px;
+        to.fy_px = from.lens->fy_px;
+        to.cx_px = from.lens->cx_px;
+        to.cy_px = from.lens->cy_px;
+    }
+    return to;
+}
+
+/** A light with the pattern or the image that it points to. */
+class whole_light {
+public:
+    explicit whole_light(const light &from) : light_(raw_of(from))
+    {
+        if (from.pattern) {
+            pattern_ = raw_of(*from.pattern);
+            light_.pattern = &pattern_;
+        }
+        if (from.image) {
+            image_ = raw_of(*from.image);
+            light_.image = &image_;
+        }
+    }
+    whole_light(const whole_light &) = delete;
+    whole_light &operator=(const whole_light &) = delete;
+
+    const camlux_light &raw() const noexcept { return light_; }
+
+private:
+    camlux_light light_;
+    camlux_pattern pattern_ = CAMLUX_PATTERN_INIT;
+    camlux_projected_image image_ = CAMLUX_PROJECTED_IMAGE_INIT;
+};
+
+/** Checks what camlux.h cannot check: texts, and the counts of arrays. */
+inline result<void> check_light(const light &light)
+{
+    if (light.pattern) {
+        const pattern &pattern = *light.pattern;
+        if (pattern.intensities.size() != pattern.gammas_deg.size() * pattern.planes_deg.size())
+            return {CAMLUX_ERROR_INVALID_ARGUMENT,
+                    "camlux::pattern: intensities has another size than gammas_deg times planes_deg; give one for each pair"};
+        return check_texts({pattern.path});
+    }
+    if (light.image) {
+        const projected_image &image = *light.image;
+        if (image.values.size() != std::size_t(image.width_px) * image.height_px)
+            return {CAMLUX_ERROR_INVALID_ARGUMENT,
+                    "camlux::projected_image: values has another size than width_px times height_px; give one for each pixel"};
+        return check_texts({image.path});
+    }
+    return {};
 }
 
 inline light light_of(const camlux_light &from) noexcept
@@ -707,6 +888,7 @@ inline light light_of(const camlux_light &from) noexcept
     to.width_m = from.size_m[0];
     to.height_m = from.size_m[1];
     to.radius_m = from.radius_m;
+    to.relative_to = static_cast<relative_to>(from.relative_to);
     return to;
 }
 
@@ -746,6 +928,7 @@ inline frame_stats frame_stats_of(const camlux_frame_stats &from)
     to.wall_ms = from.wall_ms;
     to.passes_ms = from.passes_ms;
     to.snapshot_ms = from.snapshot_ms;
+    to.preparation_ms = from.preparation_ms;
     to.vpl_count = from.vpl_count;
     to.ray_count = from.ray_count;
     to.pixel_vpl_pairs = from.pixel_vpl_pairs;
@@ -753,6 +936,8 @@ inline frame_stats frame_stats_of(const camlux_frame_stats &from)
     to.estimated_error_upper = from.estimated_error_upper;
     to.estimated_interpolation_error = from.estimated_interpolation_error;
     to.estimated_area_light_error = from.estimated_area_light_error;
+    to.frame_index = from.frame_index;
+    to.camera_index = from.camera_index;
     to.submissions = from.submissions;
     to.stop = static_cast<stop_reason>(from.stop);
     to.device = from.device ? from.device : "";
@@ -764,6 +949,7 @@ inline camlux_exr_options raw_of(const exr_options &from) noexcept
 {
     camlux_exr_options to = CAMLUX_EXR_OPTIONS_INIT;
     to.half = from.half ? 1 : 0;
+    to.plain = from.plain ? 1 : 0;
     for (const layer wanted : from.layers) {
         const std::int32_t of_tof = number(wanted) - CAMLUX_LAYER_TOF_PHASOR;
         if (of_tof < 0)

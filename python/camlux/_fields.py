@@ -47,7 +47,10 @@ def _is_same(a: Any, b: Any) -> bool:
     """Whether two values of a field are equal. A tuple, a list and an array of the same numbers are."""
     if a is b:
         return True
-    sequences = (list, tuple, np.ndarray)
-    if not (isinstance(a, sequences) and isinstance(b, sequences)):
-        return bool(a == b) if not (isinstance(a, sequences) or isinstance(b, sequences)) else False
-    return len(a) == len(b) and all(map(_is_same, a, b))
+    if _is_list(a) and _is_list(b):
+        return len(a) == len(b) and all(map(_is_same, a, b))
+    return not (_is_list(a) or _is_list(b)) and bool(a == b)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)

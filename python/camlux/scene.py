@@ -158,11 +158,14 @@ class PointLight(Fields):
 
     position_m: position, m.
     power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
     """
 
     kind: ClassVar[str] = "point"
     position_m: Vector
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -173,6 +176,8 @@ class SpotLight(Fields):
     direction: of the axis, of any length.
     inner_half_angle_deg, outer_half_angle_deg: from the axis, degrees, up to 180.
     power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
     """
 
     kind: ClassVar[str] = "spot"
@@ -181,6 +186,7 @@ class SpotLight(Fields):
     inner_half_angle_deg: Number
     outer_half_angle_deg: Number
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -189,11 +195,14 @@ class DirectionalLight(Fields):
 
     direction: in which the light travels; of any length.
     irradiance_w_m2: irradiance of each band on a surface that faces the light, W/m².
+    relative_to: camera: the direction is in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        it is in world space.
     """
 
     kind: ClassVar[str] = "directional"
     direction: Vector
     irradiance_w_m2: Bands
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -205,6 +214,8 @@ class PatternLight(Fields):
     up: up in the projector's image, or the plane C = 0 of a lamp; of any length.
     pattern: of the lamp, or the projector's image.
     power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
     """
 
     kind: ClassVar[str] = "pattern"
@@ -213,6 +224,7 @@ class PatternLight(Fields):
     up: Vector
     pattern: Pattern | ProjectedImage
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -225,6 +237,8 @@ class AreaLight(Fields):
     size_m: width and height of a rectangle, m; None: a disc.
     radius_m: of a disc, m; None: a rectangle.
     up: along a rectangle's height; of any length. A rectangle needs it.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
     """
 
     kind: ClassVar[str] = "area"
@@ -234,6 +248,7 @@ class AreaLight(Fields):
     size_m: Numbers | None = None
     radius_m: Number | None = None
     up: Vector | None = None
+    relative_to: Literal["camera"] | None = None
 
 
 Light: TypeAlias = Union[PointLight, SpotLight, DirectionalLight, PatternLight, AreaLight]
@@ -267,7 +282,7 @@ class Material(Fields):
     name: of the material.
     kd: diffuse reflectance of each band, 0 to 1.
     ks: specular reflectance of each band, 0 to 1.
-    shininess: Phong exponent, 0 or more.
+    shininess: Phong exponent, 0 or more; required where ks is above 0.
     kd_texture: multiplies kd.
     normal_texture: turns the normal. Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on the
         side to which v grows, and along the normal of the mesh.
@@ -280,7 +295,7 @@ class Material(Fields):
     name: str
     kd: Bands
     ks: Bands = 0.0
-    shininess: Number = 1.0
+    shininess: Number | None = None
     kd_texture: Texture | TextureLookup | None = None
     normal_texture: Texture | TextureLookup | None = None
     alpha_texture: Texture | TextureLookup | None = None
@@ -313,21 +328,21 @@ class Sensor(Fields):
 class SensorNoise(Fields):
     """The noise of a time-of-flight sensor. Electrons are counted per tap and phase image.
 
+    full_well_e: the most electrons that a tap holds.
     dark_e_per_s: dark current, electrons/s.
     read_noise_e: standard deviation of the read noise, electrons.
-    full_well_e: the most electrons that a tap holds.
     gain_dn_per_e: digital numbers per electron.
     black_level_dn: digital number without electrons.
     bits: of a digital number, 1 to 24.
     seed: another number gives other noise.
     """
 
-    dark_e_per_s: Number
-    read_noise_e: Number
     full_well_e: Number
-    gain_dn_per_e: Number
-    black_level_dn: Number
-    bits: Whole
+    dark_e_per_s: Number = 0.0
+    read_noise_e: Number = 0.0
+    gain_dn_per_e: Number = 1.0
+    black_level_dn: Number = 0.0
+    bits: Whole = 12
     seed: Whole = 0
 
 
@@ -336,7 +351,7 @@ class TimeOfFlight(Fields):
     """Turns path lengths into the images of a time-of-flight camera. Requires a sensor with `wavelength_nm`.
 
     frequencies_hz: one to four modulation frequencies, Hz.
-    contrasts: one for each frequency, 0 to 1.
+    contrasts: one for all frequencies, or one for each, 0 to 1.
     band_weights: the sensor's weights of red, green and blue.
     phase_count: number of phase images, 3 to 8.
     phase_offset_deg: added to every measured phase, degrees.
@@ -346,8 +361,8 @@ class TimeOfFlight(Fields):
     """
 
     frequencies_hz: Numbers
-    contrasts: Numbers
-    band_weights: Bands
+    contrasts: Union[Number, Numbers] = 1.0
+    band_weights: Bands = (1.0, 0.0, 0.0)
     phase_count: Whole = 4
     phase_offset_deg: Number = 0.0
     ambient_lights: Sequence[Whole] = ()
@@ -416,8 +431,6 @@ class Scene(Fields):
     sensor: converts radiance to energy; None: frames have no layer `energy`.
     tof: time of flight; None: frames have no layers of it.
     shadow: how shadows are found; None: the better method for the scene.
-    carried_by_camera: for scene files with lights relative to the camera: the indices of these lights, and the camera that their
-        positions in `lights` belong to. If `camera` differs from it, the lights move along.
     """
 
     camera: Camera
@@ -428,7 +441,6 @@ class Scene(Fields):
     sensor: Sensor | None = None
     tof: TimeOfFlight | None = None
     shadow: Literal["map", "rays"] | None = None
-    carried_by_camera: tuple[Sequence[int], Camera] | None = None
 
     if TYPE_CHECKING:
         # Unlike the attributes, the arguments may be lists of one kind of light, which type checkers tell from lists of any kind.
@@ -442,7 +454,6 @@ class Scene(Fields):
             sensor: Sensor | None = None,
             tof: TimeOfFlight | None = None,
             shadow: Literal["map", "rays"] | None = None,
-            carried_by_camera: tuple[Sequence[int], Camera] | None = None,
         ) -> None: ...
 
     @staticmethod

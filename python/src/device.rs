@@ -3,6 +3,7 @@
 use camlux::{DeviceChoice, DeviceOptions};
 use pyo3::prelude::*;
 
+use crate::arguments::count;
 use crate::errors::{not_copied, raised};
 use crate::process::{self, OfProcess};
 
@@ -84,9 +85,17 @@ impl Device {
 impl Device {
     #[new]
     #[pyo3(signature = (choice=None, *, validation=false))]
-    pub fn new(py: Python, choice: Option<&str>, validation: bool) -> PyResult<Device> {
+    pub fn new(py: Python, choice: Option<Bound<'_, PyAny>>, validation: bool) -> PyResult<Device> {
+        let choice = choice.map(|choice| match choice.extract::<String>() {
+            Ok(name) => Ok(name),
+            Err(_) => count(&choice, "choice").map(|index| index.to_string()),
+        });
+        let choice = choice.transpose()?;
         let options = DeviceOptions {
-            choice: choice.map(DeviceChoice::from).unwrap_or_default(),
+            choice: choice
+                .as_deref()
+                .map(DeviceChoice::from)
+                .unwrap_or_default(),
             validation,
         };
         process::begin()?;

@@ -21,7 +21,9 @@ import_exception!(camlux.errors, CamluxWarning);
 /// The exception for an error of the engine.
 pub fn raised(error: camlux::Error) -> PyErr {
     use camlux::Error as E;
+    // An option of other interfaces.
     let text = error.to_string();
+    let text = text.replace("set a shorter submission_target or ", "");
     let is_missing = match &error {
         // The number of ENOENT, with which std ends the text of its error.
         E::Scene { problem, .. } => problem.contains("(os error 2)"),

@@ -162,6 +162,12 @@ impl Frame {
         Ok(FrameStats(self.frame()?.stats.clone()))
     }
 
+    /// The number in a series, on which the sensor's noise depends: the one that render was given, or the renderer's count.
+    #[getter]
+    fn frame_index(&self) -> PyResult<u32> {
+        Ok(self.get()?.description.key.index)
+    }
+
     /// Identifies the scene, including its meshes and textures.
     #[getter]
     fn scene_hash(&self) -> PyResult<&str> {

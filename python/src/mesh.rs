@@ -214,12 +214,27 @@ impl Mesh {
     }
 
     /// The mesh rotated about the world's origin by the unit quaternion x, y, z, w, and then moved.
-    #[pyo3(signature = (position_m=[0.0; 3], orientation_xyzw=[0.0, 0.0, 0.0, 1.0]))]
+    #[pyo3(
+        signature = (position_m=None, orientation_xyzw=None),
+        text_signature = "($self, position_m=(0, 0, 0), orientation_xyzw=(0, 0, 0, 1))"
+    )]
     fn posed<'py>(
         slf: &Bound<'py, Self>,
-        position_m: [f64; 3],
-        orientation_xyzw: [f64; 4],
+        position_m: Option<Bound<'py, PyAny>>,
+        orientation_xyzw: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, Mesh>> {
+        fn numbers<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
+            value.extract().map_err(|_| {
+                let shown = value
+                    .repr()
+                    .map_or_else(|_| "?".into(), |repr| repr.to_string());
+                SceneError::new_err(format!("{name} is {shown}; give {N} numbers"))
+            })
+        }
+        let position_m = position_m.map(|value| numbers::<3>(&value, "position_m"));
+        let position_m = position_m.transpose()?.unwrap_or_default();
+        let orientation = orientation_xyzw.map(|value| numbers::<4>(&value, "orientation_xyzw"));
+        let orientation_xyzw = orientation.transpose()?.unwrap_or([0.0, 0.0, 0.0, 1.0]);
         let orientation = DQuat::from_array(orientation_xyzw);
         let length = orientation.length();
         // A larger deviation is not a rounding error.

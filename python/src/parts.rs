@@ -109,16 +109,19 @@ impl Texture {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
         let py = slf.py();
         let source = &slf.get().0;
-        let (texture, alpha) = (source.colors(), source.alpha());
+        let texture = source.colors();
         let [width, height] = texture.size_px.map(|px| px as usize);
-        let shape = [height, width, 3 + usize::from(alpha.is_some())];
+        let alpha = source.alpha();
+        let shape = [height, width, if alpha.is_some() { 4 } else { 3 }];
         let pixels = match &texture.texels {
-            Texels::U8(texels, _) => array(py, pixels(texels, alpha, u8::from), &shape)?,
+            Texels::U8(texels, _) => array(py, with_alpha(texels, alpha, |alpha| alpha), &shape)?,
             Texels::U16(texels, _) => {
-                array(py, pixels(texels, alpha, |a| 257 * u16::from(a)), &shape)?
+                let alpha_of = |alpha| 257 * u16::from(alpha);
+                array(py, with_alpha(texels, alpha, alpha_of), &shape)?
             }
             Texels::F32(texels) => {
-                array(py, pixels(texels, alpha, |a| f32::from(a) / 255.0), &shape)?
+                let alpha_of = |alpha| f32::from(alpha) / 255.0;
+                array(py, with_alpha(texels, alpha, alpha_of), &shape)?
             }
         };
         let keywords = PyDict::new(py);
@@ -143,8 +146,23 @@ impl Texture {
     }
 
     fn __hash__(&self) -> u64 {
-        hash_of((&self.0.colors().name, self.0.colors().size_px))
+        let colors = self.0.colors();
+        hash_of((&colors.name, colors.size_px))
     }
+}
+
+/// The components of pixels, with alpha if there is one.
+fn with_alpha<C: Copy>(
+    texels: &[[C; 3]],
+    alpha: Option<&[u8]>,
+    component: impl Fn(u8) -> C,
+) -> Vec<C> {
+    let Some(alpha) = alpha else {
+        return texels.as_flattened().to_vec();
+    };
+    let pixels = texels.iter().zip(alpha);
+    let pixels = pixels.map(|(&[r, g, b], &alpha)| [r, g, b, component(alpha)]);
+    pixels.flatten().collect()
 }
 
 fn source<C: Component + numpy::Element>(
@@ -155,16 +173,6 @@ fn source<C: Component + numpy::Element>(
     let pixels: Vec<C> = pixels.as_array().iter().copied().collect();
     let source = TextureSource::from_pixels(name, size_px, (&pixels, channels), encoding);
     Ok(Texture(source.map_err(raised)?))
-}
-
-/// The components of pixels with their alpha.
-fn pixels<C: Copy>(texels: &[[C; 3]], alpha: Option<&[u8]>, of_8_bits: fn(u8) -> C) -> Vec<C> {
-    let Some(alpha) = alpha else {
-        return texels.as_flattened().to_vec();
-    };
-    let pixels = texels.iter().zip(alpha);
-    let pixel = |(&[r, g, b], &alpha): (&[C; 3], &u8)| [r, g, b, of_8_bits(alpha)];
-    pixels.flat_map(pixel).collect()
 }
 
 /// How integers encode values; `at`: the name of the object, for messages.

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use camlux::RenderOptions;
-use camlux::scene::IndirectLight;
+use camlux::scene::{IndirectLight, LensLights};
 use pyo3::prelude::*;
 
 use crate::arguments::{count, layers};
@@ -38,6 +38,7 @@ impl Progress {
 pub struct Renderer {
     renderer: OfProcess<Mutex<camlux::Renderer>>,
     returned: Returned,
+    lens_lights: Mutex<LensLights>,
     device: Py<Device>,
 }
 
@@ -55,6 +56,7 @@ impl Renderer {
         Ok(Renderer {
             renderer: OfProcess::new(Mutex::new(renderer)),
             returned: Returned::default(),
+            lens_lights: Mutex::default(),
             device,
         })
     }
@@ -68,16 +70,17 @@ impl Renderer {
     /// Renders a frame, without the GIL. Control-C ends it.
     ///
     /// target_error: indirect light by final gathering to this relRMSE, whatever the scene requests. seed: another number gives other
-    /// samples. frame_index: the number in a series; each has other sensor noise. layers: copies only this or these from the
-    /// device, which is faster; None: all. progress: called from time to time with a Progress; if it returns False, Cancelled is raised. True
-    /// shows a bar, for which tqdm must be installed.
+    /// samples of indirect light and other sensor noise. frame_index: the number in a series; each has other sensor noise; None: the
+    /// renderer counts, and Frame.frame_index tells the number. layers: copies only this or these from the device, which is faster; None:
+    /// all. progress: called from time to time with a Progress; if it returns False, Cancelled is raised. True shows a bar, for which tqdm
+    /// must be installed.
     ///
     /// Raises SceneError for a scene that cannot be rendered, DeviceError for one that the device cannot hold. Shows a CamluxWarning for a
     /// frame that is probably a mistake, such as a black one.
     #[allow(clippy::too_many_arguments, reason = "Python's have names")]
     #[pyo3(
         signature = (scene, *, target_error=None, seed=None, frame_index=None, layers=None, progress=None),
-        text_signature = "($self, scene, *, target_error=None, seed=0, frame_index=0, layers=None, progress=None)"
+        text_signature = "($self, scene, *, target_error=None, seed=0, frame_index=None, layers=None, progress=None)"
     )]
     fn render(
         &self,
@@ -93,9 +96,9 @@ impl Renderer {
         let wanted = layers.map(|value| self::layers(&value)).transpose()?;
         let number = |value: Option<Bound<'_, PyAny>>, name| {
             let given = value.map(|value| count(&value, name));
-            Ok::<u32, PyErr>(given.transpose()?.unwrap_or_default())
+            given.transpose()
         };
-        let seed = number(seed, "seed")?;
+        let seed = number(seed, "seed")?.unwrap_or_default();
         let frame_index = number(frame_index, "frame_index")?;
         let mut scene = scene_from(scene)?;
         if let Some(requested) = target_error {
@@ -129,7 +132,12 @@ impl Renderer {
                     ..RenderOptions::default()
                 },
             )?;
-            let warnings = frame.warnings();
+            let mut warnings = frame.warnings();
+            let mut lens_lights = self
+                .lens_lights
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            warnings.extend(lens_lights.warning(&scene));
             Ok((frame, warnings))
         });
         let (frame, warnings) = watch.outcome(py, rendered)?;

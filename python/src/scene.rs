@@ -6,8 +6,8 @@ use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
     IndirectLight, Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling,
-    RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup, TimeOfFlight,
-    Wrap,
+    PlacedLight, RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup,
+    TimeOfFlight, Wrap,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -47,8 +47,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .map(|sensor| sensor_from(&sensor))
             .transpose()?,
         tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
-        lights: lights.iter().map(light_from).collect::<PyResult<_>>()?,
-        carried_lights: Vec::new(),
+        lights: lights.iter().map(placed_from).collect::<PyResult<_>>()?,
         meshes: meshes.collect::<PyResult<_>>()?,
         materials: materials
             .iter()
@@ -71,13 +70,6 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     }
     let sources = textures.list.iter().map(|texture| &texture.get().0);
     scene.textures = scene::in_their_roles(sources, &mut scene.materials);
-    if let Some(carried) = part.part("carried_by_camera")? {
-        let (indices, from): (Vec<usize>, Bound<PyAny>) = carried.object.extract()?;
-        scene.camera = camera_from(&Part::new(from, "carried_by_camera"))?;
-        let lights = indices.into_iter().map(|light| (light, Carrier::Camera));
-        scene.carried_lights = lights.collect();
-        scene.set_camera(camera);
-    }
     Ok(scene)
 }
 
@@ -141,6 +133,14 @@ fn distortion_from(part: &Part) -> PyResult<Distortion> {
     } else {
         Ok(Distortion::Fisheye(coefficients(part, FISHEYE)?))
     }
+}
+
+fn placed_from(part: &Part) -> PyResult<PlacedLight> {
+    let names = |_: Carrier| "camera";
+    Ok(PlacedLight {
+        light: light_from(part)?,
+        relative_to: part.choice("relative_to", &[Carrier::Camera], names)?,
+    })
 }
 
 fn light_from(part: &Part) -> PyResult<Light> {
@@ -283,11 +283,18 @@ impl<'py> Textures<'py> {
     }
 
     fn material(&mut self, part: &Part<'py>) -> PyResult<Material> {
+        let ks = part.bands("ks")?;
+        let shininess = part.optional_number("shininess")?;
+        // A default exponent such as 1 would silently choose a very wide lobe.
+        if shininess.is_none() && ks.iter().any(|&ks| ks > 0.0) {
+            let problem = format_args!("ks is {ks:?}, but shininess is None");
+            return Err(part.error(problem, "set shininess to an exponent such as 20"));
+        }
         Ok(Material {
             name: part.text("name")?,
             kd: part.bands("kd")?,
-            ks: part.bands("ks")?,
-            shininess: part.number("shininess")?,
+            ks,
+            shininess: shininess.unwrap_or(1.0),
             kd_texture: self.lookup(part, "kd_texture")?,
             ks_texture: self.lookup(part, "ks_texture")?,
             shininess_texture: self.lookup(part, "shininess_texture")?,
@@ -324,8 +331,10 @@ fn sensor_from(part: &Part) -> PyResult<Sensor> {
 
 fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
     let frequencies_hz: Vec<f64> = part.need("frequencies_hz", "give a list of numbers")?;
-    let contrasts: Vec<f64> =
-        part.need("contrasts", "give a list of numbers, one per frequency")?;
+    let contrasts: Vec<f64> = match part.number("contrasts") {
+        Ok(one) => vec![one; frequencies_hz.len()],
+        Err(_) => part.need("contrasts", "give a number, or one for each frequency")?,
+    };
     let output = part.choice("output", &ChargeUnit::ALL, ChargeUnit::name)?;
     let noise = part.part("noise")?;
     let noise = noise.map(|noise| {
@@ -424,9 +433,8 @@ macro_rules! object {
 pub fn materials<'py>(
     py: Python<'py>,
     materials: &[Material],
-    textures: Vec<scene::Texture>,
+    textures: Vec<Shared<scene::Texture>>,
 ) -> PyResult<Bound<'py, PyList>> {
-    let textures = textures.into_iter().map(Shared::from).collect();
     Classes(py.import("camlux.scene")?).materials(materials, textures)
 }
 
@@ -439,13 +447,6 @@ impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
         let lights = scene.lights.iter().map(|light| self.light(light));
-        let carried = scene.carried_lights.iter();
-        let carried = carried.filter(|(_, by)| *by == Carrier::Camera);
-        let carried: Vec<usize> = carried.map(|&(light, _)| light).collect();
-        let carried = match carried.is_empty() {
-            true => None,
-            false => Some((carried, self.camera(&scene.camera)?)),
-        };
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
@@ -455,7 +456,6 @@ impl<'py> Classes<'py> {
             sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
-            carried_by_camera: carried,
         )
     }
 
@@ -491,15 +491,20 @@ impl<'py> Classes<'py> {
         )
     }
 
-    fn light(&self, light: &Light) -> PyResult<Bound<'py, PyAny>> {
+    fn light(&self, placed: &PlacedLight) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
-        match light {
+        let relative_to = match placed.relative_to {
+            Some(Carrier::Camera) => Some("camera"),
+            Some(Carrier::Mesh(_)) | None => None,
+        };
+        match &placed.light {
             Light::Point {
                 position_m,
                 power_w,
             } => object!(self, "PointLight",
                 position_m: triple(*position_m),
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Spot {
                 position_m,
@@ -512,6 +517,7 @@ impl<'py> Classes<'py> {
                 inner_half_angle_deg: cone.inner_half_angle_deg,
                 outer_half_angle_deg: cone.outer_half_angle_deg,
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Directional {
                 direction,
@@ -519,6 +525,7 @@ impl<'py> Classes<'py> {
             } => object!(self, "DirectionalLight",
                 direction: triple(*direction),
                 irradiance_w_m2: triple(*irradiance_w_m2),
+                relative_to: relative_to,
             ),
             Light::Pattern {
                 position_m,
@@ -539,6 +546,7 @@ impl<'py> Classes<'py> {
                     }
                 },
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Area {
                 position_m,
@@ -560,6 +568,7 @@ impl<'py> Classes<'py> {
                     size_m: size_m,
                     radius_m: radius_m,
                     up: triple(*up),
+                    relative_to: relative_to,
                 )
             }
         }

@@ -92,6 +92,8 @@ def test_scenes_are_equal_by_value(scene):
     again.materials[1].kd = [0.7, 0.1, 0.1]
     again.meshes = [camlux.Mesh(mesh.name, mesh.positions_m, mesh.triangles, mesh.triangle_materials) for mesh in scene.meshes]
     assert scene == again and hash(scene.meshes[0]) == hash(again.meshes[0])
+    scene.materials[0].kd, again.materials[0].kd = np.array(0.25), np.float32(0.25)
+    assert scene == again
     again.camera.position_m[2] = 4
     assert scene != again and scene.camera != scene and scene != None  # noqa: E711
     again = copy.deepcopy(scene)

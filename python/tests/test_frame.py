@@ -144,6 +144,22 @@ def test_statistics_tell_cost_and_error(renderer, scene):
     assert stats.estimated_error is None and stats.stop is None and stats.ray_count == 0
 
 
+def test_time_of_flight_begins_with_the_defaults_of_scene_files(renderer, scene):
+    scene.sensor = camlux.Sensor((10.0, 10.0), exposure_time_s=1e-3, wavelength_nm=850, quantum_efficiency=0.5)
+    scene.indirect = None
+    noise = camlux.SensorNoise(1e6)
+    assert (noise.full_well_e, noise.bits, noise.gain_dn_per_e) == (1e6, 12, 1.0)
+    scene.tof = camlux.TimeOfFlight([20e6, 100e6], noise=noise)
+    scene.validate()
+    scene.tof = camlux.TimeOfFlight([20e6, 100e6])
+    short = renderer.render(scene)
+    scene.tof = camlux.TimeOfFlight([20e6, 100e6], [1.0, 1.0], (1.0, 0.0, 0.0))
+    assert np.array_equal(short["tof1.phase0"], renderer.render(scene)["tof1.phase0"])
+    scene.tof.frequencies_hz = [20]
+    with pytest.raises(camlux.SceneError, match="frequency 0 is 20 Hz; give 1 kHz"):
+        scene.validate()
+
+
 def test_time_of_flight_has_its_layers(renderer, scene):
     scene.sensor = camlux.Sensor((10.0, 10.0), exposure_time_s=1e-3, wavelength_nm=850, quantum_efficiency=0.5)
     scene.tof = camlux.TimeOfFlight([20e6], contrasts=[0.8], band_weights=(1, 0, 0))

@@ -130,6 +130,8 @@ def test_errors_are_also_pythons(renderer, scene, tmp_path):
     (lambda renderer, scene, path: renderer.render(scene).save(path / "x.png"), "writes .exr files; end the path with .exr"),
     (lambda renderer, scene, path: camlux.Mesh("m", np.zeros((3, 3)), np.array([[0.0, 1.0, 2.0]])), "triangles is an array of float64; give whole numbers"),
     (lambda renderer, scene, path: camlux.Mesh("m", np.zeros((3, 3)), [[0, 1, 2]], material=0.5), "material is an array of float64; give whole numbers"),
+    (lambda renderer, scene, path: scene.meshes[0].posed((1, 2)), "position_m is (1, 2); give 3 numbers"),
+    (lambda renderer, scene, path: camlux.Device(1.5), "choice is 1.5; give a whole number"),
     (lambda renderer, scene, path: camlux.Mesh.load(SCENES / "cornell.obj", first_material=-1), "first_material is -1"),
 ])  # fmt: skip
 def test_wrong_arguments_are_refused(renderer, scene, tmp_path, use, message):

@@ -3,6 +3,7 @@
 
 use std::{
     ffi::{CStr, c_char, c_void},
+    path::Path,
     ptr,
 };
 
@@ -207,6 +208,22 @@ pub(super) unsafe fn path(pointer: *const c_char) -> Outcome<String> {
         Some(_) => Err(Failure::argument("path is empty")),
         None => Err(Failure::argument("path is NULL")),
     }
+}
+
+/// Reads the path of a file to write, whose name must end with the extension of its format.
+///
+/// # Safety
+/// As for [`text`].
+pub(super) unsafe fn output_path(pointer: *const c_char, extension: &str) -> Outcome<String> {
+    // SAFETY: the caller guarantees it.
+    let path = unsafe { path(pointer) }?;
+    let own = Path::new(&path).extension();
+    if own.is_some_and(|own| own.eq_ignore_ascii_case(extension)) {
+        return Ok(path);
+    }
+    Err(Failure::argument(format!(
+        "path is {path}, and the file would not be what its name says; end it with .{extension}"
+    )))
 }
 
 /// Constants, each with its name and its value in Rust.

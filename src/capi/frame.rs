@@ -9,7 +9,8 @@ use super::*;
 use crate::{
     DeviceFrame,
     output::{
-        ExrOptions, Frame, FrameStats, Layer, LayerData, OutputFile, PngView, write_exr, write_png,
+        ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile, PngView,
+        write_exr_files, write_png,
     },
 };
 
@@ -104,6 +105,8 @@ pub struct camlux_exr_options {
     pub layers: u32,
     /// Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.
     pub tof_layers: u32,
+    /// 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr.
+    pub plain: i32,
 }
 
 c_struct!(camlux_view, 64, format: CAMLUX_FORMAT_F32);
@@ -129,6 +132,13 @@ pub(super) enum Rendered {
 }
 
 impl Rendered {
+    pub fn description(&self) -> &FrameDescription {
+        match self {
+            Rendered::ToHost(frame) | Rendered::ToTargets(frame, _) => &frame.description,
+            Rendered::OnDevice(frame, _) => frame.description(),
+        }
+    }
+
     pub fn stats(&self) -> &FrameStats {
         match self {
             Rendered::ToHost(frame) | Rendered::ToTargets(frame, _) => &frame.stats,
@@ -189,6 +199,7 @@ impl FrameObject {
         Ok(ExrOptions {
             half: args::flag("half", options.half)?,
             layers: picked,
+            plain: args::flag("plain", options.plain)?,
             ..ExrOptions::default()
         })
     }
@@ -365,7 +376,7 @@ pub unsafe extern "C" fn camlux_frame_copy(
 /// Writes layers to an OpenEXR file, with units, scene hash and the rest of the description in its header, as
 /// `camlux render` does. The file appears complete or not at all.
 ///
-/// \param path UTF-8; a file of that name is replaced.
+/// \param path UTF-8, ending with .exr; a file of that name is replaced.
 /// \param options NULL: those of CAMLUX_EXR_OPTIONS_INIT.
 /// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does
 /// not have.
@@ -379,11 +390,11 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
     ffi_guard("camlux_frame_write_exr", || {
         let object = handle::get(frame)?;
         // SAFETY: the caller guarantees it.
-        let path = unsafe { args::path(path) }?;
+        let path = unsafe { args::output_path(path, "exr") }?;
         // SAFETY: the caller guarantees it.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let options = object.exr_options(options)?;
-        write_exr(OutputFile::create(path)?, object.frame()?, &options)?;
+        write_exr_files(path.as_ref(), object.frame()?, &options)?;
         Ok(())
     })
 }
@@ -391,7 +402,7 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
 /// Writes an 8-bit sRGB preview: direct, indirect and total radiance side by side, or only the radiance if the frame has no
 /// indirect light. The preview is for viewing, not for measurements. The file appears complete or not at all.
 ///
-/// \param path UTF-8; a file of that name is replaced.
+/// \param path UTF-8, ending with .png; a file of that name is replaced.
 /// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; frames are immutable.
 #[unsafe(no_mangle)]
@@ -402,7 +413,7 @@ pub unsafe extern "C" fn camlux_frame_write_png(
     ffi_guard("camlux_frame_write_png", || {
         let object = handle::get(frame)?;
         // SAFETY: the caller guarantees it.
-        let path = unsafe { args::path(path) }?;
+        let path = unsafe { args::output_path(path, "png") }?;
         let frame = object.frame()?;
         write_png(OutputFile::create(path)?, frame, PngView::for_frame(frame))?;
         Ok(())

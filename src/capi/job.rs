@@ -2,8 +2,9 @@
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, mpsc},
-    thread::{self, JoinHandle},
+    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc},
+    thread::{self, JoinHandle, ThreadId},
+    time::Duration,
 };
 
 use super::*;
@@ -12,7 +13,16 @@ use super::*;
 pub(super) struct JobObject {
     /// Cancelled with the job's last handle.
     abandoned: Arc<CancelToken>,
+    end: Arc<End>,
+    thread: ThreadId,
     state: Mutex<State>,
+}
+
+/// Whether the render has ended.
+#[derive(Default)]
+struct End {
+    is_reached: Mutex<bool>,
+    reached: Condvar,
 }
 
 enum State {
@@ -73,6 +83,35 @@ pub unsafe extern "C" fn camlux_job_poll(job: *mut camlux_job, is_done: *mut i32
     })
 }
 
+/// Waits until a job is done, but no longer than a given time.
+///
+/// \param milliseconds the longest time to wait, 0 or more; +infinity: until the job is done.
+/// \param is_done receives 1, or 0 if the job is still rendering after that time.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_BUSY on the job's own thread, in a callback.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_job_wait_for(
+    job: *mut camlux_job,
+    milliseconds: f64,
+    is_done: *mut i32,
+) -> camlux_status {
+    ffi_guard("camlux_job_wait_for", || {
+        let job = handle::get(job)?;
+        let wait = || {
+            if milliseconds.is_nan() || milliseconds < 0.0 {
+                let problem = format!("milliseconds is {milliseconds}; give 0 or more");
+                return Err(Failure::argument(problem));
+            }
+            job.refuse_own_thread()?;
+            // Whatever is longer than the largest duration never ends.
+            let limit = Duration::try_from_secs_f64(milliseconds / 1e3).unwrap_or(Duration::MAX);
+            Ok(job.end.wait(limit).into())
+        };
+        // SAFETY: the caller guarantees it.
+        unsafe { args::write_result(is_done, "is_done", wait) }
+    })
+}
+
 /// Waits until a job is done, and returns its frame. The frame can be taken only once.
 ///
 /// \param frame receives the handle, with one reference; release it with camlux_frame_release.
@@ -98,8 +137,11 @@ impl JobObject {
         request: Request,
     ) -> Outcome<JobObject> {
         let abandoned = request.abandoned.clone();
+        let end = Arc::<End>::default();
         let (began, begins) = mpsc::channel();
+        let reached = EndOnDrop(end.clone());
         let render = move || {
+            let _reached = reached;
             // From here on this job holds the renderer.
             let lock = match renderer.lock() {
                 Ok(lock) => lock,
@@ -121,17 +163,22 @@ impl JobObject {
         begins.recv().map_err(|_| ended())??;
         Ok(JobObject {
             abandoned,
+            end,
+            thread: thread.thread().id(),
             state: Mutex::new(State::Running(thread)),
         })
     }
 
     fn is_done(&self) -> bool {
-        match self.state.try_lock() {
-            Ok(state) => state.is_done(),
-            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner().is_done(),
-            // Another thread is waiting for the job.
-            Err(TryLockError::WouldBlock) => false,
+        self.end.wait(Duration::ZERO)
+    }
+
+    fn refuse_own_thread(&self) -> Outcome {
+        if self.thread != thread::current().id() {
+            return Ok(());
         }
+        let problem = "a job cannot wait for itself; wait on another thread";
+        Err(Failure::new(CAMLUX_ERROR_BUSY, problem))
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -139,13 +186,8 @@ impl JobObject {
     }
 
     fn wait(&self) -> Outcome<FrameObject> {
+        self.refuse_own_thread()?;
         let mut state = self.state();
-        if let State::Running(thread) = &*state
-            && thread.thread().id() == thread::current().id()
-        {
-            let problem = "a job cannot wait for itself; wait on another thread";
-            return Err(Failure::new(CAMLUX_ERROR_BUSY, problem));
-        }
         match std::mem::replace(&mut *state, State::Taken) {
             State::Running(thread) => {
                 let ended = thread.join();
@@ -166,12 +208,29 @@ impl JobObject {
     }
 }
 
-impl State {
-    fn is_done(&self) -> bool {
-        match self {
-            State::Running(thread) => thread.is_finished(),
-            State::Failed(..) | State::Taken => true,
-        }
+impl End {
+    /// Waits for the end, at most for a time. Returns whether it is reached.
+    fn wait(&self, limit: Duration) -> bool {
+        let is_reached = self
+            .is_reached
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let is_going_on = |is_reached: &mut bool| !*is_reached;
+        let waited = self
+            .reached
+            .wait_timeout_while(is_reached, limit, is_going_on);
+        *waited.unwrap_or_else(PoisonError::into_inner).0
+    }
+}
+
+/// Announces the end of a render, however it ends.
+struct EndOnDrop(Arc<End>);
+
+impl Drop for EndOnDrop {
+    fn drop(&mut self) {
+        let is_reached = self.0.is_reached.lock();
+        *is_reached.unwrap_or_else(PoisonError::into_inner) = true;
+        self.0.reached.notify_all();
     }
 }
 
@@ -181,7 +240,7 @@ impl Drop for JobObject {
         self.abandoned.cancel();
         let state = self.state.get_mut().unwrap_or_else(PoisonError::into_inner);
         if let State::Running(thread) = std::mem::replace(state, State::Taken)
-            && thread.thread().id() != thread::current().id()
+            && self.thread != thread::current().id()
         {
             // Nobody needs the result any more.
             let _ = thread.join();

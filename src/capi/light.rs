@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{AreaShape, Light, RadiationPattern, SpotCone};
+use crate::scene::{AreaShape, Carrier, Light, PlacedLight, RadiationPattern, SpotCone};
 
 /// Emits its power evenly over the sphere: position_m, power_w.
 pub const CAMLUX_LIGHT_POINT: i32 = 0;
@@ -11,14 +11,19 @@ pub const CAMLUX_LIGHT_POINT: i32 = 0;
 pub const CAMLUX_LIGHT_SPOT: i32 = 1;
 /// Parallel light: direction, irradiance_w_m2.
 pub const CAMLUX_LIGHT_DIRECTIONAL: i32 = 2;
-/// A lamp with a measured pattern, from a scene file only: camlux_scene_get_light reads it, camlux_scene_set_pose moves it.
+/// A lamp with a measured pattern: position_m, direction (gamma = 0), up (towards the plane C = 0), pattern, power_w.
 pub const CAMLUX_LIGHT_PATTERN: i32 = 3;
-/// A projector, from a scene file only, like CAMLUX_LIGHT_PATTERN.
+/// A projector: position_m, direction (its axis), up (up in the image), image, power_w.
 pub const CAMLUX_LIGHT_PROJECTOR: i32 = 4;
-
 /// Emits its power uniformly from an area, towards its front, with a cosine distribution: position_m (its middle), direction, up, power_w,
 /// and size_m of a rectangle or radius_m of a disc.
 pub const CAMLUX_LIGHT_AREA: i32 = 5;
+
+/// Position and directions of a light are in world space.
+pub const CAMLUX_RELATIVE_TO_WORLD: i32 = 0;
+/// Position and directions of a light are in the camera's axes: x right, y down, z forward, from the camera's centre. The light moves with
+/// the camera.
+pub const CAMLUX_RELATIVE_TO_CAMERA: i32 = 1;
 
 /// A light. Initialise with CAMLUX_LIGHT_INIT: a point light without power at the origin. Members that its kind does not use are
 /// ignored.
@@ -27,12 +32,11 @@ pub const CAMLUX_LIGHT_AREA: i32 = 5;
 pub struct camlux_light {
     /// sizeof(camlux_light)
     pub struct_size: u32,
-    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL or CAMLUX_LIGHT_AREA. When read, it can also be CAMLUX_LIGHT_PATTERN
-    /// or CAMLUX_LIGHT_PROJECTOR.
+    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL, CAMLUX_LIGHT_PATTERN, CAMLUX_LIGHT_PROJECTOR or CAMLUX_LIGHT_AREA.
     pub kind: i32,
-    /// Position in world space, m.
+    /// Position in the space that relative_to says, m.
     pub position_m: [f64; 3],
-    /// Direction in which the light travels, in world space; of any length but zero.
+    /// Direction in which the light travels, in that space; of any length but zero.
     pub direction: [f64; 3],
     /// Power of the whole light, per band R, G, B, watts, 0 to 1e24.
     pub power_w: [f64; 3],
@@ -42,15 +46,25 @@ pub struct camlux_light {
     pub inner_half_angle_deg: f64,
     /// Angle from the axis beyond which the intensity is 0, degrees above 0 up to 180.
     pub outer_half_angle_deg: f64,
-    /// Direction of an area's height; of any length, not parallel to direction.
+    /// Up in a projector's image, the plane C = 0 of a lamp, or the direction of a rectangle's height, in that space; of any length, not
+    /// parallel to direction. A disc needs none: 0, 0, 0.
     pub up: [f64; 3],
     /// Width and height of a rectangle, m; 0 for a disc.
     pub size_m: [f64; 2],
     /// Radius of a disc, m; 0 for a rectangle.
     pub radius_m: f64,
+    /// The pattern of a CAMLUX_LIGHT_PATTERN, copied. NULL in camlux_scene_set_light: the pattern that the light has. Always NULL when read.
+    pub pattern: *const camlux_pattern,
+    /// The image of a CAMLUX_LIGHT_PROJECTOR, likewise.
+    pub image: *const camlux_projected_image,
+    /// CAMLUX_RELATIVE_TO_WORLD or CAMLUX_RELATIVE_TO_CAMERA. camlux_scene_set_pose moves the light to a pose in world space, and sets it to
+    /// CAMLUX_RELATIVE_TO_WORLD.
+    pub relative_to: i32,
+    /// 0.
+    pub reserved: u32,
 }
 
-c_struct!(camlux_light, 120, up: [0.0, 1.0, 0.0]);
+c_struct!(camlux_light, 120);
 
 /// Adds a light.
 ///
@@ -67,18 +81,22 @@ pub unsafe extern "C" fn camlux_scene_add_light(
         let object = handle::get(scene)?;
         // SAFETY: the caller guarantees it.
         unsafe {
-            let light = light_from_c(args::read(light)?)?;
+            let light = args::read(light)?;
+            let light = light_from_c(light, pattern_of(&light)?)?;
             object.add(index, |state| {
-                let lights = &mut state.scene.lights;
-                light.validate(lights.len())?;
+                light.validate(state.scene.lights.len())?;
                 let free = state.absent_lights.take_free();
-                put(lights, free, light, "light")
+                // Time of flight may have been set since the removal.
+                if let Some(index) = free {
+                    state.forget_light(index);
+                }
+                put(&mut state.scene.lights, free, light, "light")
             })
         }
     })
 }
 
-/// Replaces a light. The new one may be of another kind.
+/// Replaces a light. The new one may be of another kind. A lamp or a projector without pattern and image keeps those of the old light.
 ///
 /// \param index of the light to replace.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
@@ -92,10 +110,16 @@ pub unsafe extern "C" fn camlux_scene_set_light(
     ffi_guard("camlux_scene_set_light", || {
         let object = handle::get(scene)?;
         // SAFETY: the caller guarantees it.
-        let light = light_from_c(unsafe { args::read(light) }?)?;
-        light.validate(index as usize)?;
+        let light = unsafe { args::read(light) }?;
+        // SAFETY: the caller guarantees it.
+        let given = unsafe { pattern_of(&light) }?;
         let mut state = object.lock_to_change();
-        state.light(index)?;
+        let before = match &state.light(index)?.light {
+            Light::Pattern { pattern, .. } => Some(pattern.clone()),
+            _ => None,
+        };
+        let light = light_from_c(light, given.or(before))?;
+        light.validate(index as usize)?;
         state.put(index as usize, Moved::Light(light));
         Ok(())
     })
@@ -103,7 +127,7 @@ pub unsafe extern "C" fn camlux_scene_set_light(
 
 /// Reads a light as it was set or last moved.
 ///
-/// \param light initialise with CAMLUX_LIGHT_INIT.
+/// \param light initialise with CAMLUX_LIGHT_INIT. Its pattern and image are returned as NULL.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
 #[unsafe(no_mangle)]
@@ -114,47 +138,101 @@ pub unsafe extern "C" fn camlux_scene_get_light(
 ) -> camlux_status {
     ffi_guard("camlux_scene_get_light", || {
         let object = handle::get(scene)?;
-        let found = || Ok(light_to_c(object.lock().light(index)?));
+        let found = || Ok(placed_to_c(object.lock().light(index)?));
         // SAFETY: the caller guarantees it.
         unsafe { args::write(light, found) }
     })
 }
 
-fn light_from_c(light: camlux_light) -> Outcome<Light> {
-    let position_m = DVec3::from(light.position_m);
-    let direction = DVec3::from(light.direction);
-    let choices = args::choices![
-        CAMLUX_LIGHT_POINT => Light::Point {
-            position_m,
-            power_w: light.power_w,
-        },
-        CAMLUX_LIGHT_SPOT => Light::Spot {
-            position_m,
-            direction,
-            cone: SpotCone {
-                inner_half_angle_deg: light.inner_half_angle_deg,
-                outer_half_angle_deg: light.outer_half_angle_deg,
-            },
-            power_w: light.power_w,
-        },
-        CAMLUX_LIGHT_DIRECTIONAL => Light::Directional {
-            direction,
-            irradiance_w_m2: light.irradiance_w_m2,
-        },
-        CAMLUX_LIGHT_AREA => Light::Area {
-            position_m,
-            direction,
-            up: light.up.into(),
-            shape: match light.radius_m {
-                0.0 => AreaShape::Rectangle {
-                    size_m: light.size_m,
-                },
-                radius_m => AreaShape::Disc { radius_m },
-            },
-            power_w: light.power_w,
-        },
+fn light_from_c(light: camlux_light, pattern: Option<RadiationPattern>) -> Outcome<PlacedLight> {
+    args::reserved(camlux_light::NAME, light.reserved)?;
+    let carriers = args::choices![
+        CAMLUX_RELATIVE_TO_WORLD => None,
+        CAMLUX_RELATIVE_TO_CAMERA => Some(Carrier::Camera),
     ];
-    args::one_of("kind", light.kind, &choices)
+    type Make = fn(&camlux_light, Option<RadiationPattern>) -> Outcome<Light>;
+    let choices = args::choices![
+        CAMLUX_LIGHT_POINT => (|light, _| {
+            Ok(Light::Point {
+                position_m: light.position_m.into(),
+                power_w: light.power_w,
+            })
+        }) as Make,
+        CAMLUX_LIGHT_SPOT => |light, _| {
+            Ok(Light::Spot {
+                position_m: light.position_m.into(),
+                direction: light.direction.into(),
+                cone: SpotCone {
+                    inner_half_angle_deg: light.inner_half_angle_deg,
+                    outer_half_angle_deg: light.outer_half_angle_deg,
+                },
+                power_w: light.power_w,
+            })
+        },
+        CAMLUX_LIGHT_DIRECTIONAL => |light, _| {
+            Ok(Light::Directional {
+                direction: light.direction.into(),
+                irradiance_w_m2: light.irradiance_w_m2,
+            })
+        },
+        CAMLUX_LIGHT_PATTERN => |light, pattern| match pattern {
+            Some(pattern @ RadiationPattern::Measured(_)) => Ok(patterned(light, pattern)),
+            _ => Err(Failure::argument("pattern is NULL; give the pattern of the lamp")),
+        },
+        CAMLUX_LIGHT_PROJECTOR => |light, pattern| match pattern {
+            Some(pattern @ RadiationPattern::Projected(_)) => Ok(patterned(light, pattern)),
+            _ => Err(Failure::argument("image is NULL; give the image of the projector")),
+        },
+        CAMLUX_LIGHT_AREA => |light, _| Ok(area(light)),
+    ];
+    Ok(PlacedLight {
+        light: args::one_of("kind", light.kind, &choices)?(&light, pattern)?,
+        relative_to: args::one_of("relative_to", light.relative_to, &carriers)?,
+    })
+}
+
+fn placed_to_c(placed: &PlacedLight) -> camlux_light {
+    camlux_light {
+        relative_to: match placed.relative_to {
+            Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
+            Some(Carrier::Mesh(_)) | None => CAMLUX_RELATIVE_TO_WORLD,
+        },
+        ..light_to_c(placed)
+    }
+}
+
+fn patterned(light: &camlux_light, pattern: RadiationPattern) -> Light {
+    Light::Pattern {
+        position_m: light.position_m.into(),
+        direction: light.direction.into(),
+        up: light.up.into(),
+        pattern,
+        power_w: light.power_w,
+    }
+}
+
+fn area(light: &camlux_light) -> Light {
+    let direction = DVec3::from(light.direction);
+    let up = DVec3::from(light.up);
+    let (shape, up) = match light.radius_m {
+        0.0 => {
+            let size_m = light.size_m;
+            (AreaShape::Rectangle { size_m }, up)
+        }
+        // Any direction will do for a disc.
+        radius_m if up == DVec3::ZERO => {
+            let up = direction.normalize_or(DVec3::Z).any_orthonormal_vector();
+            (AreaShape::Disc { radius_m }, up)
+        }
+        radius_m => (AreaShape::Disc { radius_m }, up),
+    };
+    Light::Area {
+        position_m: light.position_m.into(),
+        direction,
+        up,
+        shape,
+        power_w: light.power_w,
+    }
 }
 
 fn light_to_c(light: &Light) -> camlux_light {
@@ -163,9 +241,9 @@ fn light_to_c(light: &Light) -> camlux_light {
         Light::Pattern {
             position_m,
             direction,
+            up,
             ref pattern,
             power_w,
-            ..
         } => camlux_light {
             kind: match pattern {
                 RadiationPattern::Measured(_) => CAMLUX_LIGHT_PATTERN,
@@ -173,6 +251,7 @@ fn light_to_c(light: &Light) -> camlux_light {
             },
             position_m: position_m.to_array(),
             direction: direction.to_array(),
+            up: up.to_array(),
             power_w,
             ..init
         },

@@ -86,7 +86,8 @@
  * - A frame is the result: layers of pixels in the host's memory, and what they cost.
  *
  * Lengths are in metres, angles in degrees, powers in watts, radiances in W/sr/m^2. The camlux_view of a layer has its unit. Bands are
- * R, G, B. World space is right-handed; any axis may be up.
+ * R, G, B. World space is right-handed; any axis may be up, and +y is if nothing is said. docs/names.md says what a parameter is called in scene
+ * files and in Python.
  *
  *
  * HANDLES AND MEMORY

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use super::*;
 use crate::{
     Error,
-    scene::{Camera, CameraBasis, Light},
+    scene::{Camera, CameraBasis, Light, PlacedLight},
 };
 
 /// The camera; its index is 0.
@@ -14,6 +14,12 @@ pub const CAMLUX_PART_CAMERA: i32 = 0;
 pub const CAMLUX_PART_LIGHT: i32 = 1;
 /// An instance of a mesh.
 pub const CAMLUX_PART_INSTANCE: i32 = 2;
+
+/// The axes of a camera as camlux and OpenCV have them: x right, y down, z forward. Also for instances, whose axes are their mesh's, and
+/// for lights, which shine along z.
+pub const CAMLUX_AXES_OPENCV: i32 = 0;
+/// The axes of a camera as OpenGL and Blender have them: x right, y up, z backward.
+pub const CAMLUX_AXES_OPENGL: i32 = 1;
 
 /// A pose: position, orientation and scale. It maps own space to world space: x_world = q * (scale * x_own) + position. Initialise
 /// with CAMLUX_POSE_INIT: the identity.
@@ -47,6 +53,9 @@ pub(super) struct Pose {
 /// How far a quaternion's length may differ from 1.
 const LENGTH_TOLERANCE: f64 = 1e-3;
 
+/// How far the scale of a rotation matrix in f32 may differ from 1.
+const ROUNDING: f64 = 1e-5;
+
 impl Pose {
     pub const IDENTITY: Pose = Pose {
         position_m: DVec3::ZERO,
@@ -72,6 +81,51 @@ impl Pose {
             position_m: DVec3::from(pose.position_m),
             orientation: orientation.normalize(),
             scale,
+        })
+    }
+
+    /// The pose of a matrix with three rows of four numbers, from own space to world space.
+    fn from_rows(rows: [[f64; 4]; 3], flip: DVec3) -> Outcome<Pose> {
+        let wrong = |problem: String, hint: &str| Error::scene("matrix", problem, hint).into();
+        let column = |i: usize| DVec3::new(rows[0][i], rows[1][i], rows[2][i]);
+        let axes = [0, 1, 2].map(|i| column(i) * flip[i]);
+        let lengths = axes.map(DVec3::length);
+        let scale = DMat3::from_cols_array_2d(&axes.map(|axis| axis.to_array()));
+        let scale = scale.determinant().cbrt();
+        if !(scale.is_normal() && column(3).is_finite()) {
+            let problem = format!("its rows are {rows:?}, which turn nothing into space");
+            return Err(wrong(
+                problem,
+                "give finite numbers, three columns of a rotation and one of metres",
+            ));
+        }
+        if scale < 0.0 {
+            let hint = "give a rotation without a mirror; check the axes";
+            return Err(wrong("it mirrors".into(), hint));
+        }
+        let [x, y, z] = axes.map(|axis| axis / scale);
+        let is_rotation = lengths
+            .iter()
+            .all(|length| (length / scale - 1.0).abs() <= LENGTH_TOLERANCE)
+            && [x.dot(y), y.dot(z), z.dot(x)]
+                .iter()
+                .all(|cosine| cosine.abs() <= LENGTH_TOLERANCE);
+        if !is_rotation {
+            let problem = format!(
+                "its first three columns have the lengths {lengths:?}, or are not at right angles"
+            );
+            let hint = "give a rotation times one scale, row by row; a matrix that is stored by columns must be transposed";
+            return Err(wrong(problem, hint));
+        }
+        Ok(Pose {
+            position_m: column(3),
+            orientation: DQuat::from_mat3(&DMat3::from_cols(x, y, z)).normalize(),
+            // Of a rotation, the rest is rounding.
+            scale: if (scale - 1.0).abs() < ROUNDING {
+                1.0
+            } else {
+                scale
+            },
         })
     }
 
@@ -106,9 +160,11 @@ impl Pose {
 /// Moves the camera, a light or an instance. The next frame of a renderer recomputes only what this changes. After a camera
 /// move it reuses the surfaces, reflective shadow maps and virtual point lights of the previous frame.
 ///
-/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change.
+/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change. Lights with
+///   CAMLUX_RELATIVE_TO_CAMERA move with it.
 /// - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position. A point light has no orientation. A directional
-///   light travels along +z, and has no position.
+///   light travels along +z, and has no position. A light that was relative to the camera stays where the pose puts it: it is then
+///   relative to the world.
 /// - CAMLUX_PART_INSTANCE: maps the mesh's own space to world space. It replaces the previous pose.
 ///
 /// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
@@ -134,6 +190,55 @@ pub unsafe extern "C" fn camlux_scene_set_pose(
         ];
         let move_it = args::one_of("part", part, &choices)?;
         move_it(&mut object.lock_to_change(), index, pose)
+    })
+}
+
+/// Turns a matrix into a pose for camlux_scene_set_pose and camlux_scene_add_instance.
+///
+/// \param rows 12 or 16 numbers, row by row: each row has three numbers of the rotation (times a scale) and one of the position, m. The matrix
+/// maps own space to world space, as camera-to-world does. The extrinsics of OpenCV map the other way: invert them first.
+/// \param count 12 (3 x 4), or 16 (4 x 4, whose last row is 0, 0, 0, 1).
+/// \param axes of the own space: CAMLUX_AXES_OPENCV or CAMLUX_AXES_OPENGL.
+/// \param pose initialise with CAMLUX_POSE_INIT.
+/// \errors CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a matrix that is no rotation with one scale, within 0.001.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_pose_from_matrix(
+    rows: *const f64,
+    count: usize,
+    axes: i32,
+    pose: *mut camlux_pose,
+) -> camlux_status {
+    ffi_guard("camlux_pose_from_matrix", || {
+        let choices = args::choices![
+            CAMLUX_AXES_OPENCV => DVec3::ONE,
+            CAMLUX_AXES_OPENGL => DVec3::new(1.0, -1.0, -1.0),
+        ];
+        let flip = args::one_of("axes", axes, &choices)?;
+        if count != 12 && count != 16 {
+            let problem = format!("count is {count}; give 12 numbers (3 x 4) or 16 (4 x 4)");
+            return Err(Failure::argument(problem));
+        }
+        let numbers = args::Rows {
+            name: "rows",
+            data: rows.cast(),
+            stride_bytes: 0,
+            count: count / 4,
+            length: 4,
+        };
+        let row = |row: &[f64]| [row[0], row[1], row[2], row[3]];
+        // SAFETY: the caller guarantees it.
+        let rows = unsafe { numbers.read(row) }?;
+        if let Some(last) = rows.get(3)
+            && *last != [0.0, 0.0, 0.0, 1.0]
+        {
+            let problem = format!("its last row is {last:?}");
+            let hint = "give 0, 0, 0, 1; a matrix that is stored by columns must be transposed";
+            return Err(Error::scene("matrix", problem, hint).into());
+        }
+        let found = || Ok(Pose::from_rows([rows[0], rows[1], rows[2]], flip)?.to_c());
+        // SAFETY: the caller guarantees it.
+        unsafe { args::write(pose, found) }
     })
 }
 
@@ -192,7 +297,7 @@ pub unsafe extern "C" fn camlux_scene_set_poses(
     })
 }
 
-/// Reads the pose of the camera, a light or an instance, in the form of camlux_scene_set_pose.
+/// Reads the pose of the camera, a light or an instance in world space, in the form of camlux_scene_set_pose.
 ///
 /// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
 /// \param index of the light or instance; 0 for the camera.
@@ -211,7 +316,7 @@ pub unsafe extern "C" fn camlux_scene_get_pose(
         let object = handle::get(scene)?;
         let choices = args::choices![
             CAMLUX_PART_CAMERA => pose_of_camera as fn(&SceneState, u32) -> Outcome<Pose>,
-            CAMLUX_PART_LIGHT => |state, index| Ok(pose_of_light(state.light(index)?)),
+            CAMLUX_PART_LIGHT => |state, index| Ok(pose_of_light(&state.light(index)?.in_world(&state.scene.camera))),
             CAMLUX_PART_INSTANCE => |state, index| Ok(state.instance(index)?.pose),
         ];
         let pose_of = args::one_of("part", part, &choices)?;
@@ -270,7 +375,7 @@ fn move_camera(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
     camera.look_at_m = pose.position_m + pose.orientation * DVec3::Z;
     camera.up = pose.orientation * DVec3::NEG_Y;
     camera.validate()?;
-    state.scene.set_camera(camera);
+    state.scene.camera = camera;
     Ok(())
 }
 
@@ -281,13 +386,13 @@ fn move_part(state: &mut SceneState, index: u32, moved: Moved) -> Outcome {
 
 /// A part moved by a pose, already checked.
 pub(super) enum Moved {
-    Light(Light),
+    Light(PlacedLight),
     Instance(Pose),
 }
 
 fn moved_light(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {
     let pose = pose.unscaled()?;
-    let mut moved = state.light(index)?.clone();
+    let mut moved = Light::clone(state.light(index)?);
     let ahead = pose.orientation * DVec3::Z;
     if let Some(position_m) = moved.position_m_mut() {
         *position_m = pose.position_m;
@@ -299,7 +404,7 @@ fn moved_light(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {
         *up = pose.orientation * DVec3::NEG_Y;
     }
     moved.validate(index as usize)?;
-    Ok(Moved::Light(moved))
+    Ok(Moved::Light(moved.into()))
 }
 
 fn moved_instance(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {

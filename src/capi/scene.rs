@@ -9,7 +9,9 @@ use std::{
 use super::*;
 use crate::{
     Scene,
-    scene::{Direct, Light, Mesh, Shared, TextureSource, in_their_roles},
+    scene::{
+        Carrier, Direct, LensLights, Mesh, PlacedLight, Shared, TextureSource, in_their_roles,
+    },
 };
 
 /// Numbers of the parts of a scene. Initialise with CAMLUX_SCENE_COUNTS_INIT.
@@ -67,6 +69,7 @@ pub(super) struct SceneState {
     nothing: Shared<Mesh>,
     /// Whether the warnings were logged.
     is_warned: bool,
+    lens_lights: LensLights,
 }
 
 impl SceneObject {
@@ -74,6 +77,10 @@ impl SceneObject {
     pub fn new(mut scene: Scene) -> SceneObject {
         let textures = std::mem::take(&mut scene.textures);
         let loaded = std::mem::take(&mut scene.meshes);
+        // A host moves the lights of meshes as all others.
+        for light in &mut scene.lights {
+            light.relative_to = light.relative_to.filter(|by| *by == Carrier::Camera);
+        }
         let instances = loaded.iter().enumerate().map(|(mesh, instance)| Instance {
             before_pose: instance.to_world,
             ..Instance::new(mesh, Pose::IDENTITY)
@@ -90,6 +97,7 @@ impl SceneObject {
                 absent_lights: Absent::default(),
                 nothing: Shared::default(),
                 is_warned: false,
+                lens_lights: LensLights::default(),
             }),
         }
     }
@@ -126,6 +134,14 @@ impl SceneObject {
     /// A snapshot of the scene, to render.
     pub fn snapshot(&self) -> Scene {
         self.lock().snapshot()
+    }
+
+    /// Logs that the time-of-flight camera of a valid scene has left a light behind that was at its lens.
+    pub fn watch_lens(&self, snapshot: &Scene) {
+        let warning = self.lock().lens_lights.warning(snapshot);
+        if let Some(warning) = warning {
+            log::write(CAMLUX_LOG_WARNING, || warning);
+        }
     }
 
     /// Logs warnings about probable mistakes in a valid scene, once.
@@ -185,9 +201,6 @@ impl SceneState {
         let new_index = |old: usize| there.iter().position(|&index| index == old);
         let lights = there.iter().map(|&index| snapshot.lights[index].clone());
         snapshot.lights = lights.collect();
-        let carried = snapshot.carried_lights.iter();
-        let carried = carried.filter_map(|&(light, by)| Some((new_index(light)?, by)));
-        snapshot.carried_lights = carried.collect();
         if let Some(tof) = &mut snapshot.tof {
             let ambient = tof.ambient_lights.iter();
             tof.ambient_lights = ambient.filter_map(|&light| new_index(light)).collect();
@@ -195,7 +208,7 @@ impl SceneState {
     }
 
     /// The light at an index, unless it was removed.
-    pub fn light(&self, index: u32) -> Outcome<&Light> {
+    pub fn light(&self, index: u32) -> Outcome<&PlacedLight> {
         self.absent_lights.check(index, "light")?;
         let lights = &self.scene.lights;
         let found = lights.get(index as usize);
@@ -211,9 +224,6 @@ impl SceneState {
 
     /// Removes the settings of a removed light, so that they do not apply to the light that takes its index.
     pub fn forget_light(&mut self, index: usize) {
-        self.scene
-            .carried_lights
-            .retain(|&(light, _)| light != index);
         if let Some(tof) = &mut self.scene.tof {
             tof.ambient_lights.retain(|&light| light != index);
         }
@@ -287,7 +297,6 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
                 camera: camera_from_c(Default::default())?,
                 sensor: None,
                 tof: None,
-                carried_lights: Vec::new(),
                 lights: Vec::new(),
                 meshes: Vec::new(),
                 materials: Vec::new(),
@@ -318,8 +327,11 @@ pub unsafe extern "C" fn camlux_scene_load_file(
         // SAFETY: the caller guarantees it.
         let path = unsafe { args::path(path) }?;
         let load = || {
-            let object = SceneObject::new(Scene::load(Path::new(&path))?);
-            object.log_warnings(&object.snapshot());
+            let object =
+                SceneObject::new(Scene::load(Path::new(&path)).map_err(Failure::as_it_is)?);
+            let snapshot = object.snapshot();
+            object.log_warnings(&snapshot);
+            object.watch_lens(&snapshot);
             Ok(object)
         };
         // SAFETY: the caller guarantees it.
@@ -328,7 +340,7 @@ pub unsafe extern "C" fn camlux_scene_load_file(
 }
 
 /// Checks everything that a render needs, without a device. Each part was already checked when it was set. This call also checks that
-/// there is a light, and that the parts go together.
+/// the parts go together.
 ///
 /// \errors CAMLUX_ERROR_SCENE; CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.

@@ -6,8 +6,8 @@ use super::*;
 use crate::{
     Error,
     scene::{
-        Camera, DEFAULT_TARGET_ERROR, Direct, Distortion, ErrorNorm, IndirectLight, Intrinsics,
-        Lens, Photodetector, PixelFilter, PixelSampling, Sensor, Shadow,
+        Camera, DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, Direct, Distortion, ErrorNorm,
+        IndirectLight, Intrinsics, Lens, Photodetector, PixelFilter, PixelSampling, Sensor, Shadow,
     },
 };
 
@@ -25,7 +25,7 @@ pub const CAMLUX_FILTER_BOX: i32 = 0;
 /// Gaussian weights with a standard deviation of 0.5 pixels, cut off 1.5 pixels from the pixel's centre.
 pub const CAMLUX_FILTER_GAUSSIAN: i32 = 1;
 
-/// A camera. Initialise with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
+/// A camera. Initialise with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with +y up, 45 degrees.
 ///
 /// Pixel (0, 0) is the upper left one, and its centre is at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
 #[repr(C)]
@@ -58,14 +58,14 @@ pub struct camlux_camera {
     pub cy_px: f64,
     /// Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE (first four). Coefficients that fold the image over are refused.
     pub distortion: [f64; 8],
-    /// Number of samples averaged per pixel, 2 to 4096; 0 or 1: the pixel shows what is at its centre.
+    /// Number of samples averaged per pixel, up to 4096; 0 or 1: the pixel shows what is at its centre.
     pub samples: u32,
     /// Weight of the samples: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN.
     pub filter: i32,
 }
 
 /// A sensor, which turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Initialise with
-/// CAMLUX_SENSOR_INIT, and set every member.
+/// CAMLUX_SENSOR_INIT, and set at least pixel_pitch_um and exposure_time_s.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_sensor {
@@ -109,8 +109,7 @@ pub struct camlux_indirect {
     pub struct_size: u32,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER, CAMLUX_ESTIMATOR_RSM_AVERAGE or CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
     pub estimator: i32,
-    /// Texels along an edge of a face of the reflective shadow map. 0: camlux chooses, for
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only.
+    /// Texels along an edge of a face of the reflective shadow map. 0: camlux chooses for CAMLUX_ESTIMATOR_FINAL_GATHER, and 64 for the others.
     pub rsm_size: u32,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error applies to, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL.
     pub error_norm: i32,
@@ -123,7 +122,7 @@ pub struct camlux_indirect {
     /// the target error, the result is the best image so far. A first image is always made; least_ms in camlux_frame_stats is its time.
     /// 0: no limit.
     pub max_ms: f64,
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms. 0: no limit.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms; a first image is always made. 0: no limit.
     pub max_rays: u64,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR.
     pub stderr_layer: i32,
@@ -153,8 +152,9 @@ c_struct!(
     width_px: 640,
     height_px: 480,
     look_at_m: [0.0, 0.0, 1.0],
-    up: [0.0, -1.0, 0.0],
+    up: [0.0, 1.0, 0.0],
     fov_y_deg: 45.0,
+    samples: 1,
 );
 
 c_struct!(camlux_sensor, 40, duty_cycle: 1.0);
@@ -163,7 +163,7 @@ c_struct!(camlux_indirect, 56);
 
 c_struct!(camlux_direct, 8);
 
-/// Sets the camera. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
+/// Sets the camera. Lights with CAMLUX_RELATIVE_TO_CAMERA move with it. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
 /// \threads any; calls on the same scene are serialised.
@@ -177,7 +177,7 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
         // SAFETY: the caller guarantees it.
         let camera = camera_from_c(unsafe { args::read(camera) }?)?;
         camera.validate()?;
-        object.lock_to_change().scene.set_camera(camera);
+        object.lock_to_change().scene.camera = camera;
         Ok(())
     })
 }
@@ -370,12 +370,15 @@ fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
         CAMLUX_NORM_LOCAL => ErrorNorm::Local,
     ];
     let error_norm = args::one_of("error_norm", raw.error_norm, &norms)?;
-    let rsm_size = raw.rsm_size;
+    let rsm_size = match raw.rsm_size {
+        0 => DEFAULT_RSM_SIZE,
+        rsm_size => rsm_size,
+    };
     let choices = args::choices![
         CAMLUX_ESTIMATOR_FINAL_GATHER => IndirectLight::FinalGather {
             target_error: target.unwrap_or(DEFAULT_TARGET_ERROR),
             error_norm,
-            rsm_size: (rsm_size > 0).then_some(rsm_size),
+            rsm_size: (raw.rsm_size > 0).then_some(raw.rsm_size),
             max_ms,
             max_rays,
             stderr_layer,

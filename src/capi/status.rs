@@ -87,7 +87,19 @@ impl Failure {
 }
 
 impl From<Error> for Failure {
+    /// In the words of C.
     fn from(error: Error) -> Failure {
+        let failure = Failure::as_it_is(error);
+        Failure {
+            message: words::in_c(&failure.message),
+            ..failure
+        }
+    }
+}
+
+impl Failure {
+    /// In the words of the library, for the content of a file.
+    pub fn as_it_is(error: Error) -> Failure {
         let status = match error {
             Error::Scene { .. } | Error::Input { .. } => CAMLUX_ERROR_SCENE,
             Error::DeviceLimit { .. } => CAMLUX_ERROR_DEVICE_LIMIT,

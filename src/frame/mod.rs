@@ -14,6 +14,8 @@ mod readback;
 mod requirements;
 mod scene_resources;
 
+use std::time::Instant;
+
 use glam::DVec2;
 
 use crate::{
@@ -61,7 +63,10 @@ pub(crate) fn draw(
     let lights_key = LightsKey::new(context);
     cache.images.drop_unless(&images_key);
     cache.lights.drop_unless(&lights_key);
-    cache.scene.update(context)?;
+    let start = Instant::now();
+    if cache.scene.update(context)? {
+        context.cost.borrow_mut().copying += start.elapsed();
+    }
     let (scene, surfaces) = (&cache.scene, cache.scene.surfaces()?);
     let (lights, lights_are_new) = cache
         .lights
@@ -123,7 +128,7 @@ pub(crate) fn draw(
         }
     }
 
-    let mut estimates = match context.plan.indirect {
+    let mut estimates = match context.plan.bounce() {
         Some(plan) => indirect::gather(context, plan, scene, lights, images, progress)?,
         None => ErrorEstimates::default(),
     };
@@ -155,6 +160,7 @@ pub(crate) fn draw(
         }
     }
     context.finish()?;
+    progress.end()?;
     let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
     Ok((estimates, vpl_count))
 }

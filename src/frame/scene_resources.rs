@@ -115,8 +115,8 @@ impl PartialEq for SameGeometry {
 }
 
 impl SceneResources {
-    /// Copies to the device what has changed since the previous frame.
-    pub fn update(&mut self, context: &Context) -> Result<()> {
+    /// Copies to the device what has changed since the previous frame. Returns whether anything has.
+    pub fn update(&mut self, context: &Context) -> Result<bool> {
         let Context {
             commands,
             scene,
@@ -212,10 +212,11 @@ impl SceneResources {
             Surfaces::upload(commands, scene, plan, space, shown, instanced)
         })?;
         surfaces.instances = instances;
-        self.generation += u64::from(is_new || are_moved);
+        let mut is_changed = is_new || are_moved;
+        self.generation += u64::from(is_changed);
         if plan.has_distortion {
             let lens = || primary_rays::upload_lens(commands, &scene.camera);
-            self.lens_rays.get_or_make(lens_key, lens)?;
+            is_changed |= self.lens_rays.get_or_make(lens_key, lens)?.1;
         }
         if plan.shades_hits() {
             let materials = materials.ok_or_else(|| {
@@ -224,7 +225,7 @@ impl SceneResources {
             let hits = || HitSurfaces::upload(commands, &geometry, textures, materials);
             self.hit_surfaces.get_or_make(surfaces_key, hits)?;
         }
-        Ok(())
+        Ok(is_changed)
     }
 
     pub fn surfaces(&self) -> Result<&Surfaces> {

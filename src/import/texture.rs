@@ -22,6 +22,16 @@ pub(super) struct NormalMap {
     pub named_at: String,
 }
 
+impl Texture {
+    /// Loads an image of 8 or 16 bits, grey or RGB, as reflectances. `named_at`: the line that names it.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the file is missing or is no PNG, JPEG or WebP.
+    pub fn load(file: &Path, named_at: &str) -> Result<Texture> {
+        load(file, named_at)
+    }
+}
+
 /// Loads an image of 8 or 16 bits, grey or RGB. An alpha channel is ignored.
 ///
 /// # Errors
@@ -29,6 +39,14 @@ pub(super) struct NormalMap {
 pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
     let image = load_image(file, named_at)?;
     Ok(of_image(file.display().to_string(), image))
+}
+
+/// As [`load`], with the alpha of each texel if the image has any.
+pub(super) fn load_with_alpha(file: &Path, named_at: &str) -> Result<(Texture, Option<Vec<u8>>)> {
+    let image = load_image(file, named_at)?;
+    let has_alpha = image.color().has_alpha();
+    let alpha = has_alpha.then(|| alpha_channel(image.clone()));
+    Ok((of_image(file.display().to_string(), image), alpha))
 }
 
 /// The colours of an image, as sRGB.

@@ -23,6 +23,8 @@ pub(crate) struct Cost {
     work: BTreeMap<&'static str, u64>,
     pub times: PassTimes,
     pub submissions: u32,
+    /// Time in which surfaces were copied to the device.
+    pub copying: Duration,
 }
 
 /// The work of a submission: its amount, and the pass and kernel that do it.
@@ -42,6 +44,7 @@ impl Cost {
             work: BTreeMap::new(),
             times: PassTimes::default(),
             submissions: 0,
+            copying: Duration::ZERO,
         }
     }
 

@@ -49,13 +49,13 @@ pub struct CameraBasis {
     pub forward: DVec3,
 }
 
-impl Camera {
-    /// The intrinsics of the lens at this resolution.
-    pub fn intrinsics_px(&self) -> Intrinsics {
-        match self.lens {
+impl Lens {
+    /// The intrinsics of the lens for an image of this width and height.
+    pub fn intrinsics_px(&self, resolution_px: [u32; 2]) -> Intrinsics {
+        match *self {
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => intrinsics,
             Lens::FovY { fov_y_deg } => {
-                let [width, height] = self.resolution_px.map(f64::from);
+                let [width, height] = resolution_px.map(f64::from);
                 let f = 0.5 * height / (0.5 * fov_y_deg.to_radians()).tan();
                 Intrinsics {
                     fx: f,
@@ -65,6 +65,37 @@ impl Camera {
                 }
             }
         }
+    }
+}
+
+impl Camera {
+    /// The intrinsics of the lens at this resolution.
+    pub fn intrinsics_px(&self) -> Intrinsics {
+        self.lens.intrinsics_px(self.resolution_px)
+    }
+
+    /// The camera at another resolution. A field of view stays as it is. Measured intrinsics are scaled with the width (fx, cx) and the height
+    /// (fy, cy), so that the frame shows the same part of the scene.
+    pub fn resized(&self, resolution_px: [u32; 2]) -> Camera {
+        let scale =
+            |axis: usize| f64::from(resolution_px[axis]) / f64::from(self.resolution_px[axis]);
+        let mut resized = Camera {
+            resolution_px,
+            ..*self
+        };
+        match &mut resized.lens {
+            Lens::FovY { .. } => {}
+            Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
+                let Intrinsics { fx, fy, cx, cy } = *intrinsics;
+                *intrinsics = Intrinsics {
+                    fx: fx * scale(0),
+                    fy: fy * scale(1),
+                    cx: cx * scale(0),
+                    cy: cy * scale(1),
+                };
+            }
+        }
+        resized
     }
 
     /// The camera's axes. The camera must be validated.

@@ -14,19 +14,19 @@ impl Scene {
     ///
     /// Equal for two scenes whose values are equal; the order of lights, meshes and materials counts.
     pub fn hash(&self) -> String {
+        let world = self.in_world();
         let Scene {
             camera,
             sensor,
             tof,
             lights,
-            carried_lights: _,
             meshes,
             materials,
             textures,
             direct: Direct { shadow },
             indirect,
             left_out: _,
-        } = self;
+        } = &*world;
         let mut bytes = Bytes::default();
         bytes.update(FORM);
         bytes.camera(camera);

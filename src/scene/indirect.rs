@@ -60,6 +60,8 @@ pub enum VplSum {
 
 /// The default target error of [`IndirectLight::FinalGather`] in scene files.
 pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
+/// The size of the RSM of a sum if none is given.
+pub const DEFAULT_RSM_SIZE: u32 = 64;
 /// The range of errors that can be requested.
 pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
 

@@ -25,6 +25,8 @@ pub struct TextureSource {
     alpha: Option<Vec<u8>>,
     /// Whether the caller has said that the colours are sRGB, so that they are nothing else.
     is_named_srgb: bool,
+    /// Whether it is linear, and a scene has it as it is: every role reads it so.
+    is_final: bool,
     // What roles read, made when one does.
     decoded: OnceLock<Shared<Texture>>,
     linear: OnceLock<Shared<Texture>>,
@@ -138,6 +140,7 @@ impl TextureSource {
         TextureSource {
             alpha,
             is_named_srgb: encoding == Some(Encoding::Srgb),
+            is_final: false,
             ..Shared::from(texture).into()
         }
     }
@@ -206,7 +209,8 @@ impl TextureSource {
     fn grey_alpha(&self) -> &Shared<Texture> {
         if self.alpha.is_none() {
             let brightness = self.brightness();
-            if self.is_named_srgb || matches!(brightness.texels, Texels::U8(..)) {
+            let is_u8 = matches!(brightness.texels, Texels::U8(..));
+            if self.is_named_srgb || self.is_final || is_u8 {
                 return brightness;
             }
         }
@@ -230,7 +234,7 @@ impl TextureSource {
     fn brightness(&self) -> &Shared<Texture> {
         let linear = self.linear();
         self.brightness.get_or_init(|| {
-            if self.is_named_srgb || linear.texels.are_grey() {
+            if self.is_named_srgb || self.is_final || linear.texels.are_grey() {
                 return linear.clone();
             }
             Texture::clone(linear).into_brightness().into()
@@ -251,6 +255,7 @@ impl From<Shared<Texture>> for TextureSource {
     /// A texture of a scene. In the role that it has there it stays the same.
     fn from(colors: Shared<Texture>) -> Self {
         TextureSource {
+            is_final: !colors.texels.is_srgb(),
             colors,
             alpha: None,
             is_named_srgb: false,

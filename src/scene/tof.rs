@@ -1,10 +1,12 @@
 //! A time-of-flight camera and what its pixels detect.
 
-use super::{Bands, Light, Sensor, validate::Part};
+use super::{Bands, PlacedLight, Sensor, validate::Part};
 use crate::Result;
 
 /// Maximum number of modulation frequencies of a scene.
 pub const MAX_FREQUENCIES: usize = 4;
+/// The lowest modulation frequency. A lower one is a frequency in MHz in the place of one in Hz: it does not wrap within 150 km.
+const LOWEST_HZ: f64 = 1e3;
 /// The valid numbers of phase images per frequency.
 pub const PHASE_COUNTS: std::ops::RangeInclusive<u32> = 3..=MAX_PHASES as u32;
 pub(crate) const MAX_PHASES: usize = 8;
@@ -81,6 +83,10 @@ pub struct Photodetector {
 }
 
 impl TimeOfFlight {
+    pub(crate) const DEFAULT_CONTRAST: f64 = 1.0;
+    pub(crate) const DEFAULT_BAND_WEIGHTS: Bands = [1.0, 0.0, 0.0];
+    pub(crate) const DEFAULT_PHASE_COUNT: u32 = 4;
+
     /// Keeps only the frequency with this index.
     pub fn keep_frequency(&mut self, frequency: usize) {
         let only =
@@ -100,7 +106,8 @@ impl TimeOfFlight {
         bands.map(|(value, weight)| value * weight).sum()
     }
 
-    pub(super) fn validate(&self, lights: &[Light], sensor: Option<&Sensor>) -> Result<()> {
+    /// Checks what does not depend on the rest of the scene.
+    pub(crate) fn validate(&self) -> Result<()> {
         let part = Part("tof".into());
         let count = self.frequencies_hz.len();
         part.require(
@@ -110,9 +117,9 @@ impl TimeOfFlight {
         )?;
         part.require_each(
             &self.frequencies_hz,
-            |hz| (1.0..=1e12).contains(hz),
+            |hz| (LOWEST_HZ..=1e12).contains(hz),
             |i, hz| format!("frequency {i} is {hz} Hz"),
-            "give 1 Hz to 1 THz, such as 20 MHz",
+            "give 1 kHz to 1 THz; 20 MHz are 20e6 Hz",
         )?;
         let (least, most) = PHASE_COUNTS.into_inner();
         part.require(
@@ -145,6 +152,22 @@ impl TimeOfFlight {
             format_args!("phase_offset_deg is {}", self.phase_offset_deg),
             "give degrees within 1e6 of 0",
         )?;
+        let is_in_electrons = self.output == ChargeUnit::Electrons;
+        part.require(
+            is_in_electrons || self.noise.is_some(),
+            "output is \"dn\", and there is no gain",
+            "give the time of flight its noise, which has gain, black level and bits",
+        )?;
+        self.noise.map_or(Ok(()), |noise| noise.validate())
+    }
+
+    /// Checks whether it goes together with the rest of the scene.
+    pub(super) fn validate_with(
+        &self,
+        lights: &[PlacedLight],
+        sensor: Option<&Sensor>,
+    ) -> Result<()> {
+        let part = Part("tof".into());
         part.require(
             sensor.is_some_and(|sensor| sensor.photodetector.is_some()),
             "the quantum efficiency of the pixels is not known",
@@ -156,15 +179,6 @@ impl TimeOfFlight {
             |_, light| format!("ambient light {light} is not in the scene"),
             "give indices of lights",
         )?;
-        let is_in_electrons = self.output == ChargeUnit::Electrons;
-        part.require(
-            is_in_electrons || self.noise.is_some(),
-            "output is \"dn\", and there is no gain",
-            "give the time of flight its noise, which has gain, black level and bits",
-        )?;
-        if let Some(noise) = &self.noise {
-            noise.validate()?;
-        }
         for (i, light) in lights.iter().enumerate() {
             part.require(
                 light.position_m().is_some() || !self.is_modulated(i),
@@ -180,6 +194,19 @@ impl TimeOfFlight {
 }
 
 impl SensorNoise {
+    /// A sensor with this full well, and with shot noise only: 12 bits, 1 DN per electron.
+    pub fn of_full_well(full_well_e: f64) -> SensorNoise {
+        SensorNoise {
+            seed: 0,
+            dark_e_per_s: 0.0,
+            read_noise_e: 0.0,
+            full_well_e,
+            gain_dn_per_e: 1.0,
+            black_level_dn: 0.0,
+            bits: 12,
+        }
+    }
+
     /// The reading from which a tap counts as full, or nearly full: read noise may have lowered it.
     pub(crate) fn full_tap(&self, output: ChargeUnit) -> f64 {
         let full_e = self.full_well_e - f64::min(3.0 * self.read_noise_e, 0.5 * self.full_well_e);

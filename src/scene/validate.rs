@@ -6,8 +6,8 @@ use std::fmt::Display;
 use glam::DVec3;
 
 use super::{
-    AreaShape, BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene,
-    Sensor, Shadow,
+    AreaShape, BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling,
+    PlacedLight, Scene, Sensor, Shadow,
 };
 use crate::{Error, Result, keys::Keys};
 
@@ -83,11 +83,11 @@ impl Places {
 impl Scene {
     /// Checks everything that the renderer relies on. [`Scene::load`] calls it; call it yourself for a scene built from slices.
     ///
-    /// Meshes without triangles and scenes without meshes are valid: they render black. Numbers in messages count from 0, as the slices do.
+    /// Meshes without triangles and scenes without meshes or lights are valid: they render black. Numbers in messages count from 0, as the slices do.
     ///
     /// # Errors
     /// [`Error::Scene`] with the part and the value: an image without pixels, a camera without a direction, numbers that are not finite or
-    /// out of range, no light, indices out of range, lists of unequal length.
+    /// out of range, indices out of range, lists of unequal length.
     pub fn validate(&self) -> Result<()> {
         self.validate_read(&Places::default())
     }
@@ -119,17 +119,13 @@ impl Scene {
         if let Some(indirect) = &self.indirect {
             placed("indirect", 0, indirect.validate())?;
         }
-        let lit = Part("scene".into()).require(
-            !self.lights.is_empty(),
-            "there is no light",
-            "add a light",
-        );
-        placed("scene", 0, lit)?;
         for (i, light) in self.lights.iter().enumerate() {
             placed("light", i, light.validate(i))?;
         }
         if let Some(tof) = &self.tof {
-            placed("tof", 0, tof.validate(&self.lights, self.sensor.as_ref()))?;
+            placed("tof", 0, tof.validate())?;
+            let fitting = tof.validate_with(&self.lights, self.sensor.as_ref());
+            placed("tof", 0, fitting)?;
         }
         for (i, texture) in self.textures.iter().enumerate() {
             placed("texture", i, texture.validate(i))?;
@@ -157,7 +153,7 @@ impl Scene {
             "set shadow to \"rays\", or leave it out",
         );
         placed("direct", 0, direct)?;
-        let area = |light: &Light| matches!(light, Light::Area { .. });
+        let area = |light: &PlacedLight| matches!(light.light, Light::Area { .. });
         if let Some(index) = self.lights.iter().position(area) {
             let part = Part(format!("light {index} (area)"));
             let fitting = part.require(

@@ -2,7 +2,11 @@
 
 use std::{
     collections::{HashMap, hash_map::Entry},
-    sync::{Arc, Mutex},
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
 };
 
 use ash::vk::{self, ShaderStageFlags as Stage};
@@ -22,6 +26,8 @@ pub(crate) struct Pipelines {
     device: Device,
     /// Keyed by the name of their module.
     made: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
+    /// Time that went into making them.
+    nanoseconds: AtomicU64,
 }
 
 impl Pipelines {
@@ -29,7 +35,13 @@ impl Pipelines {
         Pipelines {
             device: device.clone(),
             made: Mutex::default(),
+            nanoseconds: AtomicU64::default(),
         }
+    }
+
+    /// Time that went into making pipelines so far.
+    pub fn making_time(&self) -> Duration {
+        Duration::from_nanos(self.nanoseconds.load(Ordering::Relaxed))
     }
 
     /// The compute pipeline of a pass with the words of its permutation.
@@ -55,7 +67,13 @@ impl Pipelines {
         let mut made = lock(&self.made);
         let pipeline = match made.entry(module.name) {
             Entry::Occupied(found) => found.into_mut(),
-            Entry::Vacant(place) => place.insert(Arc::new(make()?)),
+            Entry::Vacant(place) => {
+                let start = Instant::now();
+                let made = Arc::new(make()?);
+                let nanoseconds = start.elapsed().as_nanos() as u64;
+                self.nanoseconds.fetch_add(nanoseconds, Ordering::Relaxed);
+                place.insert(made)
+            }
         };
         Ok(pipeline.clone())
     }

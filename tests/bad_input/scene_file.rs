@@ -313,20 +313,6 @@ fn missing_keys() {
             ],
         ),
         (
-            format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\n"),
-            [
-                "scene.toml:11: [indirect] has no \"rsm_size\"",
-                "add rsm_size = 64",
-            ],
-        ),
-        (
-            format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\n"),
-            [
-                "scene.toml:11: [indirect] has no \"rsm_size\"",
-                "add rsm_size = 64, texels along one face's edge; or set estimator = \"final-gather\"",
-            ],
-        ),
-        (
             format!("{CAMERA}{LIGHT}[material.clay]\n"),
             ["scene.toml:11: [material.clay] has no \"kd\"", "add kd"],
         ),
@@ -468,10 +454,6 @@ fn values_out_of_range_are_reported_with_their_line() {
                 "scene.toml:2, camera: resolution is 0 x 0",
                 "at least 1 x 1",
             ],
-        ),
-        (
-            CAMERA.into(),
-            ["scene.toml, scene: there is no light", "add a light"],
         ),
         (
             format!("{CAMERA}{LIGHT}{}", LIGHT.replace("50.0", "-50.0")),

@@ -105,6 +105,7 @@ fn job_calls() -> Vec<Call> {
         call!(camlux_job_retain()),
         call!(camlux_job_poll(null_mut())),
         call!(camlux_job_wait(null_mut())),
+        call!(camlux_job_wait_for(0.0, null_mut())),
     ]
 }
 
@@ -217,7 +218,7 @@ fn references_are_counted() {
     let scene = new_scene();
     ok(camlux_scene_retain(scene));
     ok(camlux_scene_release(scene));
-    fails(camlux_scene_validate(scene), SCENE, "there is no light");
+    ok(camlux_scene_validate(scene));
     ok(camlux_scene_release(scene));
     fails(camlux_scene_release(scene), HANDLE, "has been released");
 }

@@ -10,8 +10,8 @@ use camlux::{
     capi::*,
     output::{Layer, LayerData, TofQuantity},
     scene::{
-        AreaShape, ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light, PixelFilter,
-        PixelSampling, TimeOfFlight,
+        AreaShape, Carrier, ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light,
+        PixelFilter, PixelSampling, TimeOfFlight,
     },
 };
 
@@ -370,7 +370,14 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             ok(camlux_scene_add_material(built, &material, null_mut()));
         }
         for light in &scene.lights {
-            ok(camlux_scene_add_light(built, &c_light(light), null_mut()));
+            let placed = camlux_light {
+                relative_to: match light.relative_to {
+                    Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
+                    _ => CAMLUX_RELATIVE_TO_WORLD,
+                },
+                ..c_light(light)
+            };
+            ok(camlux_scene_add_light(built, &placed, null_mut()));
         }
         for mesh in &scene.meshes {
             let mut index = u32::MAX;

@@ -201,3 +201,83 @@ fn an_abandoned_job_is_cancelled() {
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
 }
+
+#[test]
+fn waiting_for_a_job_ends_with_it_or_with_the_time() {
+    let device = Device::open();
+    let (scene, renderer) = (small_scene(), device.renderer());
+    let paused = submit_paused(renderer, scene, null_mut());
+    let wait_for = |job, milliseconds| {
+        let mut done = -1;
+        // SAFETY: a pointer to a number.
+        let status = unsafe { camlux_job_wait_for(job, milliseconds, &mut done) };
+        (status, done)
+    };
+    for milliseconds in [0.0, 5.0] {
+        assert_eq!(wait_for(paused.job, milliseconds), (CAMLUX_OK, 0));
+    }
+    for wrong in [-1.0, f64::NAN] {
+        let (status, done) = wait_for(paused.job, wrong);
+        fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, "milliseconds is");
+        assert_eq!(done, -1);
+    }
+    let job = paused.release();
+    for milliseconds in [0.0, f64::INFINITY] {
+        assert_eq!(wait_for(job, milliseconds), (CAMLUX_OK, 1));
+    }
+    let (status, frame) = wait(job);
+    ok(status);
+    assert_eq!(wait_for(job, 0.0), (CAMLUX_OK, 1));
+
+    // It waits for an end that is still to come.
+    let job = submit(renderer, scene, &Default::default());
+    assert_eq!(wait_for(job, f64::INFINITY), (CAMLUX_OK, 1));
+    assert!(is_done(job));
+    ok(camlux_job_release(job));
+    ok(camlux_frame_release(frame));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}
+
+/// Waits for its own job in the callback.
+unsafe extern "C" fn wait_in_callback(_: f64, _: *const c_char, user: *mut c_void) -> i32 {
+    // SAFETY: the test's own value, which outlives the render.
+    let gates = unsafe { &*user.cast::<(Receiver<usize>, Sender<camlux_status>)>() };
+    let Ok(job) = gates.0.recv() else {
+        return 0;
+    };
+    let mut done = -1;
+    // SAFETY: a pointer to a number.
+    let status = unsafe {
+        camlux_job_wait_for(
+            std::ptr::without_provenance_mut(job),
+            f64::INFINITY,
+            &mut done,
+        )
+    };
+    let _ = gates.1.send(status);
+    0
+}
+
+#[test]
+fn a_job_does_not_wait_for_itself() {
+    let device = Device::open();
+    let (scene, renderer) = (small_scene(), device.renderer());
+    let (job_sender, job_receiver) = channel();
+    let (status_sender, status_receiver) = channel();
+    let mut gates = Box::new((job_receiver, status_sender));
+    let options = init!(camlux_render_options {
+        progress: Some(wait_in_callback),
+        progress_user: (&raw mut *gates).cast(),
+    });
+    let job = submit(renderer, scene, &options);
+    job_sender.send(job.addr()).expect("the callback listens");
+    drop(job_sender);
+    assert_eq!(status_receiver.recv(), Ok(CAMLUX_ERROR_BUSY));
+    let (status, frame) = wait(job);
+    ok(status);
+    ok(camlux_frame_release(frame));
+    ok(camlux_job_release(job));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}

@@ -28,7 +28,7 @@ macro_rules! calls {
 
 #[test]
 fn a_panic_in_any_call_becomes_a_status() {
-    let calls: [Call; 71] = calls![
+    let calls: [Call; 74] = calls![
         camlux_set_log(0, None, null_mut()),
         camlux_handle_count(null_mut()),
         camlux_device_retain(null_mut()),
@@ -72,10 +72,13 @@ fn a_panic_in_any_call_becomes_a_status() {
         camlux_renderer_create(null_mut(), null_mut()),
         camlux_renderer_render(null_mut(), null_mut(), null(), null_mut()),
         camlux_renderer_foretell_ms(null_mut(), null_mut(), null_mut()),
+        camlux_renderer_prepare(null_mut(), null_mut(), null_mut()),
+        camlux_pose_from_matrix(null(), 0, 0, null_mut()),
         camlux_renderer_render_cameras(null_mut(), null_mut(), null(), 0, 0, null(), null_mut()),
         camlux_renderer_submit(null_mut(), null_mut(), null(), null_mut()),
         camlux_job_poll(null_mut(), null_mut()),
         camlux_job_wait(null_mut(), null_mut()),
+        camlux_job_wait_for(null_mut(), 0.0, null_mut()),
         camlux_job_retain(null_mut()),
         camlux_job_release(null_mut()),
         camlux_cancel_token_create(null_mut()),

@@ -135,7 +135,7 @@ fn values_are_checked() {
             let without_size = init!(camlux_indirect {
                 estimator: estimator
             });
-            fails(indirect(without_size), SCENE, "rsm_size");
+            ok(indirect(without_size));
             let sum = init!(camlux_indirect {
                 estimator: estimator,
                 rsm_size: 8,
@@ -183,9 +183,9 @@ fn values_are_checked() {
         );
         let light = |light: camlux_light| camlux_scene_add_light(scene, &light, null_mut());
         fails(
-            light(init!(camlux_light { kind: 3 })),
+            light(init!(camlux_light { kind: 9 })),
             ARGUMENT,
-            "kind is 3",
+            "kind is 9",
         );
         fails(
             light(init!(camlux_light { power_w: [nan; 3] })),
@@ -337,7 +337,7 @@ fn an_instance_too_far_out_is_named() {
                 position_m: [x, 0.0, 0.0]
             })
         };
-        let words = format!("instance {last}: position is [1e30, 0, 0]");
+        let words = format!("instance {last}: position_m is [1e30, 0, 0]");
         let moved = camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, last, &at(1e30));
         fails(
             moved,
@@ -376,7 +376,6 @@ fn an_instance_too_far_out_is_named() {
 #[test]
 fn messages_have_the_words_of_c() {
     let scene = new_scene();
-    fails(camlux_scene_validate(scene), SCENE, "no light; add a light");
     let textured = init!(camlux_material { kd_texture: 3 });
     let intrinsics = init!(camlux_camera {
         lens: CAMLUX_LENS_INTRINSICS
@@ -391,7 +390,7 @@ fn messages_have_the_words_of_c() {
         fails(
             camlux_scene_set_camera(scene, &intrinsics),
             SCENE,
-            "camera: fx is 0",
+            "camera: fx_px is 0",
         );
     }
     ok(camlux_scene_release(scene));
@@ -509,19 +508,12 @@ fn frames_are_checked() {
             ARGUMENT,
             "frame is NULL",
         );
-        let empty = new_scene();
-        fails(
-            camlux_renderer_render(renderer, empty, null(), &mut frame),
-            SCENE,
-            "no light",
-        );
         resize(scene, 100_000, 8);
         fails(
             camlux_renderer_render(renderer, scene, null(), &mut frame),
             CAMLUX_ERROR_DEVICE_LIMIT,
             "100000",
         );
-        ok(camlux_scene_release(empty));
         assert!(frame.is_null());
         resize(scene, 8, 8);
         ok(camlux_scene_set_sensor(scene, null()));
@@ -575,10 +567,25 @@ fn frames_are_checked() {
             "/no/such/folder",
         );
         fails(
-            camlux_frame_write_png(frame, path),
+            camlux_frame_write_png(frame, c"/no/such/folder/x.png".as_ptr()),
             CAMLUX_ERROR_OUTPUT,
             "/no/such/folder",
         );
+        // A file is what its name says.
+        for wrong in [c"x.jpg", c"x", c".exr", c"x.exr.png"] {
+            fails(
+                camlux_frame_write_exr(frame, wrong.as_ptr(), null()),
+                ARGUMENT,
+                "end it with .exr",
+            );
+        }
+        for wrong in [c"x.exr", c"x.jpg"] {
+            fails(
+                camlux_frame_write_png(frame, wrong.as_ptr()),
+                ARGUMENT,
+                "end it with .png",
+            );
+        }
         let exr = |options: camlux_exr_options| {
             camlux_frame_write_exr(frame, c"x.exr".as_ptr(), &options)
         };

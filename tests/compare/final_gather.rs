@@ -125,7 +125,7 @@ fn many_lights_on_a_mesh_are_their_sum() {
     let one = demo_scene("knot", [24, 24]);
     let mut many = one.clone();
     let twentieth = one.lights[0].emission().map(|watts| watts / 20.0);
-    many.lights = vec![one.lights[0].with_emission(twentieth); 20];
+    many.lights = vec![one.lights[0].with_emission(twentieth).into(); 20];
     let truth = reference_of(&one, 512);
     let mut gpu = Gpu::open();
     for (name, scene) in [("one", one), ("many", many)] {
@@ -405,21 +405,25 @@ fn lights_of_every_kind_and_together() {
                 outer_half_angle_deg: 30.0,
             },
             power_w: [5.0, 10.0, 20.0],
-        },
+        }
+        .into(),
         Light::Directional {
             direction: DVec3::new(-0.5, -0.4, -1.0),
             irradiance_w_m2: [6.0, 4.0, 2.0],
-        },
+        }
+        .into(),
         measured(
             DVec3::new(-0.2, 0.6, 0.4),
             DVec3::new(0.2, -1.0, -0.4),
             [20.0, 10.0, 5.0],
-        ),
+        )
+        .into(),
         projector(
             DVec3::new(-0.3, 0.5, 0.5),
             DVec3::new(0.3, -0.9, -0.4),
             [20.0, 10.0, 5.0],
-        ),
+        )
+        .into(),
     ];
     let mut gpu = Gpu::open();
     let mut scene = room();
@@ -442,15 +446,18 @@ fn lights_of_every_kind_and_together() {
 fn light_comes_from_afar() {
     let mut scene = room();
     let position_m = DVec3::new(20.0, 40.0, 295.0);
-    scene.lights = vec![Light::Spot {
-        position_m,
-        direction: -position_m,
-        cone: SpotCone {
-            inner_half_angle_deg: 0.3,
-            outer_half_angle_deg: 0.4,
-        },
-        power_w: [20.0; 3],
-    }];
+    scene.lights = vec![
+        Light::Spot {
+            position_m,
+            direction: -position_m,
+            cone: SpotCone {
+                inner_half_angle_deg: 0.3,
+                outer_half_angle_deg: 0.4,
+            },
+            power_w: [20.0; 3],
+        }
+        .into(),
+    ];
     let truth = reference_of(&scene, 512);
     check(&mut Gpu::open(), "from afar", &scene, &truth, 0.03);
 }

@@ -13,9 +13,9 @@
 namespace {
 
 struct File {
-    std::map<std::string, std::string> attributes;
+    std::map<std::string, std::string> attributes = {};
     // The offset table and the rows of pixels.
-    std::string rest;
+    std::string rest = {};
 };
 
 std::string text(const std::string &bytes, std::size_t &at)

@@ -73,6 +73,8 @@ void values_begin_like_those_of_c()
     const camlux_material material = CAMLUX_MATERIAL_INIT;
     const camlux_texture texture = CAMLUX_TEXTURE_INIT;
     const camlux_light light = CAMLUX_LIGHT_INIT;
+    const camlux_pattern pattern = CAMLUX_PATTERN_INIT;
+    const camlux_projected_image image = CAMLUX_PROJECTED_IMAGE_INIT;
     const camlux_exr_options exr = CAMLUX_EXR_OPTIONS_INIT;
     const camlux_tof tof = CAMLUX_TOF_INIT;
     const camlux_tof_noise noise = CAMLUX_TOF_NOISE_INIT;
@@ -84,10 +86,13 @@ void values_begin_like_those_of_c()
     CHECK(same(camlux::detail::raw_of(camlux::material()), material));
     CHECK(same(camlux::detail::raw_of(camlux::texture()), texture));
     CHECK(same(camlux::detail::raw_of(camlux::light()), light));
+    CHECK(same(camlux::detail::raw_of(camlux::pattern()), pattern));
+    CHECK(same(camlux::detail::raw_of(camlux::projected_image()), image));
     CHECK(same(camlux::detail::raw_of(camlux::exr_options()), exr));
     CHECK(same(camlux::detail::raw_of(camlux::tof_noise()), noise));
     CHECK(same(camlux::detail::raw_of(camlux::tof(), nullptr), tof));
     CHECK(camlux::render_options().submission_target_ms == render.submission_target_ms);
+    CHECK(camlux::vec3(camlux::camera().up).y == 1);
     camlux::exr_options depth;
     depth.layers = {camlux::layer::depth, camlux::layer::radiance};
     CHECK(camlux::detail::raw_of(depth).layers == (1u << CAMLUX_LAYER_DEPTH | 1u << CAMLUX_LAYER_RADIANCE));
@@ -114,6 +119,53 @@ void poses_face_a_point()
     }
 }
 
+// Matrices of 3 x 4 and 4 x 4 numbers, in the axes of OpenCV and of OpenGL.
+void matrices_are_poses()
+{
+    // A quarter turn about z, twice as large.
+    const std::array<double, 12> turned = {0, -2, 0, 1, 2, 0, 0, 2, 0, 0, 2, 3};
+    const camlux::pose pose = camlux::pose::from_matrix(turned);
+    CHECK(std::abs(pose.scale - 2) < 1e-12 && pose.position_m.y == 2);
+    CHECK(std::abs(pose.orientation.z - std::sqrt(0.5)) < 1e-12 && std::abs(pose.orientation.w - std::sqrt(0.5)) < 1e-12);
+    const double square[16] = {1, 0, 0, 4, 0, 1, 0, 5, 0, 0, 1, 6, 0, 0, 0, 1};
+    camlux::scene scene = camlux::scene::create();
+    scene.set_pose(camlux::part::camera, 0, camlux::pose::from_matrix(square, camlux::axes::opengl));
+    const camlux::camera camera = scene.camera();
+    CHECK(std::abs(camera.look_at_m.z - 5) < 1e-12 && std::abs(camera.up.y - 1) < 1e-12);
+    scene.set_pose(camlux::part::camera, 0, camlux::pose::from_matrix(square));
+    CHECK(std::abs(scene.camera().look_at_m.z - 7) < 1e-12 && std::abs(scene.camera().up.y + 1) < 1e-12);
+    const std::vector<double> flat = {1, 0, 0, 4, 0, 0, 0, 5, 0, 0, 1, 6};
+    CHECK(thrown_by([&] { (void)camlux::pose::from_matrix(flat); }) == CAMLUX_ERROR_SCENE);
+    CHECK(camlux::pose::try_from_matrix({}).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+}
+
+// C would read these texts up to the NUL.
+void texts_with_a_nul_are_refused(const camlux::frame &frame)
+{
+    const std::string text = std::string("a") + '\0' + "b.exr";
+    camlux::scene scene = camlux::scene::create();
+    camlux::texture texture;
+    camlux::material material;
+    camlux::mesh mesh;
+    camlux::pattern pattern;
+    camlux::projected_image image;
+    camlux::device_options device;
+    texture.name = material.name = mesh.name = pattern.path = image.path = device.name = text;
+    const auto refused = [](const auto &result) {
+        return result.status() == CAMLUX_ERROR_INVALID_ARGUMENT && result.message().find("NUL after \"a\"") != std::string::npos;
+    };
+    CHECK(refused(camlux::scene::try_load(text)) && refused(camlux::device::try_open(device)));
+    CHECK(refused(scene.try_add_texture(texture)) && refused(scene.try_set_texture(0, texture)));
+    CHECK(refused(scene.try_add_material(material)) && refused(scene.try_set_material(0, material)));
+    CHECK(refused(scene.try_add_mesh(mesh)) && refused(scene.try_set_mesh(0, mesh)));
+    const camlux::light lamp = camlux::light::lamp({}, {0, -1, 0}, {1, 0, 0}, pattern, {});
+    CHECK(refused(scene.try_add_light(lamp)) && refused(scene.try_set_light(0, lamp)));
+    CHECK(refused(scene.try_add_light(camlux::light::projector({}, {0, -1, 0}, {1, 0, 0}, image, {}))));
+    CHECK(refused(frame.try_write_exr(text)) && refused(frame.try_write_png(text)));
+    CHECK(thrown_by([&] { frame.write_exr("x.jpg"); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
+    CHECK(thrown_by([&] { frame.write_png("x.exr"); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
+}
+
 void values_come_back()
 {
     camlux::scene scene = camlux::scene::create();
@@ -136,6 +188,8 @@ void values_come_back()
 
     const std::uint32_t lamp = scene.add_light(camlux::light::disc({0, 1, 0}, {0, -1, 0}, 0.1, {1, 2, 3}));
     CHECK(scene.light(lamp).radius_m == 0.1);
+    scene.set_light(lamp, camlux::light::rectangle({0, 1, 0}, {0, -1, 0}, {1, 0, 0}, 0.2, 0.3, {1, 2, 3}));
+    CHECK(scene.light(lamp).up.x == 1 && scene.light(lamp).height_m == 0.3);
     const std::uint32_t light = scene.add_light(camlux::light::spot({0, 1, 0}, {0, -1, 0}, {1, 2, 3}, 10, 20));
     CHECK(scene.light(light).kind == camlux::light_kind::spot && scene.light(light).power_w.b == 3);
     CHECK(scene.light(light).direction.y == -1 && scene.light(light).outer_half_angle_deg == 20);
@@ -264,7 +318,47 @@ camlux::scene small_scene()
     return scene;
 }
 
-void views_are_typed_and_keep_their_frame(camlux::renderer &renderer)
+// A lamp that shines down only, and a projector of two pixels, over the floor.
+void lamps_and_projectors_shine(camlux::renderer &renderer)
+{
+    camlux::scene scene = small_scene();
+    scene.set_visible(camlux::part::light, 0, false);
+    camlux::pattern pattern;
+    pattern.gammas_deg = {0, 90};
+    pattern.planes_deg = {0};
+    pattern.intensities = {1, 1};
+    // All of the power in half the sphere: twice the radiance under a point light.
+    const std::uint32_t lamp = scene.add_light(camlux::light::lamp({0, 2, 0}, {0, -1, 0}, {1, 0, 0}, pattern, {10, 10, 10}));
+    const double under_point = 10 * 0.5 / (16 * 9.8696044);
+    const auto middle = [&](std::size_t x) {
+        return static_cast<double>(renderer.render(scene).view<float>(camlux::layer::radiance)(x, 16, 1));
+    };
+    CHECK(std::abs(middle(16) / under_point - 2) < 1e-4);
+    camlux::light half = scene.light(lamp);
+    half.power_w = {5, 5, 5};
+    scene.set_light(lamp, half);
+    CHECK(std::abs(middle(16) / under_point - 1) < 1e-4);
+    pattern.intensities.pop_back();
+    CHECK(thrown_by([&] { scene.add_light(camlux::light::lamp({}, {0, -1, 0}, {1, 0, 0}, pattern, {})); }) ==
+          CAMLUX_ERROR_INVALID_ARGUMENT);
+
+    camlux::projected_image image;
+    image.width_px = 2;
+    image.height_px = 1;
+    image.values = {0, 1};
+    image.fov_y_deg = 40;
+    // The camera's right is the world's +x, and so is the projector's, with the same up.
+    scene.set_light(lamp, camlux::light::projector({0, 2, 0}, {0, -1, 0}, {0, 0, -1}, image, {10, 10, 10}));
+    CHECK(middle(14) == 0 && middle(18) > 0);
+    image.lens = camlux::intrinsics{1, 1, 1, 0.5};
+    scene.set_light(lamp, camlux::light::projector({0, 2, 0}, {0, -1, 0}, {0, 0, -1}, image, {10, 10, 10}));
+    CHECK(middle(14) == 0 && middle(18) > 0);
+    image.values.clear();
+    CHECK(thrown_by([&] { scene.add_light(camlux::light::projector({}, {0, -1, 0}, {0, 0, -1}, image, {})); }) ==
+          CAMLUX_ERROR_INVALID_ARGUMENT);
+}
+
+void views_are_typed_and_keep_their_frame(const camlux::device &device, camlux::renderer &renderer)
 {
     const camlux::scene scene = small_scene();
     const std::uint32_t before = handles();
@@ -276,6 +370,7 @@ void views_are_typed_and_keep_their_frame(camlux::renderer &renderer)
         // P kd / (4 pi^2 d^2), as in the example of camlux.h.
         CHECK(std::abs(radiance(16, 16, 1) - 10 * 0.5 / (16 * 9.8696044)) < 1e-5);
         CHECK(radiance.pixel(16, 16)[1] == radiance(16, 16, 1) && radiance.row(16)[49] == radiance(16, 16, 1));
+        CHECK(radiance.data() == &radiance(0, 0) && radiance.data() + 3 * 33 == &radiance(0, 1));
         float sum = 0;
         for (const float value : radiance.row(16))
             sum += value;
@@ -296,6 +391,11 @@ void views_are_typed_and_keep_their_frame(camlux::renderer &renderer)
     CHECK(frame.try_copy<float>(camlux::layer::radiance, depth).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
     CHECK(frame.layers().size() > 5 && !frame.passes().empty() && frame.stats().wall_ms > 0);
     CHECK(frame.stats().stop == camlux::stop_reason::none && !frame.stats().device.empty());
+    texts_with_a_nul_are_refused(frame);
+
+    camlux::renderer prepared = camlux::renderer::create(device);
+    CHECK(prepared.prepare(scene) > 0 && prepared.render(scene).stats().preparation_ms == 0);
+    CHECK(prepared.try_prepare(camlux::scene::create()).status() == CAMLUX_ERROR_SCENE);
 }
 
 // The lamp is 2 m above the floor and the camera 3 m, so half the path is 2.5 m.
@@ -324,8 +424,18 @@ void time_of_flight_has_its_layers(camlux::renderer &renderer)
     CHECK(taps.channels() == 2 && taps(16, 16, 0) > 0);
 
     for (const camlux::layer none : {camlux::of_frequency(0, camlux::layer::tof_taps, 8), camlux::of_frequency(4, far_range),
-                                     camlux::of_frequency(1, camlux::layer::radiance)})
+                                     camlux::of_frequency(9, camlux::layer::tof_range), camlux::of_frequency(-1, camlux::layer::tof_range),
+                                     camlux::of_frequency(1, camlux::layer::radiance)}) {
         CHECK(frame.try_view<float>(none).status() == CAMLUX_ERROR_INVALID_ARGUMENT && static_cast<std::int32_t>(none) == -1);
+        camlux::exr_options wrong;
+        wrong.layers = {camlux::layer::radiance, none};
+        CHECK(thrown_by([&] { frame.write_exr("never.exr", wrong); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
+    }
+    for (const std::int32_t number : {32, 63, 128, 1 << 30}) {
+        camlux::exr_options wrong;
+        wrong.layers = {static_cast<camlux::layer>(number)};
+        CHECK(frame.try_write_exr("never.exr", wrong).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    }
 
     camlux::exr_options options;
     options.layers = {camlux::layer::half_path, far_range};
@@ -337,12 +447,39 @@ void time_of_flight_has_its_layers(camlux::renderer &renderer)
     tof.noise->bits = 24;
     tof.output = camlux::charge::dn;
     scene.set_tof(tof);
-    camlux::render_options second;
+    camlux::render_options first, second;
+    first.frame_index = 0;
     second.frame_index = 1;
-    const camlux::frame noisy = renderer.render(scene);
+    const camlux::frame noisy = renderer.render(scene, first);
     CHECK(std::strcmp(noisy.view<float>(camlux::layer::tof_taps).unit(), "DN") == 0);
     const camlux::frame other = renderer.render(scene, second);
-    CHECK(noisy.view<float>(camlux::layer::tof_range)(16, 16) != other.view<float>(camlux::layer::tof_range)(16, 16));
+    const auto range_m = [](const camlux::frame &of) { return of.view<float>(camlux::layer::tof_range)(16, 16); };
+    CHECK(range_m(noisy) != range_m(other));
+    first.seed = 7;
+    CHECK(range_m(renderer.render(scene, first)) != range_m(noisy));
+    // Without an index the renderer counts.
+    const camlux::frame counted = renderer.render(scene);
+    const std::uint32_t index = counted.stats().frame_index;
+    CHECK(index > 1 && range_m(counted) != range_m(noisy) && range_m(counted) != range_m(other));
+    CHECK(renderer.render(scene).stats().frame_index == index + 1);
+    second.frame_index = index;
+    CHECK(range_m(renderer.render(scene, second)) == range_m(counted));
+
+    // A light of the camera moves with it, until it has a pose in the world.
+    camlux::light carried = camlux::light::point({0.1, 0, 0}, {1, 1, 1});
+    carried.relative_to = camlux::relative_to::camera;
+    scene.set_light(0, carried);
+    CHECK(scene.light(0).relative_to == camlux::relative_to::camera);
+    camlux::pose camera_pose = scene.pose(camlux::part::camera, 0);
+    const double before_m = scene.pose(camlux::part::light, 0).position_m.x;
+    camera_pose.position_m.x += 1;
+    scene.set_pose(camlux::part::camera, 0, camera_pose);
+    CHECK(std::abs(scene.pose(camlux::part::light, 0).position_m.x - before_m - 1) < 1e-12);
+    scene.set_pose(camlux::part::light, 0, {{9, 9, 9}, {}});
+    CHECK(scene.light(0).relative_to == camlux::relative_to::world && scene.light(0).position_m.x == 9);
+    camera_pose.position_m.x -= 1;
+    scene.set_pose(camlux::part::camera, 0, camera_pose);
+    CHECK(scene.light(0).position_m.x == 9);
     tof.frequencies.resize(5);
     CHECK(thrown_by([&] { scene.set_tof(tof); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
     scene.set_tof(std::nullopt);
@@ -406,9 +543,33 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(job.is_done() && reports > 0);
     CHECK(submitted.view<float>(camlux::layer::radiance)(9, 9) == renderer.render(scene).view<float>(camlux::layer::radiance)(9, 9));
     CHECK(job.try_wait().status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    CHECK(job.wait_for(std::chrono::seconds(0)) && job.wait_for(std::chrono::hours(1)));
+    // The exception of a job's callback reaches whoever waits, at every call.
     options.progress = [](double, std::string_view) -> bool { throw HostProblem{9}; };
+    camlux::job failing = renderer.submit(scene, options);
+    CHECK(host_problem_of([&] { (void)failing.wait(); }) == 9);
+    CHECK(host_problem_of([&] { (void)failing.try_wait(); }) == 9);
+    CHECK(failing.is_done() && renderer.try_render(scene).ok());
+    options.progress = [](double, std::string_view) { return false; };
     CHECK(renderer.submit(scene, options).try_wait().status() == CAMLUX_CANCELLED);
+    // A job that nobody waits for takes its exception with it.
+    options.progress = [](double, std::string_view) -> bool { throw HostProblem{10}; };
+    renderer.submit(scene, options);
     renderer.submit(scene);
+    // A callback may release its own job.
+    camlux::job own;
+    std::atomic<bool> is_set(false);
+    options.progress = [&](double, std::string_view) -> bool {
+        while (!is_set)
+            std::this_thread::yield();
+        own = {};
+        throw HostProblem{11};
+    };
+    own = renderer.submit(scene, options);
+    is_set = true;
+    while (!renderer.try_foretell_ms(scene).ok())
+        std::this_thread::yield();
+    CHECK(renderer.try_render(scene).ok());
 
     std::vector<camlux::camera> cameras(2);
     for (camlux::camera &camera : cameras) {
@@ -430,7 +591,18 @@ void callbacks_may_throw(camlux::renderer &renderer)
         inside = camlux::try_set_log(camlux::log_level::off, nullptr).status();
         throw HostProblem{8};
     });
-    CHECK(host_problem_of([&] { renderer.render(scene); }) == 8);
+    // A finished frame is not lost to an exception of the log: the next call without a value throws it.
+    {
+        const camlux::frame finished = renderer.render(scene);
+        CHECK(finished.view<float>(camlux::layer::radiance)(9, 9) > 0);
+        CHECK(host_problem_of([&] { scene.validate(); }) == 8);
+        camlux::job logged = renderer.submit(scene);
+        CHECK(logged.wait().view<float>(camlux::layer::radiance)(9, 9) > 0);
+        CHECK(host_problem_of([&] { scene.validate(); }) == 8);
+        // A call that fails has no value to lose.
+        CHECK(host_problem_of([&] { (void)finished.try_view<float>(camlux::layer::energy); }) == 8);
+        CHECK(host_problem_of([&] { camlux::set_log(camlux::log_level::off, nullptr); }) == 0);
+    }
     CHECK(inside == CAMLUX_ERROR_BUSY);
     CHECK(handles() == before);
     // A replaced callback is destroyed when the call returns.
@@ -467,6 +639,7 @@ int main()
     values_begin_like_those_of_c();
     values_come_back();
     poses_face_a_point();
+    matrices_are_poses();
     handles_share_and_give_back();
     both_forms_tell_the_same();
     {
@@ -483,7 +656,8 @@ int main()
         same.pci = "ff:1f.7";
         CHECK(camlux::device::try_open(same).status() == CAMLUX_ERROR_NO_DEVICE);
         camlux::renderer renderer = camlux::renderer::create(device);
-        views_are_typed_and_keep_their_frame(renderer);
+        views_are_typed_and_keep_their_frame(device, renderer);
+        lamps_and_projectors_shine(renderer);
         time_of_flight_has_its_layers(renderer);
         callbacks_may_throw(renderer);
         layers_go_to_memory(device, renderer);

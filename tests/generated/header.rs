@@ -22,7 +22,7 @@ const SECTIONS: [(&str, &[&str]); 11] = [
         "Meshes, poses, instances",
         &["args", "mesh", "poses", "instances"],
     ),
-    ("Lights", &["light"]),
+    ("Lights", &["pattern", "light"]),
     ("Renderers and jobs", &["target", "renderer", "job"]),
     ("Frames", &["frame", "frame_stats"]),
     (
@@ -134,7 +134,7 @@ fn init_macros(layouts: &[Layout]) -> String {
     let mut text = String::from("/* As in: camlux_camera camera = CAMLUX_CAMERA_INIT; */\n");
     for Layout { name, fields, .. } in with_init(layouts) {
         let macro_name = init_macro(name);
-        let _ = write!(text, "\n#define {macro_name} {{ (uint32_t)sizeof({name})");
+        let _ = write!(text, "\n#define {macro_name} {{ sizeof({name})");
         for field in &fields[1..] {
             let _ = write!(text, ", {}", field.first);
         }

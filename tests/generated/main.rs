@@ -2,4 +2,5 @@
 
 mod header;
 mod layouts;
+mod names;
 mod spirv;

@@ -9,7 +9,7 @@ use camlux::doctor::{Case, Examiner, GROUPS, Measurement, Part, torture::CASES};
 use camlux::output::{OutputFile, PngView, write_png};
 use camlux::{Device, RenderOptions, Renderer};
 
-use crate::options::{DeviceArgs, resize};
+use crate::options::DeviceArgs;
 use crate::output::create_folder;
 use crate::{Failure, print, tell, torture};
 
@@ -127,7 +127,7 @@ fn write_picture(
     let [width, height] = scene.camera.resolution_px.map(f64::from);
     let scale = PICTURE_PX / width.max(height);
     let size_px = [width, height].map(|length| (length * scale).round().max(1.0) as u32);
-    scene.camera = resize(scene.camera, size_px);
+    scene.camera = scene.camera.resized(size_px);
     let frame = Renderer::new(device)?.render(&scene, &mut RenderOptions::default())?;
     create_folder(folder)?;
     let file = OutputFile::create(folder.join(format!("{}.png", case.name)))?;

@@ -1,9 +1,6 @@
 //! The command-line options for indirect light.
 
-use camlux::scene::{ErrorNorm, IndirectLight};
-
-/// RSM size for sums if neither the scene nor the command line gives one.
-const RSM_SIZE: u32 = 64;
+use camlux::scene::{DEFAULT_RSM_SIZE, ErrorNorm, IndirectLight};
 
 #[derive(clap::Args)]
 pub struct IndirectArgs {
@@ -60,7 +57,7 @@ impl IndirectArgs {
         }
         let same = in_scene.filter(|indirect| indirect.name() == estimator);
         let mut indirect = same
-            .or_else(|| IndirectLight::from_name(estimator, RSM_SIZE))
+            .or_else(|| IndirectLight::from_name(estimator, DEFAULT_RSM_SIZE))
             .ok_or_else(|| format!("there is no estimator {estimator}"))?;
         let is_sum = indirect.sum().is_some();
         // The sums share a size; the size of final gathering has another meaning.
@@ -68,8 +65,9 @@ impl IndirectArgs {
         let size = self
             .rsm_size
             .or(sum_in_scene.and_then(|sum| sum.rsm_size()));
-        let note = (is_sum && size.is_none())
-            .then(|| format!("no rsm_size for {estimator}: using {RSM_SIZE} (--rsm-size sets it)"));
+        let note = (is_sum && size.is_none()).then(|| {
+            format!("no rsm_size for {estimator}: using {DEFAULT_RSM_SIZE} (--rsm-size sets it)")
+        });
         if let Some(size) = size {
             indirect.set_rsm_size(size);
         }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use camlux::scene::{Camera, Intrinsics, Lens};
 use camlux::{DeviceChoice, DeviceOptions, Scene};
 
 use crate::{Failure, warn};
@@ -24,7 +23,7 @@ impl SizeArgs {
     pub fn load(&self, file: &Path) -> Result<Scene, Failure> {
         let mut scene = Scene::load(file)?;
         if let Some(size_px) = self.size_px() {
-            scene.camera = resize(scene.camera, size_px);
+            scene.camera = scene.camera.resized(size_px);
         }
         Ok(scene)
     }
@@ -58,33 +57,9 @@ pub fn warn_of(scene: &Scene, name: &dyn std::fmt::Display) {
     }
 }
 
-/// Returns the camera at another resolution. A field of view stays as it is. Measured intrinsics are scaled with the width (fx, cx) and the
-/// height (fy, cy), so that the frame shows the same part of the scene.
-pub fn resize(camera: Camera, resolution_px: [u32; 2]) -> Camera {
-    let scale =
-        |axis: usize| f64::from(resolution_px[axis]) / f64::from(camera.resolution_px[axis]);
-    let mut resized = Camera {
-        resolution_px,
-        ..camera
-    };
-    match &mut resized.lens {
-        Lens::FovY { .. } => {}
-        Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
-            let Intrinsics { fx, fy, cx, cy } = *intrinsics;
-            *intrinsics = Intrinsics {
-                fx: fx * scale(0),
-                fy: fy * scale(1),
-                cx: cx * scale(0),
-                cy: cy * scale(1),
-            };
-        }
-    }
-    resized
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use camlux::scene::{Camera, Intrinsics, Lens};
     use glam::DVec3;
 
     fn camera(lens: Lens) -> Camera {
@@ -108,7 +83,7 @@ mod tests {
         };
         for lens in [Lens::FovY { fov_y_deg: 50.0 }, Lens::Intrinsics(intrinsics)] {
             let full = camera(lens);
-            let half = resize(full, [400, 300]);
+            let half = full.resized([400, 300]);
             assert_eq!(half.resolution_px, [400, 300]);
             // The same corner of both images; f64 rounding of a few operations on values below 2.
             let apart = full.ray_direction(800.0, 0.0) - half.ray_direction(400.0, 0.0);

@@ -2,11 +2,10 @@
 
 use crate::Result;
 use crate::keys::{Keys, Value};
-use crate::scene::{DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight};
+use crate::scene::{DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight};
 
 /// Reads the `[indirect]` table of a scene file.
 pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
-    const RSM_SIZE: &str = "rsm_size = 64, texels along one face's edge";
     const FINAL_GATHER: &str =
         "estimator = \"final-gather\", which finds visibility by rays and meets a target_error";
 
@@ -64,7 +63,7 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
                 "use interpolation_error, which is relative to the sum at every pixel",
             )?;
             Ok(IndirectLight::RsmAverage {
-                rsm_size: keys.need("rsm_size", RSM_SIZE)?.count()?,
+                rsm_size: rsm_size(&mut keys)?,
                 interpolation_error: keys.optional("interpolation_error", Value::number)?,
             })
         }
@@ -79,10 +78,15 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
                 "belongs to rsm-average: instant-radiosity is summed at every pixel",
                 "remove it",
             )?;
-            let example = format!("{RSM_SIZE}; or set {FINAL_GATHER}");
             Ok(IndirectLight::InstantRadiosity {
-                rsm_size: keys.need("rsm_size", &example)?.count()?,
+                rsm_size: rsm_size(&mut keys)?,
             })
         }
     }
+}
+
+/// The size of the RSM of a sum.
+fn rsm_size(keys: &mut Keys) -> Result<u32> {
+    let given = keys.optional("rsm_size", Value::count)?;
+    Ok(given.unwrap_or(DEFAULT_RSM_SIZE))
 }

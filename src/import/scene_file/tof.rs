@@ -8,6 +8,7 @@ use crate::scene::{Bands, ChargeUnit, SensorNoise, TimeOfFlight};
 pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<TimeOfFlight> {
     keys.only(&[
         "frequencies_mhz",
+        "frequencies_hz",
         "phases",
         "contrast",
         "band",
@@ -16,20 +17,30 @@ pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<T
         "noise",
     ])?;
     let noise = keys.table("noise")?;
-    let frequencies = keys.need("frequencies_mhz", "frequencies_mhz = [20.0, 100.0]")?;
+    let (factor, frequencies) = match keys.take_one(&["frequencies_mhz", "frequencies_hz"])? {
+        Some(("frequencies_hz", frequencies)) => (1.0, frequencies),
+        Some((_, frequencies)) => (1e6, frequencies),
+        None => {
+            let example = "frequencies_mhz = [20.0, 100.0]";
+            (1e6, keys.need("frequencies_mhz", example)?)
+        }
+    };
     let frequencies = frequencies.filled("give at least one frequency")?.list()?;
-    let in_hz = |value: Value| Ok(1e6 * value.number()?);
+    let in_hz = |value: Value| Ok(factor * value.number()?);
     let frequencies_hz = frequencies
         .into_iter()
         .map(in_hz)
         .collect::<Result<Vec<_>>>()?;
-    let contrast = keys.need("contrast", "contrast = 0.75, or one for each frequency")?;
-    let contrasts = match contrast.number() {
-        Ok(contrast) => vec![contrast; frequencies_hz.len()],
-        Err(_) => {
-            let each = contrast.list()?.into_iter();
-            each.map(|value| value.number()).collect::<Result<_>>()?
-        }
+    let of_all = |contrast| vec![contrast; frequencies_hz.len()];
+    let contrasts = match keys.take("contrast") {
+        None => of_all(TimeOfFlight::DEFAULT_CONTRAST),
+        Some(contrast) => match contrast.number() {
+            Ok(contrast) => of_all(contrast),
+            Err(_) => {
+                let each = contrast.list()?.into_iter();
+                each.map(|value| value.number()).collect::<Result<_>>()?
+            }
+        },
     };
     let ambient = |light: &Option<Value>| match light {
         Some(light) => light.flag().map(|is_modulated| !is_modulated),
@@ -39,11 +50,13 @@ pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<T
     let lights = ambient.iter().enumerate();
     Ok(TimeOfFlight {
         frequencies_hz,
-        phase_count: keys.optional("phases", Value::count)?.unwrap_or(4),
+        phase_count: keys
+            .optional("phases", Value::count)?
+            .unwrap_or(TimeOfFlight::DEFAULT_PHASE_COUNT),
         contrasts,
         band_weights: keys
-            .need("band", "band = \"R\", or the weights of three bands")
-            .and_then(|band| band_weights(&band))?,
+            .optional("band", band_weights)?
+            .unwrap_or(TimeOfFlight::DEFAULT_BAND_WEIGHTS),
         phase_offset_deg: keys
             .optional("phase_offset_deg", Value::number)?
             .unwrap_or(0.0),
@@ -78,14 +91,18 @@ fn noise(mut keys: Keys) -> Result<SensorNoise> {
         "black_level_dn",
         "bits",
     ])?;
-    let mut number = |key, example| keys.need(key, example)?.number();
+    let full_well = keys.need("full_well_e", "full_well_e = 100000, electrons per tap")?;
+    let first = SensorNoise::of_full_well(full_well.number()?);
+    let mut number = |key, first| Ok(keys.optional(key, Value::number)?.unwrap_or(first));
     Ok(SensorNoise {
-        dark_e_per_s: number("dark_e_per_s", "dark_e_per_s = 0.0")?,
-        read_noise_e: number("read_noise_e", "read_noise_e = 10.0")?,
-        full_well_e: number("full_well_e", "full_well_e = 100000, electrons per tap")?,
-        gain_dn_per_e: number("gain_dn_per_e", "gain_dn_per_e = 0.04")?,
-        black_level_dn: number("black_level_dn", "black_level_dn = 0")?,
-        bits: keys.need("bits", "bits = 12")?.count()?,
-        seed: keys.optional("seed", Value::large_count)?.unwrap_or(0),
+        dark_e_per_s: number("dark_e_per_s", first.dark_e_per_s)?,
+        read_noise_e: number("read_noise_e", first.read_noise_e)?,
+        full_well_e: first.full_well_e,
+        gain_dn_per_e: number("gain_dn_per_e", first.gain_dn_per_e)?,
+        black_level_dn: number("black_level_dn", first.black_level_dn)?,
+        bits: keys.optional("bits", Value::count)?.unwrap_or(first.bits),
+        seed: keys
+            .optional("seed", Value::large_count)?
+            .unwrap_or(first.seed),
     })
 }

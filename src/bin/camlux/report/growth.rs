@@ -12,7 +12,6 @@ use super::results::Seconds;
 use super::stopwatch::Stopwatch;
 use crate::Failure;
 use crate::numbers::{count, duration, percent};
-use crate::options::resize;
 
 /// The target error.
 const TARGET_ERROR: f64 = 0.02;
@@ -49,7 +48,7 @@ pub fn rows(
         measured.obtain(&what, (), || {
             stopwatch.steps.begin(format!("growth: {what}"))?;
             let scene = Scene {
-                camera: resize(scene.camera, resolution_px),
+                camera: scene.camera.resized(resolution_px),
                 indirect: Some(IndirectLight::final_gather(TARGET_ERROR)),
                 ..scene.clone()
             };

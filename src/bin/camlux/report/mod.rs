@@ -33,7 +33,7 @@ use self::results::{Peers, Report, SceneReport};
 use self::steps::Steps;
 use self::stopwatch::Stopwatch;
 use self::sweep::{Sweep, SweepOptions};
-use crate::options::{DeviceArgs, SizeArgs, resize, warn_of};
+use crate::options::{DeviceArgs, SizeArgs, warn_of};
 use crate::output::create_folder;
 use crate::progress::stop_on_signals;
 use crate::{Failure, print, tell};
@@ -254,7 +254,7 @@ fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
     for file in &args.scenes {
         let mut scene = args.size.load(file)?;
         if args.quick && args.size.size_px().is_none() {
-            scene.camera = resize(scene.camera, quick_size(scene.camera.resolution_px));
+            scene.camera = scene.camera.resized(quick_size(scene.camera.resolution_px));
         }
         warn_of(&scene, &file.display());
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();

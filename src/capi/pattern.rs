@@ -1,0 +1,218 @@
+//! The patterns of measured lamps and the images of projectors, from arrays and files.
+
+use std::{ffi::c_char, path::Path};
+
+use super::*;
+use crate::{
+    Error,
+    scene::{Encoding, Intrinsics, Lens, Measured, Pattern, ProjectedImage, RadiationPattern},
+};
+
+/// The measured pattern of a lamp, in the C-gamma system of the CIE: gamma is the angle from the direction of the light, C the angle about it,
+/// counterclockwise for a viewer who looks along it. Initialise with CAMLUX_PATTERN_INIT, and give either a file or arrays.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_pattern {
+    /// sizeof(camlux_pattern)
+    pub struct_size: u32,
+    /// How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
+    pub encoding: i32,
+    /// An IES (.ies) or EULUMDAT (.ldt) file, or a grey map of all directions (.png, .jpg, .webp, .exr), UTF-8; NULL: from the arrays.
+    pub path: *const c_char,
+    /// Angles gamma, degrees, increasing, within 0 and 180; at least two.
+    pub gammas_deg: *const f64,
+    /// Number of these angles.
+    pub gamma_count: usize,
+    /// Angles C, degrees, increasing: 0 alone for a lamp that is symmetric about its direction; 0 to 90 or 0 to 180, which are mirrored; or the
+    /// whole turn.
+    pub planes_deg: *const f64,
+    /// Number of these angles.
+    pub plane_count: usize,
+    /// Radiant intensities of 0 or more, of which only the ratios matter: for each plane gamma_count values.
+    pub intensities: *const f64,
+}
+
+/// The image of a projector, grey: the irradiance of each pixel on a screen across its axis. Initialise with CAMLUX_PROJECTED_IMAGE_INIT, and
+/// give either a file or an array, and a lens.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_projected_image {
+    /// sizeof(camlux_projected_image)
+    pub struct_size: u32,
+    /// How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
+    pub encoding: i32,
+    /// A grey PNG, JPEG, WebP or OpenEXR file, UTF-8; NULL: from the array.
+    pub path: *const c_char,
+    /// Width of the array, pixels; 0 with a file.
+    pub width_px: u32,
+    /// Height of the array, pixels; 0 with a file.
+    pub height_px: u32,
+    /// Relative irradiances from 0 to 1, rows from the top.
+    pub values: *const f32,
+    /// Bytes from one row to the next, a multiple of 4; 0: rows are contiguous.
+    pub row_stride_bytes: usize,
+    /// CAMLUX_LENS_FOV_Y or CAMLUX_LENS_INTRINSICS, as for a camera.
+    pub lens: i32,
+    /// 0.
+    pub reserved: u32,
+    /// With CAMLUX_LENS_FOV_Y: full angle from the upper to the lower edge, degrees above 0 and below 180.
+    pub fov_y_deg: f64,
+    /// With CAMLUX_LENS_INTRINSICS: focal lengths in pixels, above 0.
+    pub fx_px: f64,
+    /// See fx_px.
+    pub fy_px: f64,
+    /// Principal point in pixels, from the upper left corner of the image.
+    pub cx_px: f64,
+    /// See cx_px.
+    pub cy_px: f64,
+}
+
+c_struct!(camlux_pattern, 56);
+
+c_struct!(camlux_projected_image, 88);
+
+/// The pattern or the image that a light points to.
+///
+/// # Safety
+/// Its pointers are null, or misaligned, or point to what their members state.
+pub(super) unsafe fn pattern_of(light: &camlux_light) -> Outcome<Option<RadiationPattern>> {
+    // SAFETY: the caller guarantees it.
+    unsafe {
+        if light.kind == CAMLUX_LIGHT_PATTERN {
+            let given = args::read_optional(light.pattern)?;
+            let read = given.map(|pattern| Ok(pattern_from_c(pattern)?.into()));
+            return read.transpose();
+        }
+        if light.kind == CAMLUX_LIGHT_PROJECTOR {
+            let given = args::read_optional(light.image)?;
+            let read = given.map(|image| Ok(image_from_c(image)?.into()));
+            return read.transpose();
+        }
+    }
+    Ok(None)
+}
+
+/// # Safety
+/// As for [`pattern_of`].
+unsafe fn pattern_from_c(raw: camlux_pattern) -> Outcome<Pattern> {
+    let encoding = encoding(raw.encoding)?;
+    // SAFETY: the caller guarantees it.
+    if let Some(path) = unsafe { args::text(raw.path, "path") }? {
+        file_alone(raw.gamma_count == 0 && raw.plane_count == 0)?;
+        let (pattern, warning) =
+            Pattern::load(Path::new(&path), encoding, &path).map_err(Failure::as_it_is)?;
+        warn(warning);
+        return Ok(pattern);
+    }
+    let (gammas, planes) = (raw.gamma_count, raw.plane_count);
+    if gammas < 2 || planes < 1 {
+        let problem = format!(
+            "the pattern has no path, and gamma_count {gammas} and plane_count {planes}; give a path, or at least two angles gamma and one angle C"
+        );
+        return Err(Failure::argument(problem));
+    }
+    let list = |name, data, count, length| args::Rows {
+        name,
+        data,
+        stride_bytes: 0,
+        count,
+        length,
+    };
+    let number = |row: &[f64]| row[0];
+    // SAFETY: the caller guarantees it.
+    let (gammas_deg, planes_deg, rows) = unsafe {
+        (
+            list("gammas_deg", raw.gammas_deg.cast(), gammas, 1).read(number)?,
+            list("planes_deg", raw.planes_deg.cast(), planes, 1).read(number)?,
+            list("intensities", raw.intensities.cast(), planes, gammas)
+                .read(|row: &[f64]| row.to_vec())?,
+        )
+    };
+    let measured = Measured {
+        gammas_deg,
+        planes_deg,
+        intensities: rows.concat(),
+    };
+    Pattern::of(measured).map_err(|problem| {
+        Error::scene("pattern", problem, "see camlux_pattern for what is allowed").into()
+    })
+}
+
+/// # Safety
+/// As for [`pattern_of`].
+unsafe fn image_from_c(raw: camlux_projected_image) -> Outcome<ProjectedImage> {
+    args::reserved(camlux_projected_image::NAME, raw.reserved)?;
+    let encoding = encoding(raw.encoding)?;
+    let lenses = args::choices![
+        CAMLUX_LENS_FOV_Y => Lens::FovY {
+            fov_y_deg: raw.fov_y_deg,
+        },
+        CAMLUX_LENS_INTRINSICS => Lens::Intrinsics(Intrinsics {
+            fx: raw.fx_px,
+            fy: raw.fy_px,
+            cx: raw.cx_px,
+            cy: raw.cy_px,
+        }),
+    ];
+    let lens = args::one_of("lens", raw.lens, &lenses)?;
+    if let Lens::FovY { fov_y_deg } = lens
+        && !(fov_y_deg > 0.0 && fov_y_deg < 180.0)
+    {
+        let problem = format!("fov_y_deg is {fov_y_deg}");
+        let hint =
+            "give degrees between 0 and 180, both excluded, or set lens to CAMLUX_LENS_INTRINSICS";
+        return Err(Error::scene("projected image", problem, hint).into());
+    }
+    // SAFETY: the caller guarantees it.
+    if let Some(path) = unsafe { args::text(raw.path, "path") }? {
+        file_alone(raw.width_px == 0 && raw.height_px == 0)?;
+        let (image, warning) =
+            ProjectedImage::load(Path::new(&path), (encoding, None), lens, &path)
+                .map_err(Failure::as_it_is)?;
+        warn(warning);
+        return Ok(image);
+    }
+    let size_px = [raw.width_px, raw.height_px];
+    if size_px.contains(&0) {
+        let problem = "the projected image has no path, and no width_px or no height_px; give a path, or an array";
+        return Err(Failure::argument(problem));
+    }
+    let rows = args::Rows {
+        name: "values",
+        data: raw.values.cast(),
+        stride_bytes: raw.row_stride_bytes,
+        count: raw.height_px as usize,
+        length: raw.width_px as usize,
+    };
+    // SAFETY: the caller guarantees it.
+    let rows = unsafe { rows.read(|row: &[f32]| row.to_vec()) }?;
+    Ok(ProjectedImage {
+        size_px,
+        intrinsics: lens.intrinsics_px(size_px),
+        values: rows.concat(),
+    })
+}
+
+fn encoding(number: i32) -> Outcome<Encoding> {
+    let choices = args::choices![
+        CAMLUX_ENCODING_DEFAULT => Encoding::Srgb,
+        CAMLUX_ENCODING_LINEAR => Encoding::Linear,
+        CAMLUX_ENCODING_SRGB => Encoding::Srgb,
+    ];
+    args::one_of("encoding", number, &choices)
+}
+
+fn file_alone(is_alone: bool) -> Outcome {
+    if is_alone {
+        return Ok(());
+    }
+    let problem = "there are a path and arrays; give only one of them";
+    Err(Failure::argument(problem))
+}
+
+/// Logs what a file holds and camlux does not use.
+fn warn(warning: Option<String>) {
+    if let Some(warning) = warning {
+        log::write(CAMLUX_LOG_WARNING, || warning);
+    }
+}
