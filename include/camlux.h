@@ -1397,7 +1397,7 @@ camlux_status camlux_scene_get_light(camlux_scene *scene, uint32_t index, camlux
 
 /**
  * Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
- * call), and the user pointer of the options.
+ * call; "done" at the end, when the fraction is 1), and the user pointer of the options.
  *
  * \return 0 to continue; any other value ends the render with CAMLUX_CANCELLED.
  *
@@ -1679,6 +1679,8 @@ typedef struct camlux_exr_options {
   uint32_t layers;
   /** Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on. */
   uint32_t tof_layers;
+  /** 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr. */
+  int32_t plain;
 } camlux_exr_options;
 
 /** What a frame has cost: times, counts and estimated errors. Initialise with CAMLUX_FRAME_STATS_INIT. */
@@ -2076,7 +2078,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_VIEW_INIT { (uint32_t)sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
 
-#define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0 }
+#define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0, 0 }
 
 #define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0 }
 

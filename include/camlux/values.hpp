@@ -523,6 +523,7 @@ struct exr_options {
     bool half = false;
     /** Empty: all layers of the frame. A time-of-flight layer stands for this layer at every frequency. */
     std::vector<layer> layers = {};
+    bool plain = false;
 };
 
 /** camlux_device_options: the best device, or the one with an index, else with a name, a UUID or a PCI address. */
@@ -948,6 +949,7 @@ inline camlux_exr_options raw_of(const exr_options &from) noexcept
 {
     camlux_exr_options to = CAMLUX_EXR_OPTIONS_INIT;
     to.half = from.half ? 1 : 0;
+    to.plain = from.plain ? 1 : 0;
     for (const layer wanted : from.layers) {
         const std::int32_t of_tof = number(wanted) - CAMLUX_LAYER_TOF_PHASOR;
         if (of_tof < 0)

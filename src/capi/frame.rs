@@ -10,7 +10,7 @@ use crate::{
     DeviceFrame,
     output::{
         ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile, PngView,
-        write_exr, write_png,
+        write_exr_files, write_png,
     },
 };
 
@@ -105,6 +105,8 @@ pub struct camlux_exr_options {
     pub layers: u32,
     /// Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.
     pub tof_layers: u32,
+    /// 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr.
+    pub plain: i32,
 }
 
 c_struct!(camlux_view, 64, format: CAMLUX_FORMAT_F32);
@@ -197,6 +199,7 @@ impl FrameObject {
         Ok(ExrOptions {
             half: args::flag("half", options.half)?,
             layers: picked,
+            plain: args::flag("plain", options.plain)?,
             ..ExrOptions::default()
         })
     }
@@ -391,7 +394,7 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
         // SAFETY: the caller guarantees it.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let options = object.exr_options(options)?;
-        write_exr(OutputFile::create(path)?, object.frame()?, &options)?;
+        write_exr_files(path.as_ref(), object.frame()?, &options)?;
         Ok(())
     })
 }

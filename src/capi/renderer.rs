@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
-/// call), and the user pointer of the options.
+/// call; "done" at the end, when the fraction is 1), and the user pointer of the options.
 ///
 /// \return 0 to continue; any other value ends the render with CAMLUX_CANCELLED.
 ///

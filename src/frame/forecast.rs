@@ -63,7 +63,10 @@ impl RenderedFrame {
         if self.scene.hash() == scene.hash() {
             return Some(self.gather_ms + self.other_ms);
         }
-        let size = |scene: &Scene| (scene.triangle_count(), scene.lights.len());
+        let size = |scene: &Scene| {
+            let is_dark = scene.is_dark();
+            (scene.triangle_count(), scene.lights.len(), is_dark)
+        };
         let is_alike = size(&self.scene) == size(scene);
         let pixels = pixels(scene) / pixels(&self.scene);
         let work = match (&self.scene.indirect, &scene.indirect) {

@@ -160,6 +160,7 @@ pub(crate) fn draw(
         }
     }
     context.finish()?;
+    progress.end()?;
     let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
     Ok((estimates, vpl_count))
 }

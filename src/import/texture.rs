@@ -22,6 +22,16 @@ pub(super) struct NormalMap {
     pub named_at: String,
 }
 
+impl Texture {
+    /// Loads an image of 8 or 16 bits, grey or RGB, as reflectances. `named_at`: the line that names it.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the file is missing or is no PNG, JPEG or WebP.
+    pub fn load(file: &Path, named_at: &str) -> Result<Texture> {
+        load(file, named_at)
+    }
+}
+
 /// Loads an image of 8 or 16 bits, grey or RGB. An alpha channel is ignored.
 ///
 /// # Errors

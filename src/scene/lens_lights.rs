@@ -37,6 +37,8 @@ pub struct LensLights {
 impl LensLights {
     /// Compares a valid scene with those before it. Warns if a light was at the lens and stayed where it was when the camera moved.
     pub fn warning(&mut self, scene: &Scene) -> Option<String> {
+        // The same room without time of flight tells nothing.
+        let tof = scene.tof.as_ref()?;
         let Camera { position_m, .. } = scene.camera;
         if let Some(&light) = scene.fixed_lights_at_lens().first() {
             let light_m = scene.lights[light].position_m();
@@ -45,7 +47,6 @@ impl LensLights {
         }
         // Warns once.
         let (before_m, light_m) = self.last.take()?;
-        let tof = scene.tof.as_ref()?;
         let is_left = |&(i, light): &(usize, &PlacedLight)| {
             light.relative_to.is_none()
                 && tof.is_modulated(i)

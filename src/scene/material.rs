@@ -60,6 +60,31 @@ pub enum Filter {
     Nearest,
 }
 
+impl Wrap {
+    pub(crate) const ALL: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+
+    /// The name in scene files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Wrap::Repeat => "repeat",
+            Wrap::Mirror => "mirror",
+            Wrap::Clamp => "clamp",
+        }
+    }
+}
+
+impl Filter {
+    pub(crate) const ALL: [Filter; 2] = [Filter::Bilinear, Filter::Nearest];
+
+    /// The name in scene files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Filter::Bilinear => "bilinear",
+            Filter::Nearest => "nearest",
+        }
+    }
+}
+
 impl TextureLookup {
     pub const IDENTITY: [[f64; 3]; 2] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 

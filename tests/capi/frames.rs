@@ -436,15 +436,20 @@ fn a_view_is_what_a_copy_and_the_files_have() {
         assert_eq!(line[row..], [7.0; 5]);
     }
     let folder = tempfile::tempdir().expect("a folder");
-    for name in ["all.exr", "one.exr", "look.png"] {
+    for name in ["all.exr", "one.exr", "plain.exr", "look.png"] {
         let path = folder.path().join(name);
         let path = std::ffi::CString::new(path.to_str().expect("UTF-8")).expect("no NUL");
         let one = init!(camlux_exr_options {
             layers: 1 << CAMLUX_LAYER_DEPTH
         });
+        let plain = init!(camlux_exr_options {
+            layers: 1 << CAMLUX_LAYER_DEPTH,
+            plain: 1
+        });
         // SAFETY: a string, and no options or a struct of that size.
         ok(unsafe {
             match name {
+                "plain.exr" => camlux_frame_write_exr(frame, path.as_ptr(), &plain),
                 "all.exr" => camlux_frame_write_exr(frame, path.as_ptr(), null()),
                 "one.exr" => camlux_frame_write_exr(frame, path.as_ptr(), &one),
                 _ => camlux_frame_write_png(frame, path.as_ptr()),
@@ -459,7 +464,9 @@ fn a_view_is_what_a_copy_and_the_files_have() {
             .map(|value| value.to_bits())
             .eq(of_view.iter().copied())
     );
-    assert_eq!(read("one.exr").expect("an image").layers().len(), 1);
+    let [one, plain] = ["one.exr", "plain.depth.exr"].map(|name| read(name).expect("an image"));
+    assert_eq!(one.layers().len(), 1);
+    assert_eq!(one.layers(), plain.layers());
     let png = std::fs::read(folder.path().join("look.png")).expect("a file");
     assert!(png.starts_with(b"\x89PNG"));
     // SAFETY: strings of the library.

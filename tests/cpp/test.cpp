@@ -475,7 +475,7 @@ void time_of_flight_has_its_layers(camlux::renderer &renderer)
     camera_pose.position_m.x += 1;
     scene.set_pose(camlux::part::camera, 0, camera_pose);
     CHECK(std::abs(scene.pose(camlux::part::light, 0).position_m.x - before_m - 1) < 1e-12);
-    scene.set_pose(camlux::part::light, 0, {{9, 9, 9}});
+    scene.set_pose(camlux::part::light, 0, {{9, 9, 9}, {}});
     CHECK(scene.light(0).relative_to == camlux::relative_to::world && scene.light(0).position_m.x == 9);
     camera_pose.position_m.x -= 1;
     scene.set_pose(camlux::part::camera, 0, camera_pose);

@@ -42,6 +42,7 @@ numbers_in_c!(c_char, i32, u64, usize, f64);
 impl InC for u32 {
     fn in_c(&self) -> String {
         match *self {
+            camlux::capi::CAMLUX_NEXT_FRAME => "CAMLUX_NEXT_FRAME".into(),
             number => number.to_string(),
         }
     }
@@ -202,7 +203,7 @@ pub fn layouts() -> Vec<Layout> {
             unit,
         }
         camlux_exr_options {
-            half, layers, tof_layers,
+            half, layers, tof_layers, plain,
         }
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,
