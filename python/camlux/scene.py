@@ -284,9 +284,10 @@ class Material(Fields):
     ks: specular reflectance of each band, 0 to 1.
     shininess: Phong exponent, 0 or more; required where ks is above 0.
     kd_texture: multiplies kd.
-    normal_texture: turns the normal. Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on the
-        side to which v grows, and along the normal of the mesh.
-    alpha_texture: cut-out: there is no surface where its alpha, or the brightness of a texture without alpha, is below `alpha_cutoff`.
+    normal_texture: turns the normal. Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on
+        the side to which v grows, and along the normal of the mesh.
+    alpha_texture: cut-out: there is no surface where its alpha, or the brightness of a texture without alpha, is below
+        `alpha_cutoff`.
     ks_texture: multiplies ks.
     shininess_texture: its brightness multiplies the shininess.
     alpha_cutoff: 0 to 1.
