@@ -274,7 +274,7 @@ def test_a_lamp_is_loaded():
 
 
 def test_warnings_are_python_warnings(renderer, scene):
-    scene.materials[0].ks = 0.5
+    scene.materials[0].ks, scene.materials[0].shininess = 0.5, 20
     assert any("reflects more than it receives" in text for text in scene.warnings())
     scene.materials[0].ks = 0
     assert scene.warnings() == []
