@@ -97,8 +97,7 @@
  * - A frame is the result: layers of pixels in the host's memory, and what they cost.
  *
  * Lengths are in metres, angles in degrees, powers in watts, radiances in W/sr/m^2. The camlux_view of a layer has its unit. Bands are
- * R, G, B. World space is right-handed; any axis may be up, and +y is if nothing is said. docs/names.md says what a parameter is called in scene
- * files and in Python.
+ * R, G, B. World space is right-handed; any axis may be up.
  *
  *
  * HANDLES AND MEMORY
@@ -621,9 +620,9 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 typedef struct camlux_scene_counts {
   /** sizeof(camlux_scene_counts) */
   uint32_t struct_size;
-  /** Textures. Their indices are from 0 to this number - 1; the same holds for the members below. */
+  /** Textures. They count from 1: the last one has this number. */
   uint32_t textures;
-  /** Materials. */
+  /** Materials. Their indices are from 0 to this number - 1; the same holds for the members below. */
   uint32_t materials;
   /** Meshes. */
   uint32_t meshes;
@@ -646,7 +645,7 @@ typedef struct camlux_bounds {
 } camlux_bounds;
 
 /**
- * A camera. Initialise with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with +y up, 45 degrees.
+ * A camera. Initialise with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
  *
  * Pixel (0, 0) is the upper left one, and its centre is at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
  */
@@ -680,7 +679,7 @@ typedef struct camlux_camera {
   double cy_px;
   /** Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE (first four). Coefficients that fold the image over are refused. */
   double distortion[8];
-  /** Number of samples averaged per pixel, up to 4096; 0 or 1: the pixel shows what is at its centre. */
+  /** Number of samples averaged per pixel, 2 to 4096; 0 or 1: the pixel shows what is at its centre. */
   uint32_t samples;
   /** Weight of the samples: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN. */
   int32_t filter;
@@ -688,7 +687,7 @@ typedef struct camlux_camera {
 
 /**
  * A sensor, which turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Initialise with
- * CAMLUX_SENSOR_INIT, and set at least pixel_pitch_um and exposure_time_s.
+ * CAMLUX_SENSOR_INIT, and set every member.
  */
 typedef struct camlux_sensor {
   /** sizeof(camlux_sensor) */
@@ -721,7 +720,10 @@ typedef struct camlux_indirect {
   uint32_t struct_size;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER, CAMLUX_ESTIMATOR_RSM_AVERAGE or CAMLUX_ESTIMATOR_INSTANT_RADIOSITY. */
   int32_t estimator;
-  /** Texels along an edge of a face of the reflective shadow map. 0: camlux chooses for CAMLUX_ESTIMATOR_FINAL_GATHER, and 64 for the others. */
+  /**
+   * Texels along an edge of a face of the reflective shadow map. 0: camlux chooses, for
+   * CAMLUX_ESTIMATOR_FINAL_GATHER only.
+   */
   uint32_t rsm_size;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error applies to, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL. */
   int32_t error_norm;
@@ -734,11 +736,11 @@ typedef struct camlux_indirect {
   double interpolation_error;
   /**
    * CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall-clock time for the indirect light of a frame, milliseconds. If it is reached before
-   * the target error, the result is the best image so far. A first image is always made, so a frame can take longer than the limit. 0: no
-   * limit.
+   * the target error, the result is the best image so far. A first image is always made; least_ms in camlux_frame_stats is its time.
+   * 0: no limit.
    */
   double max_ms;
-  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms; a first image is always made. 0: no limit. */
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms. 0: no limit. */
   uint64_t max_rays;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR. */
   int32_t stderr_layer;
@@ -929,7 +931,7 @@ typedef struct camlux_tof {
   uint32_t struct_size;
   /** Number of frequencies, 1 to 4. */
   uint32_t frequency_count;
-  /** Modulation frequencies, Hz (20 MHz are 20e6), 1e3 to 1e12; only the first frequency_count are used. */
+  /** Modulation frequencies, Hz, 1 to 1e12; only the first frequency_count are used. */
   double frequencies_hz[4];
   /** Contrast K of each frequency: the difference between the taps as a fraction of the light, 0 to 1. */
   double contrasts[4];
@@ -975,17 +977,20 @@ camlux_status camlux_scene_set_tof(camlux_scene *scene,
 /** 32-bit floating-point components, 0 to 1. */
 #define CAMLUX_COMPONENT_F32 2
 
-/** CAMLUX_ENCODING_LINEAR for floating point, otherwise CAMLUX_ENCODING_SRGB. */
+/** What a material uses the texture for decides: integers are CAMLUX_ENCODING_SRGB as kd_texture, all else is CAMLUX_ENCODING_LINEAR. */
 #define CAMLUX_ENCODING_DEFAULT 0
 
-/** Values are reflectances. */
+/** Values are as they are. */
 #define CAMLUX_ENCODING_LINEAR 1
 
-/** Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. */
+/**
+ * Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. A normal_texture must not be, nor an
+ * alpha_texture without an alpha channel.
+ */
 #define CAMLUX_ENCODING_SRGB 2
 
 /**
- * A texture for a material. Initialise with CAMLUX_TEXTURE_INIT: three 8-bit channels, encoded as sRGB.
+ * A texture for a material. Initialise with CAMLUX_TEXTURE_INIT: three 8-bit channels, in the encoding of the texture's use.
  *
  * The first row is the upper edge, v = 1. Textures repeat, and are sampled bilinearly.
  */
@@ -998,9 +1003,9 @@ typedef struct camlux_texture {
   uint32_t height_px;
   /** CAMLUX_COMPONENT_U8, CAMLUX_COMPONENT_U16 or CAMLUX_COMPONENT_F32. */
   int32_t component;
-  /** Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B and one that is ignored). */
+  /** Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B, alpha). Alpha is linear, and only an alpha_texture uses it. */
   uint32_t channels;
-  /** CAMLUX_ENCODING_DEFAULT, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
+  /** Of R, G and B: CAMLUX_ENCODING_DEFAULT, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
   int32_t encoding;
   /** The first row, aligned to the size of a component; copied. */
   const void *pixels;
@@ -1017,7 +1022,7 @@ typedef struct camlux_texture {
 typedef struct camlux_material {
   /** sizeof(camlux_material) */
   uint32_t struct_size;
-  /** The index of a texture that multiplies kd; CAMLUX_NONE: no texture. */
+  /** The number of a texture, from camlux_scene_add_texture, that multiplies kd; 0: none. */
   uint32_t kd_texture;
   /** Diffuse reflectance of the bands R, G, B, 0 to 1. */
   double kd[3];
@@ -1028,13 +1033,13 @@ typedef struct camlux_material {
   /** Name for messages, UTF-8, copied; NULL: none. */
   const char *name;
   /**
-   * The index of a normal texture, used in its linear encoding: R, G, B from 0 to 1 stand for components from -1 to 1. These point along the
-   * directions in which u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
+   * The number of a normal texture; 0: none. R, G, B from 0 to 1 stand for components from -1 to 1: along the direction in which u grows,
+   * across it on the side to which v grows, and along the mesh's own normal.
    */
   uint32_t normal_texture;
   /**
-   * The index of an alpha texture, used in its linear encoding: there is a surface where R is at least 0.5. Below 0.5 the surface is cut out,
-   * on both sides. A scene file may give another cutoff. CAMLUX_NONE: none.
+   * The number of an alpha texture; 0: none. The surface is cut out, on both sides, where alpha is below 0.5, or the brightness of a texture
+   * without alpha. A scene file may give another cutoff.
    */
   uint32_t alpha_texture;
 } camlux_material;
@@ -1042,21 +1047,23 @@ typedef struct camlux_material {
 /**
  * Adds a texture. Its pixels are copied.
  *
- * \param index receives its index; may be NULL.
+ * \param number receives its number, for members of camlux_material: the first texture has 1, and 0 stands for none. May be NULL.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range;
  * CAMLUX_ERROR_OUT_OF_MEMORY.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_add_texture(camlux_scene *scene, const camlux_texture *texture, uint32_t *index);
+camlux_status camlux_scene_add_texture(camlux_scene *scene,
+                                       const camlux_texture *texture,
+                                       uint32_t *number);
 
 /**
  * Replaces a texture.
  *
- * \param index of the texture to replace.
- * \errors as camlux_scene_add_texture.
+ * \param number of the texture to replace.
+ * \errors as camlux_scene_add_texture; CAMLUX_ERROR_SCENE for an encoding that contradicts a material's use of it.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_set_texture(camlux_scene *scene, uint32_t index, const camlux_texture *texture);
+camlux_status camlux_scene_set_texture(camlux_scene *scene, uint32_t number, const camlux_texture *texture);
 
 /**
  * Adds a material.
@@ -1069,7 +1076,7 @@ camlux_status camlux_scene_add_material(camlux_scene *scene, const camlux_materi
 
 /**
  * Replaces a material. It keeps what camlux_material does not hold and a scene file may give: textures of ks and shininess, the cutoff of
- * alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its index stays the same.
+ * alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its number stays the same.
  *
  * \param index of the material to replace.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
@@ -1093,9 +1100,6 @@ camlux_status camlux_scene_get_material(camlux_scene *scene, uint32_t index, cam
  * 7. Meshes, poses, instances
  * ---------------------------------------------------------------------------------------------------------------------- */
 
-/** The value of an optional index that is not set. */
-#define CAMLUX_NONE UINT32_C(0xffffffff)
-
 /** Components are 32-bit floating-point numbers. */
 #define CAMLUX_FORMAT_F32 1
 
@@ -1116,15 +1120,6 @@ camlux_status camlux_scene_get_material(camlux_scene *scene, uint32_t index, cam
 
 /** An instance of a mesh. */
 #define CAMLUX_PART_INSTANCE 2
-
-/**
- * The axes of a camera as camlux and OpenCV have them: x right, y down, z forward. Also for instances, whose axes are their mesh's, and
- * for lights, which shine along z.
- */
-#define CAMLUX_AXES_OPENCV 0
-
-/** The axes of a camera as OpenGL and Blender have them: x right, y up, z backward. */
-#define CAMLUX_AXES_OPENGL 1
 
 /** Elements of an array in the host's memory. */
 typedef struct camlux_array {
@@ -1238,22 +1233,6 @@ camlux_status camlux_scene_set_pose(camlux_scene *scene,
                                     const camlux_pose *pose);
 
 /**
- * Turns a matrix into a pose for camlux_scene_set_pose and camlux_scene_add_instance.
- *
- * \param rows 12 or 16 numbers, row by row: each row has three numbers of the rotation (times a scale) and one of the position, m. The matrix
- * maps own space to world space, as camera-to-world does. The extrinsics of OpenCV map the other way: invert them first.
- * \param count 12 (3 x 4), or 16 (4 x 4, whose last row is 0, 0, 0, 1).
- * \param axes of the own space: CAMLUX_AXES_OPENCV or CAMLUX_AXES_OPENGL.
- * \param pose initialise with CAMLUX_POSE_INIT.
- * \errors CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a matrix that is no rotation with one scale, within 0.001.
- * \threads any.
- */
-camlux_status camlux_pose_from_matrix(const double *rows,
-                                      size_t count,
-                                      int32_t axes,
-                                      camlux_pose *pose);
-
-/**
  * Moves many lights or instances at once. If one pose is refused, none is moved.
  *
  * \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
@@ -1340,10 +1319,10 @@ camlux_status camlux_scene_remove(camlux_scene *scene,
 /** Parallel light: direction, irradiance_w_m2. */
 #define CAMLUX_LIGHT_DIRECTIONAL 2
 
-/** A lamp with a measured pattern: position_m, direction (gamma = 0), up (towards the plane C = 0), pattern, power_w. */
+/** A lamp with a measured pattern, from a scene file only: camlux_scene_get_light reads it, camlux_scene_set_pose moves it. */
 #define CAMLUX_LIGHT_PATTERN 3
 
-/** A projector: position_m, direction (its axis), up (up in the image), image, power_w. */
+/** A projector, from a scene file only, like CAMLUX_LIGHT_PATTERN. */
 #define CAMLUX_LIGHT_PROJECTOR 4
 
 /**
@@ -1353,74 +1332,16 @@ camlux_status camlux_scene_remove(camlux_scene *scene,
 #define CAMLUX_LIGHT_AREA 5
 
 /**
- * The measured pattern of a lamp, in the C-gamma system of the CIE: gamma is the angle from the direction of the light, C the angle about it,
- * counterclockwise for a viewer who looks along it. Initialise with CAMLUX_PATTERN_INIT, and give either a file or arrays.
- */
-typedef struct camlux_pattern {
-  /** sizeof(camlux_pattern) */
-  uint32_t struct_size;
-  /** How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
-  int32_t encoding;
-  /** An IES (.ies) or EULUMDAT (.ldt) file, or a grey map of all directions (.png, .jpg, .webp, .exr), UTF-8; NULL: from the arrays. */
-  const char *path;
-  /** Angles gamma, degrees, increasing, within 0 and 180; at least two. */
-  const double *gammas_deg;
-  /** Number of these angles. */
-  size_t gamma_count;
-  /**
-   * Angles C, degrees, increasing: 0 alone for a lamp that is symmetric about its direction; 0 to 90 or 0 to 180, which are mirrored; or the
-   * whole turn.
-   */
-  const double *planes_deg;
-  /** Number of these angles. */
-  size_t plane_count;
-  /** Radiant intensities of 0 or more, of which only the ratios matter: for each plane gamma_count values. */
-  const double *intensities;
-} camlux_pattern;
-
-/**
- * The image of a projector, grey: the irradiance of each pixel on a screen across its axis. Initialise with CAMLUX_PROJECTED_IMAGE_INIT, and
- * give either a file or an array, and a lens.
- */
-typedef struct camlux_projected_image {
-  /** sizeof(camlux_projected_image) */
-  uint32_t struct_size;
-  /** How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
-  int32_t encoding;
-  /** A grey PNG, JPEG, WebP or OpenEXR file, UTF-8; NULL: from the array. */
-  const char *path;
-  /** Width of the array, pixels; 0 with a file. */
-  uint32_t width_px;
-  /** Height of the array, pixels; 0 with a file. */
-  uint32_t height_px;
-  /** Relative irradiances from 0 to 1, rows from the top. */
-  const float *values;
-  /** Bytes from one row to the next, a multiple of 4; 0: rows are contiguous. */
-  size_t row_stride_bytes;
-  /** CAMLUX_LENS_FOV_Y or CAMLUX_LENS_INTRINSICS, as for a camera. */
-  int32_t lens;
-  /** 0. */
-  uint32_t reserved;
-  /** With CAMLUX_LENS_FOV_Y: full angle from the upper to the lower edge, degrees above 0 and below 180. */
-  double fov_y_deg;
-  /** With CAMLUX_LENS_INTRINSICS: focal lengths in pixels, above 0. */
-  double fx_px;
-  /** See fx_px. */
-  double fy_px;
-  /** Principal point in pixels, from the upper left corner of the image. */
-  double cx_px;
-  /** See cx_px. */
-  double cy_px;
-} camlux_projected_image;
-
-/**
  * A light. Initialise with CAMLUX_LIGHT_INIT: a point light without power at the origin. Members that its kind does not use are
  * ignored.
  */
 typedef struct camlux_light {
   /** sizeof(camlux_light) */
   uint32_t struct_size;
-  /** CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL, CAMLUX_LIGHT_PATTERN, CAMLUX_LIGHT_PROJECTOR or CAMLUX_LIGHT_AREA. */
+  /**
+   * CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL or CAMLUX_LIGHT_AREA. When read, it can also be CAMLUX_LIGHT_PATTERN
+   * or CAMLUX_LIGHT_PROJECTOR.
+   */
   int32_t kind;
   /** Position in world space, m. */
   double position_m[3];
@@ -1434,19 +1355,12 @@ typedef struct camlux_light {
   double inner_half_angle_deg;
   /** Angle from the axis beyond which the intensity is 0, degrees above 0 up to 180. */
   double outer_half_angle_deg;
-  /**
-   * Up in a projector's image, the plane C = 0 of a lamp, or the direction of a rectangle's height; of any length, not parallel to direction.
-   * A disc needs none: 0, 0, 0.
-   */
+  /** Direction of an area's height; of any length, not parallel to direction. */
   double up[3];
   /** Width and height of a rectangle, m; 0 for a disc. */
   double size_m[2];
   /** Radius of a disc, m; 0 for a rectangle. */
   double radius_m;
-  /** The pattern of a CAMLUX_LIGHT_PATTERN, copied. NULL in camlux_scene_set_light: the pattern that the light has. Always NULL when read. */
-  const camlux_pattern *pattern;
-  /** The image of a CAMLUX_LIGHT_PROJECTOR, likewise. */
-  const camlux_projected_image *image;
 } camlux_light;
 
 /**
@@ -1459,20 +1373,18 @@ typedef struct camlux_light {
 camlux_status camlux_scene_add_light(camlux_scene *scene, const camlux_light *light, uint32_t *index);
 
 /**
- * Replaces a light. The new one may be of another kind. A lamp or a projector without pattern and image keeps those of the old light.
+ * Replaces a light. The new one may be of another kind.
  *
  * \param index of the light to replace.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_set_light(camlux_scene *scene,
-                                     uint32_t index,
-                                     const camlux_light *light);
+camlux_status camlux_scene_set_light(camlux_scene *scene, uint32_t index, const camlux_light *light);
 
 /**
  * Reads a light as it was set or last moved.
  *
- * \param light initialise with CAMLUX_LIGHT_INIT. Its pattern and image are returned as NULL.
+ * \param light initialise with CAMLUX_LIGHT_INIT.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any.
  */
@@ -1485,7 +1397,7 @@ camlux_status camlux_scene_get_light(camlux_scene *scene, uint32_t index, camlux
 
 /**
  * Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
- * call), and the user pointer of the options.
+ * call; "done" at the end, when the fraction is 1), and the user pointer of the options.
  *
  * \return 0 to continue; any other value ends the render with CAMLUX_CANCELLED.
  *
@@ -1551,7 +1463,7 @@ camlux_status camlux_renderer_create(camlux_device *device, camlux_renderer **re
 /**
  * Renders a frame of a scene as it is at the time of the call. Changes that other threads make meanwhile apply to the next frame.
  *
- * The first frame compiles pipelines and copies the scene to the device, unless camlux_renderer_prepare has done it. Later frames of the same scene recompute only what has
+ * The first frame compiles pipelines and copies the scene to the device. Later frames of the same scene recompute only what has
  * changed: see camlux_scene_set_pose and camlux_frame_get_pass.
  *
  * \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
@@ -1584,19 +1496,6 @@ camlux_status camlux_renderer_render_cameras(camlux_renderer *renderer,
                                              size_t stride_bytes,
                                              const camlux_render_options *options,
                                              camlux_frame **frames);
-
-/**
- * Compiles what frames of a scene need and copies the scene to the device, so that the first frame takes no longer than the others. It
- * renders a small image of the scene, which nobody sees. Another estimator, another kind of light, a first texture or a first cut-out may
- * need more. So may another size of the image, if the lens is distorted.
- *
- * \param milliseconds receives the time that it took; may be NULL. preparation_ms of camlux_frame_stats tells what is left for a frame.
- * \errors those of camlux_renderer_render, except CAMLUX_CANCELLED.
- * \threads any; it returns when all is on the device.
- */
-camlux_status camlux_renderer_prepare(camlux_renderer *renderer,
-                                      camlux_scene *scene,
-                                      double *milliseconds);
 
 /**
  * Predicts the GPU time of a frame of a scene from the renderer's last frame. That frame must have had the same number of triangles
@@ -1655,18 +1554,6 @@ camlux_status camlux_renderer_submit(camlux_renderer *renderer,
  * \threads any; it never waits.
  */
 camlux_status camlux_job_poll(camlux_job *job, int32_t *is_done);
-
-/**
- * Waits until a job is done, but no longer than a given time.
- *
- * \param milliseconds the longest time to wait, 0 or more; +infinity: until the job is done.
- * \param is_done receives 1, or 0 if the job is still rendering after that time.
- * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_BUSY on the job's own thread, in a callback.
- * \threads any.
- */
-camlux_status camlux_job_wait_for(camlux_job *job,
-                                  double milliseconds,
-                                  int32_t *is_done);
 
 /**
  * Waits until a job is done, and returns its frame. The frame can be taken only once.
@@ -1792,6 +1679,8 @@ typedef struct camlux_exr_options {
   uint32_t layers;
   /** Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on. */
   uint32_t tof_layers;
+  /** 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr. */
+  int32_t plain;
 } camlux_exr_options;
 
 /** What a frame has cost: times, counts and estimated errors. Initialise with CAMLUX_FRAME_STATS_INIT. */
@@ -1841,10 +1730,12 @@ typedef struct camlux_frame_stats {
    */
   double estimated_area_light_error;
   /**
-   * Part of wall_ms in which pipelines were compiled and the surfaces were copied to the device, milliseconds: most of a first frame, unless
-   * camlux_renderer_prepare has done it.
+   * Time of the least image with an estimate, milliseconds: final gathering makes it whatever max_ms and max_rays are. It is known as
+   * far as this frame tells; NaN if it is not known.
    */
-  double preparation_ms;
+  double least_ms;
+  /** Number of rays of that image; 0 if it is not known. */
+  uint64_t least_rays;
 } camlux_frame_stats;
 
 /** GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT. */
@@ -1907,7 +1798,7 @@ camlux_status camlux_frame_copy(camlux_frame *frame,
  * Writes layers to an OpenEXR file, with units, scene hash and the rest of the description in its header, as
  * `camlux render` does. The file appears complete or not at all.
  *
- * \param path UTF-8, ending with .exr; a file of that name is replaced.
+ * \param path UTF-8; a file of that name is replaced.
  * \param options NULL: those of CAMLUX_EXR_OPTIONS_INIT.
  * \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does
  * not have.
@@ -1921,7 +1812,7 @@ camlux_status camlux_frame_write_exr(camlux_frame *frame,
  * Writes an 8-bit sRGB preview: direct, indirect and total radiance side by side, or only the radiance if the frame has no
  * indirect light. The preview is for viewing, not for measurements. The file appears complete or not at all.
  *
- * \param path UTF-8, ending with .png; a file of that name is replaced.
+ * \param path UTF-8; a file of that name is replaced.
  * \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any; frames are immutable.
  */
@@ -2145,57 +2036,53 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 /* As in: camlux_camera camera = CAMLUX_CAMERA_INIT; */
 
-#define CAMLUX_DEVICE_OPTIONS_INIT { sizeof(camlux_device_options), 0, 0, 0, NULL }
+#define CAMLUX_DEVICE_OPTIONS_INIT { (uint32_t)sizeof(camlux_device_options), 0, 0, 0, NULL }
 
-#define CAMLUX_DEVICE_INFO_INIT { sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
+#define CAMLUX_DEVICE_INFO_INIT { (uint32_t)sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
-#define CAMLUX_CAMERA_INIT { sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0 }
+#define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 0, 0 }
 
-#define CAMLUX_SENSOR_INIT { sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
+#define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
 
-#define CAMLUX_TOF_NOISE_INIT { sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
+#define CAMLUX_TOF_NOISE_INIT { (uint32_t)sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
 
-#define CAMLUX_TOF_INIT { sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
+#define CAMLUX_TOF_INIT { (uint32_t)sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
 
-#define CAMLUX_INDIRECT_INIT { sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
+#define CAMLUX_INDIRECT_INIT { (uint32_t)sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
 
-#define CAMLUX_DIRECT_INIT { sizeof(camlux_direct), 0 }
+#define CAMLUX_DIRECT_INIT { (uint32_t)sizeof(camlux_direct), 0 }
 
-#define CAMLUX_POSE_INIT { sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
+#define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
 
-#define CAMLUX_MATERIAL_INIT { sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, CAMLUX_NONE, CAMLUX_NONE }
+#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0 }
 
-#define CAMLUX_TEXTURE_INIT { sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
+#define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 
-#define CAMLUX_MESH_INIT { sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
+#define CAMLUX_MESH_INIT { (uint32_t)sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
 
-#define CAMLUX_LIGHT_INIT { sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}, {0.0, 0.0}, 0.0, NULL, NULL }
+#define CAMLUX_LIGHT_INIT { (uint32_t)sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 1.0, 0.0}, {0.0, 0.0}, 0.0 }
 
-#define CAMLUX_PATTERN_INIT { sizeof(camlux_pattern), 0, NULL, NULL, 0, NULL, 0, NULL }
+#define CAMLUX_SCENE_COUNTS_INIT { (uint32_t)sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
 
-#define CAMLUX_PROJECTED_IMAGE_INIT { sizeof(camlux_projected_image), 0, NULL, 0, 0, NULL, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0 }
+#define CAMLUX_BOUNDS_INIT { (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_SCENE_COUNTS_INIT { sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
+#define CAMLUX_TARGET_INIT { (uint32_t)sizeof(camlux_target), 0, NULL, 0, 0 }
 
-#define CAMLUX_BOUNDS_INIT { sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
+#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL, NULL, 0 }
 
-#define CAMLUX_TARGET_INIT { sizeof(camlux_target), 0, NULL, 0, 0 }
+#define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL, NULL, 0 }
+#define CAMLUX_VULKAN_IMAGE_INIT { (uint32_t)sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
 
-#define CAMLUX_VULKAN_DEVICE_INIT { sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
+#define CAMLUX_SHARED_MEMORY_INFO_INIT { (uint32_t)sizeof(camlux_shared_memory_info), 0, 0, 0, 0, NULL }
 
-#define CAMLUX_VULKAN_IMAGE_INIT { sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
+#define CAMLUX_VIEW_INIT { (uint32_t)sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
 
-#define CAMLUX_SHARED_MEMORY_INFO_INIT { sizeof(camlux_shared_memory_info), 0, 0, 0, 0, NULL }
+#define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0, 0 }
 
-#define CAMLUX_VIEW_INIT { sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
+#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0 }
 
-#define CAMLUX_EXR_OPTIONS_INIT { sizeof(camlux_exr_options), 0, 0, 0 }
-
-#define CAMLUX_FRAME_STATS_INIT { sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0 }
-
-#define CAMLUX_PASS_TIME_INIT { sizeof(camlux_pass_time), 0, 0.0, NULL }
+#define CAMLUX_PASS_TIME_INIT { (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
 
 #ifdef __cplusplus
 }

@@ -220,7 +220,7 @@ public:
         return detail::ended(camlux_scene_set_direct(get(), &raw));
     }
 
-    /** \return the index of the new part, as in the other add_ functions. */
+    /** \return the number of the texture for members of camlux::material: the first one has 1, and 0 stands for none. */
     std::uint32_t add_texture(const camlux::texture &texture) { return try_add_texture(texture).value(); }
     result<std::uint32_t> try_add_texture(const camlux::texture &texture)
     {
@@ -230,15 +230,16 @@ public:
         return added(camlux_scene_add_texture, raw);
     }
 
-    void set_texture(std::uint32_t index, const camlux::texture &texture) { try_set_texture(index, texture).value(); }
-    result<void> try_set_texture(std::uint32_t index, const camlux::texture &texture)
+    void set_texture(std::uint32_t number, const camlux::texture &texture) { try_set_texture(number, texture).value(); }
+    result<void> try_set_texture(std::uint32_t number, const camlux::texture &texture)
     {
         if (const result<void> fine = detail::check_texts({texture.name}); !fine)
             return {fine.status(), fine.message()};
         const camlux_texture raw = detail::raw_of(texture);
-        return detail::ended(camlux_scene_set_texture(get(), index, &raw));
+        return detail::ended(camlux_scene_set_texture(get(), number, &raw));
     }
 
+    /** \return the index of the new part, as in the other add_ functions below. */
     std::uint32_t add_material(const camlux::material &material) { return try_add_material(material).value(); }
     result<std::uint32_t> try_add_material(const camlux::material &material)
     {
@@ -632,7 +633,8 @@ inline camlux_render_options raw_of(const render_options &options) noexcept
     camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
     raw.submission_target_ms = options.submission_target_ms;
     raw.on_device = options.on_device ? 1 : 0;
-    raw.frame_index = options.frame_index;
+    raw.frame_index = options.frame_index.value_or(CAMLUX_NEXT_FRAME);
+    raw.seed = options.seed;
     raw.cancel_token = options.cancel_token.get();
     raw.targets = options.targets.data();
     raw.target_count = options.targets.size();

@@ -21,6 +21,7 @@ pub mod capi;
 pub mod doctor;
 pub mod emission;
 pub mod error;
+mod export;
 mod exr_decode;
 mod frame;
 mod geometry;

@@ -14,6 +14,7 @@ use crate::{
         self, BufferPool, Cached, DrawnFrame, FrameCache, Observer, Progress, ProgressReport,
         RenderedFrame,
     },
+    model::FrameKey,
     output::{Frame, FrameDescription, FrameStats, Layer, PassTime},
     passes::{
         Context,
@@ -38,6 +39,8 @@ pub struct Renderer {
     pool: BufferPool,
     /// The timeline of the frames that stay on the device; `None` before the first.
     timeline: Option<Arc<Timeline>>,
+    /// The index of the next frame, unless its options give one.
+    next_frame_index: u32,
     last: Option<RenderedFrame>,
 }
 
@@ -54,10 +57,14 @@ pub struct RenderOptions<'a> {
     pub gather_kernel: Option<GatherKernel>,
     /// The kernel of all rays; `None`: the fastest for the device.
     pub ray_kernel: Option<RayKernel>,
-    /// The seed of final gathering. Another seed gives other samples, so the image has other noise and another error.
+    /// The seed of the frame's random numbers. Another seed gives other samples of indirect light, with another error, and other sensor
+    /// noise.
     pub seed: u32,
-    /// The index of the frame in a series. Another index gives other sensor noise.
-    pub frame_index: u32,
+    /// The index of the frame in a series. Another index gives other sensor noise. `None`: the renderer counts from 0, and goes on after
+    /// the largest index that it was given. So two frames differ in their noise, unless you give both the same index.
+    pub frame_index: Option<u32>,
+    /// The index of the camera among several that see the same frame. Another camera has other sensor noise.
+    pub camera_index: u32,
     /// The layers that the host requests. Others stay on the device and are not in the frame. `None`: all layers of the scene.
     pub layers: Option<&'a [Layer]>,
 }
@@ -70,7 +77,8 @@ impl Default for RenderOptions<'_> {
             gather_kernel: None,
             ray_kernel: None,
             seed: 0,
-            frame_index: 0,
+            frame_index: None,
+            camera_index: 0,
             layers: None,
         }
     }
@@ -89,6 +97,7 @@ impl Renderer {
             cache: FrameCache::default(),
             pool: BufferPool::default(),
             timeline: None,
+            next_frame_index: 0,
             last: None,
         })
     }
@@ -222,6 +231,7 @@ impl Renderer {
     ) -> Result<DrawnFrame> {
         let start = Instant::now();
         let compiled_before = self.pipelines.making_time();
+        let scene = &*scene.in_world();
         self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
@@ -280,6 +290,8 @@ impl Renderer {
             estimated_error: estimates.error,
             estimated_error_upper: estimates.error_upper,
             stop: estimates.stop,
+            least_rays: estimates.least.map(|(rays, _)| rays),
+            least_milliseconds: estimates.least.map(|(_, milliseconds)| milliseconds),
             estimated_interpolation_error: estimates.interpolation_error,
             estimated_area_light_error: estimates.area_light_error,
             submissions: cost.submissions,
@@ -292,12 +304,18 @@ impl Renderer {
             cost.work_of(FIRST_ESTIMATE),
             cost.work_of(FURTHER_ESTIMATES),
         ));
+        let index = options.frame_index.unwrap_or(self.next_frame_index);
+        self.next_frame_index = self.next_frame_index.max(index.wrapping_add(1));
         Ok(DrawnFrame {
             images,
             space,
             stats,
             description: FrameDescription {
-                frame_index: options.frame_index,
+                key: FrameKey {
+                    index,
+                    camera: options.camera_index,
+                    seed: options.seed,
+                },
                 ..FrameDescription::new(scene, scene.hash())
             },
         })

@@ -258,10 +258,11 @@ struct material {
     rgb ks = {};
     /** Below 0: not given, which is an error if ks is above 0. */
     double shininess = -1;
-    std::uint32_t kd_texture = CAMLUX_NONE;
+    /** Numbers of textures, from scene::add_texture; 0: none. */
+    std::uint32_t kd_texture = 0;
     std::string name = {};
-    std::uint32_t normal_texture = CAMLUX_NONE;
-    std::uint32_t alpha_texture = CAMLUX_NONE;
+    std::uint32_t normal_texture = 0;
+    std::uint32_t alpha_texture = 0;
 };
 
 /** camlux_texture. The pixels are read only during scene::add_texture or scene::set_texture. */
@@ -314,6 +315,13 @@ struct number_in<Number, 1, std::enable_if_t<std::is_arithmetic_v<Number>>> {
 
 }  // namespace detail
 
+/** What position and directions of a light are relative to. */
+enum class relative_to : std::int32_t {
+    world = CAMLUX_RELATIVE_TO_WORLD,
+    /** The camera's axes: x right, y down, z forward, from its centre. The light moves with the camera. */
+    camera = CAMLUX_RELATIVE_TO_CAMERA,
+};
+
 /** camlux_light. The functions point, spot, directional, rectangle, disc, lamp and projector create complete lights. */
 struct light {
     light_kind kind = light_kind::point;
@@ -331,6 +339,7 @@ struct light {
     std::optional<camlux::pattern> pattern = std::nullopt;
     /** Of a projector, likewise. */
     std::optional<projected_image> image = std::nullopt;
+    camlux::relative_to relative_to = camlux::relative_to::world;
 
     static light point(vec3 position_m, rgb power_w)
     {
@@ -499,8 +508,10 @@ struct render_options {
     std::function<bool(double fraction, std::string_view pass)> progress = {};
     /** The images stay on the device: see frame::vulkan_image. */
     bool on_device = false;
-    /** Index of the frame in a sequence. Each frame has its own noise. */
-    std::uint32_t frame_index = 0;
+    /** Index of the frame in a sequence. Each frame has its own noise. Empty: the renderer counts; frame_stats tells the index. */
+    std::optional<std::uint32_t> frame_index;
+    /** Another seed gives other samples of indirect light, and other noise. */
+    std::uint32_t seed = 0;
     /** An empty token: none. */
     camlux::cancel_token cancel_token = {};
     /** Where layers go; empty: they stay with the frame. */
@@ -512,6 +523,7 @@ struct exr_options {
     bool half = false;
     /** Empty: all layers of the frame. A time-of-flight layer stands for this layer at every frequency. */
     std::vector<layer> layers = {};
+    bool plain = false;
 };
 
 /** camlux_device_options: the best device, or the one with an index, else with a name, a UUID or a PCI address. */
@@ -539,6 +551,8 @@ struct frame_stats {
     std::uint32_t submissions = 0;
     stop_reason stop = stop_reason::none;
     std::string device = {}, driver = {};
+    /** Index of the frame in its sequence, and of its camera among those of one call. */
+    std::uint32_t frame_index = 0, camera_index = 0;
 };
 
 /** camlux_pass_time. */
@@ -779,6 +793,7 @@ inline camlux_light raw_of(const light &from) noexcept
     to.size_m[0] = from.width_m;
     to.size_m[1] = from.height_m;
     to.radius_m = from.radius_m;
+    to.relative_to = number(from.relative_to);
     return to;
 }
 
@@ -873,6 +888,7 @@ inline light light_of(const camlux_light &from) noexcept
     to.width_m = from.size_m[0];
     to.height_m = from.size_m[1];
     to.radius_m = from.radius_m;
+    to.relative_to = static_cast<relative_to>(from.relative_to);
     return to;
 }
 
@@ -920,6 +936,8 @@ inline frame_stats frame_stats_of(const camlux_frame_stats &from)
     to.estimated_error_upper = from.estimated_error_upper;
     to.estimated_interpolation_error = from.estimated_interpolation_error;
     to.estimated_area_light_error = from.estimated_area_light_error;
+    to.frame_index = from.frame_index;
+    to.camera_index = from.camera_index;
     to.submissions = from.submissions;
     to.stop = static_cast<stop_reason>(from.stop);
     to.device = from.device ? from.device : "";
@@ -931,6 +949,7 @@ inline camlux_exr_options raw_of(const exr_options &from) noexcept
 {
     camlux_exr_options to = CAMLUX_EXR_OPTIONS_INIT;
     to.half = from.half ? 1 : 0;
+    to.plain = from.plain ? 1 : 0;
     for (const layer wanted : from.layers) {
         const std::int32_t of_tof = number(wanted) - CAMLUX_LAYER_TOF_PHASOR;
         if (of_tof < 0)

@@ -14,15 +14,9 @@ Scenes are plain objects (camlux.scene). You load them from a file or build them
 from collections.abc import Mapping as _Mapping
 
 from ._camlux import (
-    CamluxWarning,
-    Cancelled,
     Comparison,
     Device,
-    DeviceError,
     DeviceInfo,
-    DeviceLostError,
-    Error,
-    FileError,
     Frame,
     FrameStats,
     Image,
@@ -31,15 +25,30 @@ from ._camlux import (
     Progress,
     ProjectedImage,
     Renderer,
-    SceneError,
     Texture,
     __version__,
     devices,
     read_exr,
     reference,
 )
+from ._layers import Points
 from .comparison import compare
 from .dataset import Dataset, DatasetFrame
+from .errors import (
+    ArgumentError,
+    CamluxWarning,
+    Cancelled,
+    DeviceError,
+    DeviceLostError,
+    Error,
+    FieldError,
+    FileError,
+    LayerError,
+    MissingFileError,
+    MissingSceneFileError,
+    SceneError,
+    UnsupportedError,
+)
 from .scene import (
     AreaLight,
     Camera,
@@ -61,10 +70,11 @@ from .scene import (
     TimeOfFlight,
 )
 
-_Mapping.register(Frame)
-_Mapping.register(Image)
+for _class in (Frame, Image):
+    _Mapping.register(_class)  # pyright: ignore[reportAttributeAccessIssue]
 
 __all__ = [
+    "ArgumentError",
     "AreaLight",
     "Camera",
     "CamluxWarning",
@@ -78,6 +88,7 @@ __all__ = [
     "DeviceLostError",
     "DirectionalLight",
     "Error",
+    "FieldError",
     "FileError",
     "FinalGather",
     "FisheyeDistortion",
@@ -86,11 +97,15 @@ __all__ = [
     "Image",
     "InstantRadiosity",
     "Intrinsics",
+    "LayerError",
     "Material",
     "Mesh",
+    "MissingFileError",
+    "MissingSceneFileError",
     "Pattern",
     "PatternLight",
     "PointLight",
+    "Points",
     "Progress",
     "ProjectedImage",
     "RationalDistortion",
@@ -104,6 +119,7 @@ __all__ = [
     "Texture",
     "TextureLookup",
     "TimeOfFlight",
+    "UnsupportedError",
     "__version__",
     "compare",
     "devices",

@@ -8,23 +8,32 @@ import numpy as np
 import numpy.typing as npt
 
 from ._camlux import Comparison, Frame, Image, compare_arrays
+from ._layers import surface
+from .dataset import DatasetFrame
+from .errors import ArgumentError
 
 #: The layers whose noise is that of the layer `stderr`.
 _NOISY = ("indirect", "radiance")
 
+_LAYERED = (Frame, Image, DatasetFrame)
 
-def compare(image: Frame | Image | npt.ArrayLike, reference: Frame | Image | npt.ArrayLike, layer: str = "radiance") -> Comparison:
+
+def compare(
+    image: Frame | Image | DatasetFrame | npt.ArrayLike,
+    reference: Frame | Image | DatasetFrame | npt.ArrayLike,
+    layer: str = "radiance",
+) -> Comparison:
     """Compares a layer of two images, or two arrays of one shape, (height, width) or (height, width, channels).
 
     For images with layers, pixels without a surface do not count, nor do pixels on edges if the reference has the layer `edge`. If the
     reference has the layer `stderr`, its noise is subtracted. For arrays, every value counts.
 
-    Raises ValueError if the shapes differ, KeyError if a layer is missing.
+    Raises ArgumentError, a ValueError, if the shapes differ; LayerError, a KeyError, if a layer is missing.
     """
     standard_error = edges = None
-    if isinstance(reference, (Frame, Image)):
+    if isinstance(reference, _LAYERED):
         t = _array(reference[layer])
-        valid = _surface(reference, t.shape[:2])
+        valid = surface(reference)
         if "edge" in reference:
             edges = np.asarray(reference["edge"] > 0).reshape(-1)
         if "stderr" in reference and layer in _NOISY:
@@ -32,21 +41,12 @@ def compare(image: Frame | Image | npt.ArrayLike, reference: Frame | Image | npt
     else:
         t = _array(reference)
         valid = np.ones(t.shape[:2], bool)
-    x = _array(image[layer] if isinstance(image, (Frame, Image)) else image)
+    x = _array(image[layer] if isinstance(image, _LAYERED) else image)
     if x.shape != t.shape or x.ndim not in (2, 3):
-        raise ValueError(f"the image has the shape {x.shape} and the reference {t.shape}; give both the same shape, (height, width[, channels])")
+        raise ArgumentError(f"the image has the shape {x.shape} and the reference {t.shape}; give both the same shape, (height, width[, channels])")
     channels = x.shape[2] if x.ndim == 3 else 1
     return compare_arrays(x, t, channels, valid.reshape(-1), edges, standard_error)
 
 
 def _array(values: Any) -> npt.NDArray[np.float32]:
     return np.ascontiguousarray(values, np.float32)
-
-
-def _surface(image: Frame | Image, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
-    """Which pixels show a surface."""
-    if "id.instance" in image:
-        return np.asarray(image["id.instance"] > 0)
-    if "depth" in image:
-        return np.isfinite(image["depth"])
-    return np.ones(shape, bool)

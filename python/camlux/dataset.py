@@ -2,28 +2,42 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _layers
 from ._camlux import Image, read_exr
+from ._layers import Points
+from .errors import MissingFileError
 
 
-class DatasetFrame:
-    """One frame of a data set. Its file is read on the first access to a layer."""
 
-    #: The frame's line in the manifest: docs/batch.md.
+class DatasetFrame(Mapping[str, npt.NDArray[Any]]):
+    """One frame of a data set: a mapping from the names of its layers to arrays, like a Frame. Its file is read on the first access.
+
+    line: its line of the manifest: docs/batch.md.
+    path: its file.
+    mesh_names: names for the ids of `id.instance`, from 1.
+    material_names: names for the ids of `id.material`, from 1.
+    """
+
     line: dict[str, Any]
     path: Path
+    mesh_names: list[str]
+    material_names: list[str]
 
-    def __init__(self, path: Path, line: dict[str, Any]) -> None:
+    def __init__(self, path: Path, line: dict[str, Any], scene: dict[str, Any] | None = None) -> None:
         self.path = path
         self.line = line
+        self.mesh_names = (scene or {}).get("meshes", [])
+        self.material_names = (scene or {}).get("materials", [])
         self._image: Image | None = None
 
     @property
@@ -33,9 +47,41 @@ class DatasetFrame:
             self._image = read_exr(self.path)
         return self._image
 
-    def __getitem__(self, layer: str) -> npt.NDArray[np.float32]:
+    def __getitem__(self, layer: str) -> npt.NDArray[Any]:
         """The pixels of a layer, row by row from the top: (height, width) or (height, width, channels)."""
         return self.image[layer]
+
+    def __contains__(self, layer: object) -> bool:
+        return isinstance(layer, str) and layer in self.image
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.image)
+
+    def __len__(self) -> int:
+        return len(self.image)
+
+    # By identity, like other frames: a mapping of arrays cannot be compared by its items, because arrays have no truth value.
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __hash__(self) -> int:
+        return id(self)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each layer: W/sr/m^2, m, J, px, or 1 for a plain number."""
+        return self.image.units
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """The texts and numbers of the file's header, as text by name."""
+        return self.image.attributes
+
+    @property
+    def resolution_px(self) -> tuple[int, int]:
+        """Width, height."""
+        width, height = self.line["camera"]["resolution_px"]
+        return width, height
 
     def camera_to_world(self) -> npt.NDArray[np.float64]:
         """Camera to world, 4 x 4, for column vectors; camera axes x right, y down, z forward."""
@@ -50,31 +96,57 @@ class DatasetFrame:
         k = self.line["camera"]["intrinsics_px"]
         return np.array([[k["fx"], 0, k["cx"]], [0, k["fy"], k["cy"]], [0, 0, 1]])
 
+    def points(self) -> Points:
+        """The surface points that the pixels show, with their colours. It needs the layers P and radiance."""
+        return _layers.points(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Another process reads the file again.
+        return {**self.__dict__, "_image": None}
+
+    def __repr__(self) -> str:
+        if self._image is not None:
+            return _layers.text(self)
+        width, height = self.resolution_px
+        return f"<camlux.DatasetFrame {width} x {height}: {self.path}, not read yet>"
+
+    def _repr_png_(self) -> bytes | None:
+        return _layers.png(self)
+
+    def _repr_html_(self) -> str:
+        return _layers.html(self)
+
 
 class Dataset:
     """The frames of a data set, sorted by index. Failed frames are left out; `failed` has their manifest lines.
 
-    It supports `len()` and indexing, so that torch.utils.data.DataLoader accepts it. `transform` turns a frame into what the loader
-    collates, such as lambda frame: frame["radiance"].copy(). A Dataset can be sent to other processes.
+    It supports `len()`, indexing and slices, so that torch.utils.data.DataLoader accepts it. `transform` turns a frame into what the
+    loader collates, such as lambda frame: frame["radiance"].copy(). A Dataset can be sent to other processes.
+
+    folder: the folder of dataset.json.
+    about: the contents of dataset.json: docs/batch.md.
+    failed: the manifest lines of frames that failed.
     """
 
     folder: Path
-    #: The contents of dataset.json: docs/batch.md.
     about: dict[str, Any]
     failed: list[dict[str, Any]]
 
     def __init__(self, folder: str | os.PathLike[str], transform: Callable[[DatasetFrame], Any] | None = None) -> None:
         self.folder = Path(folder)
         self.transform = transform
-        self.about = json.loads((self.folder / "dataset.json").read_text(encoding="utf-8"))
+        try:
+            self.about = json.loads((self.folder / "dataset.json").read_text(encoding="utf-8"))
+            manifest = (self.folder / "manifest.jsonl").read_text(encoding="utf-8")
+        except FileNotFoundError as error:
+            raise MissingFileError(f"{error.filename}: there is no such file; give the folder that camlux batch has written") from None
         by_index: dict[int, dict[str, Any]] = {}
-        with open(self.folder / "manifest.jsonl", encoding="utf-8") as manifest:
-            for text in manifest:
-                try:
-                    line = json.loads(text)
-                except json.JSONDecodeError:
-                    continue  # A killed run may have cut the line.
-                by_index[line["index"]] = line
+        for text in manifest.splitlines():
+            try:
+                line = json.loads(text)
+            except json.JSONDecodeError:
+                continue  # A killed run may have cut the line.
+            by_index[line["index"]] = line
         lines = [line for _, line in sorted(by_index.items())]
         self.lines = [line for line in lines if "file" in line]
         self.failed = [line for line in lines if "error" in line]
@@ -82,14 +154,26 @@ class Dataset:
     def __len__(self) -> int:
         return len(self.lines)
 
-    def __getitem__(self, number: int) -> Any:
-        """The frame, or the result of `transform`."""
+    @overload
+    def __getitem__(self, number: SupportsIndex) -> Any: ...
+    @overload
+    def __getitem__(self, number: slice) -> Dataset: ...
+    def __getitem__(self, number: SupportsIndex | slice) -> Any:
+        """The frame, or the result of `transform`; for a slice, a data set of these frames."""
+        if isinstance(number, slice):
+            some = copy.copy(self)
+            some.lines = self.lines[number]
+            return some
         line = self.lines[number]
-        frame = DatasetFrame(self.folder / line["file"], line)
+        scenes = {scene["file"]: scene for scene in self.about["scenes"]}
+        frame = DatasetFrame(self.folder / line["file"], line, scenes.get(line["scene"]))
         return self.transform(frame) if self.transform else frame
 
     def __iter__(self) -> Iterator[Any]:
         return (self[number] for number in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"<camlux.Dataset {self.folder}: {len(self)} frames, {len(self.failed)} failed>"
 
 
 def _matrix(pose: dict[str, Any]) -> npt.NDArray[np.float64]:

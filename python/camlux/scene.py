@@ -9,103 +9,214 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal, TypeAlias, Union
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _camlux
 from ._camlux import Mesh, Pattern, ProjectedImage, Texture
+from ._fields import Fields
+from .errors import SceneError
 
-Vector: TypeAlias = Union[Sequence[float], npt.NDArray[np.floating]]
-Bands: TypeAlias = Union[float, Sequence[float], npt.NDArray[np.floating]]
-
-
-@dataclass
-class Intrinsics:
-    """Focal lengths and principal point, pixels; the centre of the first pixel is at (0.5, 0.5)."""
-
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-
-
-@dataclass
-class RationalDistortion:
-    """The rational lens model of OpenCV and its coefficients."""
-
-    k1: float = 0.0
-    k2: float = 0.0
-    p1: float = 0.0
-    p2: float = 0.0
-    k3: float = 0.0
-    k4: float = 0.0
-    k5: float = 0.0
-    k6: float = 0.0
+#: A number of Python or numpy.
+Number: TypeAlias = Union[float, np.floating, np.integer]
+#: A whole number of Python or numpy.
+Whole: TypeAlias = Union[int, np.integer]
+#: Width, height.
+Size: TypeAlias = Union[Sequence[Whole], npt.NDArray[np.integer]]
+Numbers: TypeAlias = Union[Sequence[Number], npt.NDArray[Union[np.floating, np.integer]]]
+#: x, y, z.
+Vector: TypeAlias = Numbers
+#: One number for all bands, or red, green and blue.
+Bands: TypeAlias = Union[Number, Numbers]
+#: Rows of numbers, such as a list of lists or an array.
+Matrix: TypeAlias = Union[Sequence[Numbers], npt.NDArray[Union[np.floating, np.integer]]]
 
 
-@dataclass
-class FisheyeDistortion:
-    """The fisheye lens model of OpenCV and its coefficients."""
+@dataclass(slots=True, eq=False)
+class Intrinsics(Fields):
+    """A lens without distortion. The centre of the first pixel is at (0.5, 0.5).
 
-    k1: float = 0.0
-    k2: float = 0.0
-    k3: float = 0.0
-    k4: float = 0.0
+    fx, fy: focal lengths, pixels.
+    cx, cy: principal point, pixels.
+    """
+
+    fx: Number
+    fy: Number
+    cx: Number
+    cy: Number
 
 
-@dataclass
-class Camera:
-    """A camera: resolution (width, height), position, target, and a lens given by either `fov_y_deg` or `intrinsics_px`."""
+@dataclass(slots=True, eq=False)
+class RationalDistortion(Fields):
+    """The rational lens model of OpenCV.
 
-    resolution_px: tuple[int, int]
+    k1, k2, k3: radial coefficients.
+    p1, p2: tangential coefficients.
+    k4, k5, k6: radial coefficients of the denominator.
+    """
+
+    k1: Number = 0.0
+    k2: Number = 0.0
+    p1: Number = 0.0
+    p2: Number = 0.0
+    k3: Number = 0.0
+    k4: Number = 0.0
+    k5: Number = 0.0
+    k6: Number = 0.0
+
+
+@dataclass(slots=True, eq=False)
+class FisheyeDistortion(Fields):
+    """The fisheye lens model of OpenCV.
+
+    k1, k2, k3, k4: its coefficients.
+    """
+
+    k1: Number = 0.0
+    k2: Number = 0.0
+    k3: Number = 0.0
+    k4: Number = 0.0
+
+
+@dataclass(slots=True, eq=False)
+class Camera(Fields):
+    """A camera by position and target, or by `Camera.from_matrix`, with a lens by either `fov_y_deg` or `intrinsics_px`.
+
+    resolution_px: width, height, pixels.
+    position_m: position, m.
+    look_at_m: a point in the middle of the view, m.
+    up: a direction that the image shows upwards; of any length.
+    fov_y_deg: full angle of view from top to bottom, degrees.
+    intrinsics_px: focal lengths and principal point, pixels.
+    distortion: of the lens; it needs `intrinsics_px`.
+    samples: number of points of a pixel over which light is averaged, up to 4096; 1: a pixel shows what is at its centre.
+    filter: weights these points; None: box.
+    """
+
+    resolution_px: Size
     position_m: Vector
     look_at_m: Vector
     up: Vector = (0.0, 1.0, 0.0)
-    fov_y_deg: float | None = None
+    fov_y_deg: Number | None = None
     intrinsics_px: Intrinsics | None = None
-    #: Requires `intrinsics_px`.
     distortion: RationalDistortion | FisheyeDistortion | None = None
-    #: Number of points per pixel over which light is averaged; 1: a pixel shows what is at its centre.
-    samples: int = 1
-    #: Filter that weights the points; None: the default.
+    samples: Whole = 1
     filter: Literal["box", "gaussian"] | None = None
 
+    @staticmethod
+    def from_matrix(
+        camera_to_world: Matrix,
+        intrinsics: Matrix,
+        resolution_px: Size,
+        *,
+        axes: Literal["opencv", "opengl"] = "opencv",
+        distortion: RationalDistortion | FisheyeDistortion | None = None,
+        samples: Whole = 1,
+        filter: Literal["box", "gaussian"] | None = None,
+    ) -> Camera:
+        """A camera from a pose and an intrinsic matrix.
 
-@dataclass
-class PointLight:
-    """Emits its power evenly over the sphere."""
+        camera_to_world: 4 x 4 or 3 x 4, for column vectors, metres. Give the inverse of an extrinsic matrix (world to camera).
+        intrinsics: 3 x 3, pixels: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]. The centre of the first pixel is at (0.5, 0.5); OpenCV has it
+            at (0, 0), so add 0.5 to cx and cy of a calibration by OpenCV.
+        axes: of the camera. opencv (COLMAP, Open3D): x right, y down, z forward. opengl (Blender, nerfstudio): x right, y up, z backward.
+
+        Raises SceneError for a matrix that is none of these.
+        """
+        pose = _matrix("camera_to_world", camera_to_world, [(4, 4), (3, 4)])
+        k = _matrix("intrinsics", intrinsics, [(3, 3)])
+        if axes not in ("opencv", "opengl"):
+            raise SceneError(f'camera: axes is "{axes}"; give "opencv" (x right, y down, z forward) or "opengl" (x right, y up, z backward)')
+        if len(pose) == 4 and not np.array_equal(pose[3], [0, 0, 0, 1]):
+            raise SceneError(f"camera: the last row of camera_to_world is {pose[3].tolist()}; give a matrix for column vectors, which ends in 0, 0, 0, 1")
+        rotation = pose[:3, :3]
+        # A larger deviation is not a rounding error of f32.
+        if np.abs(rotation.T @ rotation - np.eye(3)).max() > 1e-3 or np.linalg.det(rotation) < 0:
+            raise SceneError(f"camera: camera_to_world begins with {rotation.tolist()}, which is not a rotation; give a pose without scale or mirror")
+        if k[0, 1] != 0 or k[1, 0] != 0 or not np.array_equal(k[2], [0, 0, 1]):
+            raise SceneError(f"camera: intrinsics is {k.tolist()}; give [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], without skew")
+        # Of OpenCV's axes.
+        down, forward = rotation[:, 1:].T if axes == "opencv" else -rotation[:, 1:].T
+        position = pose[:3, 3]
+        return Camera(
+            resolution_px,
+            position_m=_triple(position),
+            look_at_m=_triple(position + forward),
+            up=_triple(-down),
+            intrinsics_px=Intrinsics(*map(float, (k[0, 0], k[1, 1], k[0, 2], k[1, 2]))),
+            distortion=distortion,
+            samples=samples,
+            filter=filter,
+        )
+
+
+@dataclass(slots=True, eq=False)
+class PointLight(Fields):
+    """Emits its power evenly over the sphere.
+
+    position_m: position, m.
+    power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
+    """
 
     kind: ClassVar[str] = "point"
     position_m: Vector
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
-@dataclass
-class SpotLight:
-    """Emits its power into a cone: evenly inside the inner half angle, and nothing outside the outer one."""
+@dataclass(slots=True, eq=False)
+class SpotLight(Fields):
+    """Emits its power into a cone: evenly inside the inner half angle, and nothing outside the outer one.
+
+    position_m: position, m.
+    direction: of the axis, of any length.
+    inner_half_angle_deg, outer_half_angle_deg: from the axis, degrees, up to 180.
+    power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
+    """
 
     kind: ClassVar[str] = "spot"
     position_m: Vector
     direction: Vector
-    inner_half_angle_deg: float
-    outer_half_angle_deg: float
+    inner_half_angle_deg: Number
+    outer_half_angle_deg: Number
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
-@dataclass
-class DirectionalLight:
-    """Parallel light, given by the irradiance on a surface that faces it, W/m²."""
+@dataclass(slots=True, eq=False)
+class DirectionalLight(Fields):
+    """Parallel light.
+
+    direction: in which the light travels; of any length.
+    irradiance_w_m2: irradiance of each band on a surface that faces the light, W/m².
+    relative_to: camera: the direction is in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        it is in world space.
+    """
 
     kind: ClassVar[str] = "directional"
     direction: Vector
     irradiance_w_m2: Bands
+    relative_to: Literal["camera"] | None = None
 
 
-@dataclass
-class PatternLight:
-    """Emits its power with the measured pattern of a lamp, or as a projector. `up` is the up direction of the projector's image."""
+@dataclass(slots=True, eq=False)
+class PatternLight(Fields):
+    """Emits its power with the measured pattern of a lamp, or as a projector.
+
+    position_m: position, m.
+    direction: of the lamp's axis, of any length.
+    up: up in the projector's image, or the plane C = 0 of a lamp; of any length.
+    pattern: of the lamp, or the projector's image.
+    power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
+    """
 
     kind: ClassVar[str] = "pattern"
     position_m: Vector
@@ -113,20 +224,31 @@ class PatternLight:
     up: Vector
     pattern: Pattern | ProjectedImage
     power_w: Bands
+    relative_to: Literal["camera"] | None = None
 
 
-@dataclass
-class AreaLight:
-    """Emits its power evenly from the front of a rectangle (`size_m`: width, height) or a disc (`radius_m`)."""
+@dataclass(slots=True, eq=False)
+class AreaLight(Fields):
+    """Emits its power evenly from the front of a rectangle or a disc.
+
+    position_m: of its centre, m.
+    direction: to which the front points; of any length.
+    power_w: power of each band, W.
+    size_m: width and height of a rectangle, m; None: a disc.
+    radius_m: of a disc, m; None: a rectangle.
+    up: along a rectangle's height; of any length. A rectangle needs it.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
+    """
 
     kind: ClassVar[str] = "area"
     position_m: Vector
     direction: Vector
     power_w: Bands
-    size_m: tuple[float, float] | None = None
-    radius_m: float | None = None
-    #: Direction of a rectangle's height.
+    size_m: Numbers | None = None
+    radius_m: Number | None = None
     up: Vector | None = None
+    relative_to: Literal["camera"] | None = None
 
 
 Light: TypeAlias = Union[PointLight, SpotLight, DirectionalLight, PatternLight, AreaLight]
@@ -135,130 +257,182 @@ Light: TypeAlias = Union[PointLight, SpotLight, DirectionalLight, PatternLight, 
 Wrap: TypeAlias = Literal["repeat", "mirror", "clamp"]
 
 
-@dataclass
-class TextureLookup:
-    """A texture, and how a material looks it up. A plain texture is looked up by the mesh's `texcoords`, repeated and bilinear."""
+@dataclass(slots=True, eq=False)
+class TextureLookup(Fields):
+    """A texture, and how a material looks it up. A plain texture is looked up by the mesh's `texcoords`, repeated and bilinear.
+
+    texture: the texture.
+    texcoord_set: 0: by the mesh's `texcoords`; 1: by its `texcoords_1`.
+    transform: the rows of the affine transform from (u, v, 1) of the mesh to (u, v) of the texture.
+    wrap: what is beyond 0 and 1, along u and v. mirror: repeated, every second time mirrored; clamp: the texels at the edge.
+    filter: between texels.
+    """
 
     texture: Texture
-    #: 0: by the mesh's `texcoords`; 1: by its `texcoords_1`.
-    texcoord_set: int = 0
-    #: The rows of the affine transform from (u, v, 1) of the mesh to (u, v) of the texture.
-    transform: Sequence[Sequence[float]] | npt.NDArray[np.floating] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    #: What is beyond 0 and 1, along u and v. "mirror": repeated, every second time mirrored; "clamp": the texels at the edge.
+    texcoord_set: Whole = 0
+    transform: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     wrap: tuple[Wrap, Wrap] = ("repeat", "repeat")
     filter: Literal["bilinear", "nearest"] = "bilinear"
 
 
-@dataclass
-class Material:
-    """Modified Phong: f = kd/π + ks·(shininess + 2)/(2π)·max(0, r·v)^shininess."""
+@dataclass(slots=True, eq=False)
+class Material(Fields):
+    """Modified Phong: f = kd/π + ks·(shininess + 2)/(2π)·max(0, r·v)^shininess.
+
+    name: of the material.
+    kd: diffuse reflectance of each band, 0 to 1.
+    ks: specular reflectance of each band, 0 to 1.
+    shininess: Phong exponent, 0 or more; required where ks is above 0.
+    kd_texture: multiplies kd.
+    normal_texture: turns the normal.
+    alpha_texture: cut-out: there is no surface where its alpha, or the brightness of a texture without alpha, is below
+        `alpha_cutoff`.
+    ks_texture: multiplies ks.
+    shininess_texture: its brightness multiplies the shininess.
+    alpha_cutoff: 0 to 1.
+    """
 
     name: str
     kd: Bands
     ks: Bands = 0.0
-    #: Required where ks is above 0.
-    shininess: float | None = None
-    #: Multiplies kd.
+    shininess: Number | None = None
     kd_texture: Texture | TextureLookup | None = None
+    #: Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on the side to which v grows, and
+    #: along the normal of the mesh.
     normal_texture: Texture | TextureLookup | None = None
-    #: Cut-out: there is no surface where its first channel is below `alpha_cutoff`.
     alpha_texture: Texture | TextureLookup | None = None
-    #: Multiplies ks.
     ks_texture: Texture | TextureLookup | None = None
-    #: Its first channel multiplies the shininess.
     shininess_texture: Texture | TextureLookup | None = None
-    #: 0 to 1.
-    alpha_cutoff: float = 0.5
+    alpha_cutoff: Number = 0.5
 
 
-@dataclass
-class Sensor:
-    """Converts radiance to the energy on a pixel."""
+@dataclass(slots=True, eq=False)
+class Sensor(Fields):
+    """Converts radiance to the energy on a pixel.
 
-    #: Width, height.
-    pixel_pitch_um: tuple[float, float]
-    exposure_time_s: float
-    #: Share of the exposure in which the signal is on, 0 to 1.
-    duty_cycle: float = 1.0
-    #: Required for time of flight, together with `quantum_efficiency`.
-    wavelength_nm: float | None = None
-    quantum_efficiency: float | None = None
-    #: Focal length divided by aperture diameter; None: the irradiance has the same number as the radiance.
-    f_number: float | None = None
+    pixel_pitch_um: width and height of a pixel, micrometres.
+    exposure_time_s: of an image, or of each phase image, s.
+    duty_cycle: share of the exposure in which the signal is on, 0 to 1.
+    wavelength_nm: of the light, nm. Required for time of flight, together with `quantum_efficiency`.
+    quantum_efficiency: electrons per photon, above 0 up to 1.
+    f_number: focal length divided by aperture diameter; None: the irradiance has the same number as the radiance.
+    """
 
-
-@dataclass
-class SensorNoise:
-    """The noise of a time-of-flight sensor. Electrons are counted per tap and phase image."""
-
-    full_well_e: float
-    dark_e_per_s: float = 0.0
-    read_noise_e: float = 0.0
-    gain_dn_per_e: float = 1.0
-    black_level_dn: float = 0.0
-    bits: int = 12
-    seed: int = 0
+    pixel_pitch_um: Numbers
+    exposure_time_s: Number
+    duty_cycle: Number = 1.0
+    wavelength_nm: Number | None = None
+    quantum_efficiency: Number | None = None
+    f_number: Number | None = None
 
 
-@dataclass
-class TimeOfFlight:
-    """Turns path lengths into the images of a time-of-flight camera. Requires a sensor with `wavelength_nm`."""
+@dataclass(slots=True, eq=False)
+class SensorNoise(Fields):
+    """The noise of a time-of-flight sensor. Electrons are counted per tap and phase image.
 
-    frequencies_hz: Sequence[float]
-    #: One for all frequencies, or one for each, 0 to 1.
-    contrasts: float | Sequence[float] = 1.0
-    #: The sensor's weights of red, green and blue.
+    full_well_e: the most electrons that a tap holds.
+    dark_e_per_s: dark current, electrons/s.
+    read_noise_e: standard deviation of the read noise, electrons.
+    gain_dn_per_e: digital numbers per electron.
+    black_level_dn: digital number without electrons.
+    bits: of a digital number, 1 to 24.
+    seed: another number gives other noise.
+    """
+
+    full_well_e: Number
+    dark_e_per_s: Number = 0.0
+    read_noise_e: Number = 0.0
+    gain_dn_per_e: Number = 1.0
+    black_level_dn: Number = 0.0
+    bits: Whole = 12
+    seed: Whole = 0
+
+
+@dataclass(slots=True, eq=False)
+class TimeOfFlight(Fields):
+    """Turns path lengths into the images of a time-of-flight camera. Requires a sensor with `wavelength_nm`.
+
+    frequencies_hz: one to four modulation frequencies, Hz.
+    contrasts: one for all frequencies, or one for each, 0 to 1.
+    band_weights: the sensor's weights of red, green and blue.
+    phase_count: number of phase images, 3 to 8.
+    phase_offset_deg: added to every measured phase, degrees.
+    ambient_lights: indices of lights that are not modulated.
+    output: unit of the phase images.
+    noise: of the sensor; None: no noise. "dn" needs it.
+    """
+
+    frequencies_hz: Numbers
+    contrasts: Union[Number, Numbers] = 1.0
     band_weights: Bands = (1.0, 0.0, 0.0)
-    phase_count: int = 4
-    phase_offset_deg: float = 0.0
-    #: Indices of lights that are not modulated.
-    ambient_lights: Sequence[int] = ()
+    phase_count: Whole = 4
+    phase_offset_deg: Number = 0.0
+    ambient_lights: Sequence[Whole] = ()
     output: Literal["electrons", "dn"] = "electrons"
     noise: SensorNoise | None = None
 
 
-@dataclass
-class FinalGather:
-    """Single bounce by rays, refined to the target error: relRMSE of the indirect light, 0.002 to 0.5."""
+@dataclass(slots=True, eq=False)
+class FinalGather(Fields):
+    """Single bounce by rays, refined to the target error.
+
+    target_error: relRMSE of the indirect light, 0.002 to 0.5; 0.02 is 2 %.
+    error_norm: image: the error counts over all pixels; local: over every part of the image.
+    rsm_size: texels along an edge of a face of the reflective shadow map (RSM); None: chosen from the target error.
+    max_ms: time limit, ms; None: no limit. At a limit, the result is the best image so far. A first image is always made:
+        `stats.least_ms` is its time.
+    max_rays: limit of the number of rays; None: no limit.
+    stderr_layer: whether frames have the layer `stderr`.
+    """
 
     estimator: ClassVar[str] = "final-gather"
-    target_error: float = 0.02
+    target_error: Number = 0.02
     error_norm: Literal["image", "local"] = "image"
-    #: Texels along an edge of a face of the reflective shadow map (RSM); None: chosen from the target error.
-    rsm_size: int | None = None
-    #: Time and ray limits. At a limit, the result is the best image so far.
-    max_ms: float | None = None
-    max_rays: int | None = None
-    #: Whether frames have the layer `stderr`.
+    rsm_size: Whole | None = None
+    max_ms: Number | None = None
+    max_rays: Whole | None = None
     stderr_layer: bool = False
 
 
-@dataclass
-class RsmAverage:
-    """CamSim's average over the texels of the reflective shadow map, without visibility."""
+@dataclass(slots=True, eq=False)
+class RsmAverage(Fields):
+    """CamSim's average over the texels of the reflective shadow map, without visibility.
+
+    rsm_size: texels along an edge of a face of the map.
+    interpolation_error: relRMSE against the sum at every pixel, 0.002 to 0.5; None: the sum at every pixel.
+    """
 
     estimator: ClassVar[str] = "rsm-average"
-    rsm_size: int = 64
-    interpolation_error: float | None = None
+    rsm_size: Whole = 64
+    interpolation_error: Number | None = None
 
 
-@dataclass
-class InstantRadiosity:
-    """CamSim's sum over virtual point lights (VPLs), without visibility."""
+@dataclass(slots=True, eq=False)
+class InstantRadiosity(Fields):
+    """CamSim's sum over virtual point lights (VPLs), without visibility.
+
+    rsm_size: texels along an edge of a face of the reflective shadow map.
+    """
 
     estimator: ClassVar[str] = "instant-radiosity"
-    rsm_size: int = 64
+    rsm_size: Whole = 64
 
 
 Indirect: TypeAlias = Union[FinalGather, RsmAverage, InstantRadiosity]
 
 
-@dataclass
-class Scene:
+@dataclass(slots=True, eq=False)
+class Scene(Fields):
     """Everything that a frame is computed from.
 
-    `indirect=None` renders direct light only. `shadow=None` chooses the better shadow method for the scene. The layer `id.instance` numbers
-    `meshes` from 1; `id.material` numbers `materials` from 1.
+    camera: the camera.
+    lights: of any kinds, at least one.
+    meshes: the layer `id.instance` numbers them from 1.
+    materials: the layer `id.material` numbers them from 1; meshes name them by index, from 0.
+    indirect: how the bounce is computed; None: direct light only.
+    sensor: converts radiance to energy; None: frames have no layer `energy`.
+    tof: time of flight; None: frames have no layers of it.
+    shadow: how shadows are found; None: the better method for the scene.
     """
 
     camera: Camera
@@ -269,9 +443,20 @@ class Scene:
     sensor: Sensor | None = None
     tof: TimeOfFlight | None = None
     shadow: Literal["map", "rays"] | None = None
-    #: For scene files with lights relative to the camera: the indices of these lights, and the camera that their positions in `lights`
-    #: belong to. If `camera` differs from it, the lights move along.
-    carried_by_camera: tuple[Sequence[int], Camera] | None = None
+
+    if TYPE_CHECKING:
+        # Unlike the attributes, the arguments may be lists of one kind of light, which type checkers tell from lists of any kind.
+        def __init__(
+            self,
+            camera: Camera,
+            lights: Sequence[Light] = ...,
+            meshes: Sequence[Mesh] = ...,
+            materials: Sequence[Material] = ...,
+            indirect: Indirect | None = ...,
+            sensor: Sensor | None = None,
+            tof: TimeOfFlight | None = None,
+            shadow: Literal["map", "rays"] | None = None,
+        ) -> None: ...
 
     @staticmethod
     def load(path: str | os.PathLike[str]) -> Scene:
@@ -288,3 +473,19 @@ class Scene:
     def warnings(self) -> list[str]:
         """Returns probable mistakes that do not prevent rendering, one sentence each."""
         return _camlux.scene_warnings(self)
+
+
+def _matrix(name: str, value: Matrix, shapes: list[tuple[int, int]]) -> npt.NDArray[np.float64]:
+    try:
+        matrix = np.asarray(value, np.float64)
+    except (TypeError, ValueError):
+        raise SceneError(f"camera: {name} is {value!r}; give a matrix of numbers") from None
+    if matrix.shape not in shapes or not np.isfinite(matrix).all():
+        due = " or ".join(f"{rows} x {columns}" for rows, columns in shapes)
+        raise SceneError(f"camera: {name} is {matrix.tolist()}; give {due} finite numbers")
+    return matrix
+
+
+def _triple(vector: npt.NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = map(float, vector)
+    return x, y, z

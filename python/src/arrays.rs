@@ -84,18 +84,20 @@ pub fn numbers<T: Number + Copy>(
     let wrong = |what: String| SceneError::new_err(format!("{name} {what}; give {expected}"));
     let py = array.py();
     macro_rules! read {
-        ($from:ident: $($source:ty),*) => {
+        ($from:ident, $problem:expr, $($source:ty),*) => {
             $(if array.dtype().is_equiv_to(&numpy::dtype::<$source>(py)) {
                 let array: PyReadonlyArrayDyn<$source> = array.extract()?;
                 let number = |&value: &$source| {
-                    T::$from(value.into()).ok_or_else(|| wrong(format!("holds {value}")))
+                    T::$from(value.into()).ok_or_else(|| wrong($problem(value.into())))
                 };
                 return array.as_array().iter().map(number).collect();
             })*
         };
     }
-    read!(from_f64: f32, f64);
-    read!(from_i64: i64, i32, u32, u16, i16, u8, i8);
+    let of_type = |_: f64| format!("is an array of {}", array.dtype());
+    let of_value = |value: i64| format!("holds {value}");
+    read!(from_f64, of_type, f32, f64);
+    read!(from_i64, of_value, i64, i32, u32, u16, i16, u8, i8);
     // Other arrays, such as those with the other byte order, are converted by numpy if nothing is lost.
     for kind in ["int64", "float64"] {
         let options = PyDict::new(py);
@@ -104,8 +106,7 @@ pub fn numbers<T: Number + Copy>(
             return numbers(converted.cast()?, name, expected);
         }
     }
-    let is = array.dtype().to_string();
-    Err(wrong(format!("is an array of {is}")))
+    Err(wrong(of_type(0.0)))
 }
 
 /// A read-only array that reads memory of `owner` and keeps it alive.

@@ -3,19 +3,28 @@
 use camlux::{DeviceChoice, DeviceOptions};
 use pyo3::prelude::*;
 
-use crate::errors::raised;
+use crate::arguments::count;
+use crate::errors::{not_copied, raised};
+use crate::process::{self, OfProcess};
 
 /// Properties of a Vulkan device. `choice` of `Device` accepts its index, a part of its name, its uuid or its PCI address.
 #[pyclass(module = "camlux", frozen, get_all)]
 pub struct DeviceInfo {
+    /// Its number in the list of devices.
     index: usize,
+    /// As its driver calls it.
     name: String,
+    /// Identifies the device, also after a restart.
     uuid: String,
-    /// None if the driver does not report it.
+    /// Its PCI address; None if the driver does not report it.
     pci: Option<String>,
+    /// Name and version of its driver.
     driver: String,
+    /// The version of Vulkan.
     api_version: String,
+    /// Its memory for images and scenes, bytes.
     memory_bytes: u64,
+    /// Whether it has hardware for rays.
     has_ray_query: bool,
     /// Why camlux cannot use it; None if it can.
     unusable: Option<String>,
@@ -50,6 +59,7 @@ impl DeviceInfo {
 /// Raises DeviceError if there is no Vulkan loader, driver or device.
 #[pyfunction]
 pub fn devices(py: Python) -> PyResult<Vec<DeviceInfo>> {
+    process::begin()?;
     let list = py.detach(camlux::Device::list).map_err(raised)?;
     Ok(list.iter().map(DeviceInfo::from).collect())
 }
@@ -59,35 +69,57 @@ pub fn devices(py: Python) -> PyResult<Vec<DeviceInfo>> {
 /// choice: an index, a uuid, a PCI address or a part of a name; None: prefers a discrete GPU, then an integrated one, then a CPU driver.
 /// validation: turns on the Khronos validation layer; `validation_messages` returns its messages.
 ///
-/// Raises DeviceError if no device matches, or if the matching one lacks what camlux needs.
+/// A process that is forked from one with a device can use neither that device nor a new one: start processes by spawn.
+///
+/// Raises DeviceError if no device matches, if the matching one lacks what camlux needs, or in a forked process.
 #[pyclass(module = "camlux", frozen)]
-pub struct Device(pub camlux::Device);
+pub struct Device(OfProcess<camlux::Device>);
+
+impl Device {
+    pub fn get(&self) -> PyResult<&camlux::Device> {
+        self.0.get()
+    }
+}
 
 #[pymethods]
 impl Device {
     #[new]
     #[pyo3(signature = (choice=None, *, validation=false))]
-    pub fn new(py: Python, choice: Option<&str>, validation: bool) -> PyResult<Device> {
+    pub fn new(py: Python, choice: Option<Bound<'_, PyAny>>, validation: bool) -> PyResult<Device> {
+        let choice = choice.map(|choice| match choice.extract::<String>() {
+            Ok(name) => Ok(name),
+            Err(_) => count(&choice, "choice").map(|index| index.to_string()),
+        });
+        let choice = choice.transpose()?;
         let options = DeviceOptions {
-            choice: choice.map(DeviceChoice::from).unwrap_or_default(),
+            choice: choice
+                .as_deref()
+                .map(DeviceChoice::from)
+                .unwrap_or_default(),
             validation,
         };
+        process::begin()?;
         let device = py.detach(|| camlux::Device::open(&options));
-        Ok(Device(device.map_err(raised)?))
+        Ok(Device(OfProcess::new(device.map_err(raised)?)))
     }
 
+    /// Its properties.
     #[getter]
-    fn info(&self) -> DeviceInfo {
-        self.0.info().into()
+    fn info(&self) -> PyResult<DeviceInfo> {
+        Ok(self.get()?.info().into())
     }
 
     /// Messages of the validation layer since the device was opened.
     #[getter]
-    fn validation_messages(&self) -> Vec<String> {
-        self.0.validation_messages()
+    fn validation_messages(&self) -> PyResult<Vec<String>> {
+        Ok(self.get()?.validation_messages())
     }
 
-    fn __repr__(&self) -> String {
-        format!("<camlux.Device {:?}>", self.0.info().name)
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(not_copied("Device", "open one in each process"))
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        Ok(format!("<camlux.Device {:?}>", self.get()?.info().name))
     }
 }

@@ -1,68 +1,58 @@
-//! Errors as Python exceptions and warnings.
+//! Errors as Python exceptions and warnings. `errors.py` defines their classes, because a class with two bases cannot be defined here.
 
 use std::ops::ControlFlow;
 
-use pyo3::create_exception;
-use pyo3::exceptions::{PyException, PyUserWarning};
+use pyo3::import_exception;
 use pyo3::prelude::*;
 
-create_exception!(
-    camlux,
-    Error,
-    PyException,
-    "The base class of all camlux errors. The message says what is wrong, where, and how to mend it."
-);
-create_exception!(
-    camlux,
-    SceneError,
-    Error,
-    "A scene, or a file that it names, cannot be used."
-);
-create_exception!(
-    camlux,
-    DeviceError,
-    Error,
-    "There is no such device, its memory or a limit is too small, or a Vulkan call failed."
-);
-create_exception!(
-    camlux,
-    DeviceLostError,
-    DeviceError,
-    "The driver lost the device: open it again."
-);
-create_exception!(
-    camlux,
-    FileError,
-    Error,
-    "An image cannot be read or compared, or a file cannot be written."
-);
-create_exception!(
-    camlux,
-    Cancelled,
-    Error,
-    "The progress callback returned False."
-);
-create_exception!(
-    camlux,
-    CamluxWarning,
-    PyUserWarning,
-    "A probable mistake that does not prevent rendering."
-);
+import_exception!(camlux.errors, Error);
+import_exception!(camlux.errors, ArgumentError);
+import_exception!(camlux.errors, Cancelled);
+import_exception!(camlux.errors, DeviceError);
+import_exception!(camlux.errors, DeviceLostError);
+import_exception!(camlux.errors, FileError);
+import_exception!(camlux.errors, LayerError);
+import_exception!(camlux.errors, MissingFileError);
+import_exception!(camlux.errors, MissingSceneFileError);
+import_exception!(camlux.errors, SceneError);
+import_exception!(camlux.errors, UnsupportedError);
+import_exception!(camlux.errors, CamluxWarning);
 
 /// The exception for an error of the engine.
 pub fn raised(error: camlux::Error) -> PyErr {
     use camlux::Error as E;
+    // An option of other interfaces.
     let text = error.to_string();
+    let text = text.replace("set a shorter submission_target or ", "");
+    let is_missing = match &error {
+        // The number of ENOENT, with which std ends the text of its error.
+        E::Scene { problem, .. } => problem.contains("(os error 2)"),
+        E::Input { problem, .. } => problem.contains("there is no such file"),
+        E::Output { path, .. } => {
+            let mut folder = path.parent().into_iter();
+            folder.any(|folder| !folder.as_os_str().is_empty() && !folder.exists())
+        }
+        _ => false,
+    };
     match error {
+        E::Scene { .. } if is_missing => MissingSceneFileError::new_err(text),
         E::Scene { .. } => SceneError::new_err(text),
         E::DeviceLost { .. } => DeviceLostError::new_err(text),
         E::NoDevice { .. } | E::DeviceLimit { .. } | E::Memory { .. } | E::Vulkan { .. } => {
             DeviceError::new_err(text)
         }
+        E::Input { .. } | E::Output { .. } if is_missing => MissingFileError::new_err(text),
         E::Input { .. } | E::Output { .. } => FileError::new_err(text),
         E::Cancelled => Cancelled::new_err(text),
         _ => Error::new_err(text),
     }
+}
+
+/// What an object that cannot be copied or pickled says.
+pub fn not_copied(class: &str, instead: &str) -> PyErr {
+    UnsupportedError::new_err(format!(
+        "a {class} cannot be copied, or sent to another process; {instead}"
+    ))
 }
 
 /// Shows each text as a [`CamluxWarning`] at the caller's line.
@@ -78,16 +68,36 @@ pub fn warn(py: Python, texts: &[String]) -> PyResult<()> {
 /// False.
 pub struct Watch {
     callback: Option<Py<PyAny>>,
+    /// Whether the callback is a bar, which is closed in the end.
+    is_bar: bool,
     /// The exception that was raised meanwhile.
     raised: Option<PyErr>,
 }
 
 impl Watch {
-    pub fn new(callback: Option<Py<PyAny>>) -> Watch {
-        Watch {
-            callback,
-            raised: None,
+    /// `progress`: a function, or True for a bar.
+    pub fn new(py: Python, progress: Option<Bound<'_, PyAny>>) -> PyResult<Watch> {
+        let flag = progress
+            .as_ref()
+            .and_then(|progress| progress.extract().ok());
+        let callback = match flag {
+            Some(true) => Some(py.import("camlux._progress")?.call_method0("Bar")?),
+            Some(false) => None,
+            None => progress,
+        };
+        if let Some(callback) = &callback
+            && !callback.is_callable()
+        {
+            let is = callback.get_type().to_string();
+            return Err(ArgumentError::new_err(format!(
+                "progress is {is}; give a function, or True for a bar"
+            )));
         }
+        Ok(Watch {
+            callback: callback.map(Bound::unbind),
+            is_bar: flag == Some(true),
+            raised: None,
+        })
     }
 
     /// `arguments`: of the callback.
@@ -115,7 +125,10 @@ impl Watch {
     }
 
     /// The result of the work, or the exception that was raised meanwhile.
-    pub fn outcome<T>(self, result: camlux::Result<T>) -> PyResult<T> {
+    pub fn outcome<T>(self, py: Python, result: camlux::Result<T>) -> PyResult<T> {
+        if let (true, Some(bar)) = (self.is_bar, &self.callback) {
+            bar.call_method1(py, "close", (result.is_ok(),))?;
+        }
         match (result, self.raised) {
             (Err(camlux::Error::Cancelled), Some(error)) => Err(error),
             (result, _) => result.map_err(raised),

@@ -4,14 +4,16 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use camlux::output::{
-    self, ExrCompression, ExrOptions, Layer, LayerData, OutputFile, PngView, write_exr, write_png,
+    self, ExrCompression, ExrOptions, LayerData, OutputFile, PngView, write_exr, write_png,
 };
-use pyo3::exceptions::{PyKeyError, PyValueError};
+use camlux::scene::{CameraBasis, Intrinsics};
+use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::arguments::{check_extension, layers};
 use crate::arrays::view;
-use crate::errors::raised;
+use crate::errors::{ArgumentError, LayerError, not_copied, raised};
 
 /// Where a frame that is no longer used leaves its buffers for the next one.
 pub type Returned = Arc<Mutex<Option<output::Frame>>>;
@@ -43,8 +45,8 @@ impl Frame {
         }
     }
 
-    pub fn get(&self) -> PyResult<&output::Frame> {
-        let gone = || PyValueError::new_err("the frame is gone");
+    fn frame(&self) -> PyResult<&output::Frame> {
+        let gone = || ArgumentError::new_err("the frame is gone");
         self.frame.as_ref().ok_or_else(gone)
     }
 }
@@ -59,27 +61,23 @@ impl Drop for Frame {
     }
 }
 
-/// The layer of a name.
-pub fn layer_named(name: &str) -> PyResult<Layer> {
-    Layer::from_name(name).ok_or_else(|| {
-        PyValueError::new_err(format!(
-            "there is no layer \"{name}\"; docs/output.md lists them"
-        ))
-    })
-}
+/// What to do instead of copying an image.
+pub const SEND_ARRAYS: &str =
+    "send its arrays, {name: array.copy() for name, array in frame.items()}, or save it";
 
-/// The layers of these names.
-pub fn layers_named(names: Vec<String>) -> PyResult<Vec<Layer>> {
-    names.iter().map(|name| layer_named(name)).collect()
+/// What frames, images and data sets do alike: a function of `_layers.py`.
+pub fn shared<'py>(image: &Bound<'py, PyAny>, function: &str) -> PyResult<Bound<'py, PyAny>> {
+    let module = image.py().import("camlux._layers")?;
+    module.call_method1(function, (image,))
 }
 
 #[pymethods]
 impl Frame {
     fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let frame = slf.get().get()?;
+        let frame = slf.get().frame()?;
         let found = frame.layers.iter().find(|(layer, _)| layer.name() == name);
         let Some((layer, data)) = found else {
-            return Err(PyKeyError::new_err(format!(
+            return Err(LayerError::new_err(format!(
                 "the frame has no layer \"{name}\"; it has {}",
                 slf.get().keys()?.join(", ")
             )));
@@ -101,7 +99,7 @@ impl Frame {
     }
 
     fn __len__(&self) -> PyResult<usize> {
-        Ok(self.get()?.layers.len())
+        Ok(self.frame()?.layers.len())
     }
 
     fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -111,7 +109,7 @@ impl Frame {
 
     /// The names of the layers.
     fn keys(&self) -> PyResult<Vec<&'static str>> {
-        let layers = self.get()?.layers.iter();
+        let layers = self.frame()?.layers.iter();
         Ok(layers.map(|(layer, _)| layer.name()).collect())
     }
 
@@ -122,10 +120,29 @@ impl Frame {
         items.collect()
     }
 
+    /// The arrays of the layers.
+    fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let items = Self::items(slf)?.into_iter();
+        Ok(items.map(|(_, array)| array).collect())
+    }
+
+    /// The array of a layer, or the default if the frame has no such layer.
+    #[pyo3(signature = (name, default=None, /))]
+    fn get<'py>(
+        slf: &Bound<'py, Self>,
+        name: &str,
+        default: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match slf.get().__contains__(name)? {
+            true => Self::__getitem__(slf, name).map(Some),
+            false => Ok(default),
+        }
+    }
+
     /// The unit of each layer: W/sr/m^2, m, J, px, or 1 for a plain number.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let frame = self.get()?;
+        let frame = self.frame()?;
         let units = PyDict::new(py);
         for (layer, _) in &frame.layers {
             units.set_item(layer.name(), layer.unit_by(frame.description.tof.as_ref()))?;
@@ -136,23 +153,78 @@ impl Frame {
     /// Width, height.
     #[getter]
     fn resolution_px(&self) -> PyResult<(u32, u32)> {
-        Ok(self.get()?.resolution_px.into())
+        Ok(self.frame()?.resolution_px.into())
     }
 
+    /// Its cost, and its estimated errors.
     #[getter]
     fn stats(&self) -> PyResult<FrameStats> {
-        Ok(FrameStats(self.get()?.stats.clone()))
+        Ok(FrameStats(self.frame()?.stats.clone()))
+    }
+
+    /// The number in a series, on which the sensor's noise depends: the one that render was given, or the renderer's count.
+    #[getter]
+    fn frame_index(&self) -> PyResult<u32> {
+        Ok(self.get()?.description.key.index)
     }
 
     /// Identifies the scene, including its meshes and textures.
     #[getter]
     fn scene_hash(&self) -> PyResult<&str> {
-        Ok(&self.get()?.description.scene_hash)
+        Ok(&self.frame()?.description.scene_hash)
+    }
+
+    /// Camera to world, 4 x 4, for column vectors; camera axes x right, y down, z forward.
+    fn camera_to_world<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let camera = &self.frame()?.description.camera;
+        let CameraBasis {
+            right,
+            down,
+            forward,
+        } = camera.basis();
+        let columns = [right, down, forward, camera.position_m];
+        let row = |axis: usize| columns.map(|column| column[axis]).to_vec();
+        let rows = [row(0), row(1), row(2), vec![0.0, 0.0, 0.0, 1.0]];
+        Ok(PyArray2::from_vec2(py, &rows)?)
+    }
+
+    /// Intrinsics, 3 x 3, pixels; the centre of the first pixel is at (0.5, 0.5).
+    fn intrinsics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let Intrinsics { fx, fy, cx, cy } = self.frame()?.description.camera.intrinsics_px();
+        let rows = [vec![fx, 0.0, cx], vec![0.0, fy, cy], vec![0.0, 0.0, 1.0]];
+        Ok(PyArray2::from_vec2(py, &rows)?)
+    }
+
+    /// The surface points that the pixels show, with their colours: camlux.Points. It needs the layers P and radiance.
+    fn points<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        shared(slf.as_any(), "points")
+    }
+
+    /// For notebooks: the radiance as a PNG file; None without that layer.
+    fn _repr_png_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        shared(slf.as_any(), "png")
+    }
+
+    /// For notebooks: the picture, and a table of the layers and errors.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        shared(slf.as_any(), "html")
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(not_copied("Frame", SEND_ARRAYS))
     }
 
     /// Probable mistakes that only the finished frame shows, one sentence each.
     fn warnings(&self) -> PyResult<Vec<String>> {
-        Ok(self.get()?.warnings())
+        Ok(self.frame()?.warnings())
     }
 
     /// Writes an OpenEXR file, which appears complete or not at all.
@@ -165,17 +237,18 @@ impl Frame {
         &self,
         py: Python,
         path: PathBuf,
-        layers: Option<Vec<String>>,
+        layers: Option<Bound<'_, PyAny>>,
         half: bool,
         compression: &str,
     ) -> PyResult<()> {
-        let frame = self.get()?;
+        let frame = self.frame()?;
+        check_extension(&path, "exr")?;
         let options = ExrOptions {
             half,
-            layers: layers.map(layers_named).transpose()?,
+            layers: layers.map(|value| self::layers(&value)).transpose()?,
             compression: ExrCompression::from_name(compression).ok_or_else(|| {
                 let names = ExrCompression::ALL.map(ExrCompression::name).join(", ");
-                PyValueError::new_err(format!(
+                ArgumentError::new_err(format!(
                     "compression is \"{compression}\"; give one of: {names}"
                 ))
             })?,
@@ -190,16 +263,15 @@ impl Frame {
     ///
     /// Raises FileError.
     fn save_png(&self, py: Python, path: PathBuf) -> PyResult<f32> {
-        let frame = self.get()?;
+        let frame = self.frame()?;
+        check_extension(&path, "png")?;
         let view = PngView::for_frame(frame);
         let written = py.detach(|| write_png(OutputFile::create(path)?, frame, view));
         Ok(written.map_err(raised)?.white_radiance)
     }
 
-    fn __repr__(&self) -> PyResult<String> {
-        let [width, height] = self.get()?.resolution_px;
-        let layers = self.keys()?.join(", ");
-        Ok(format!("<camlux.Frame {width} x {height}: {layers}>"))
+    fn __repr__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        shared(slf.as_any(), "text")
     }
 }
 
@@ -209,11 +281,13 @@ pub struct FrameStats(output::FrameStats);
 
 #[pymethods]
 impl FrameStats {
+    /// Name of the device.
     #[getter]
     fn device(&self) -> &str {
         &self.0.device
     }
 
+    /// Name and version of its driver.
     #[getter]
     fn driver(&self) -> &str {
         &self.0.driver
@@ -275,6 +349,18 @@ impl FrameStats {
     #[getter]
     fn estimated_area_light_error(&self) -> Option<f64> {
         self.0.estimated_area_light_error
+    }
+
+    /// Time of the least image with an estimate, milliseconds: final gathering makes it whatever max_ms and max_rays are.
+    #[getter]
+    fn least_ms(&self) -> Option<f64> {
+        self.0.least_milliseconds
+    }
+
+    /// Number of rays of that image.
+    #[getter]
+    fn least_rays(&self) -> Option<u64> {
+        self.0.least_rays
     }
 
     /// Why final gathering stopped: target-met, budget-spent or samples-exhausted.

@@ -1,20 +1,24 @@
 //! OpenEXR images, and their comparison.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 use camlux::metrics::{self, CorrectedRmse, Pixels};
-use camlux::output::LayeredImage;
-use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn};
-use pyo3::exceptions::PyKeyError;
+use camlux::output::{Layer, LayeredImage, srgb_byte, white_radiance};
+use numpy::{
+    IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn,
+    PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::view;
-use crate::errors::raised;
+use crate::errors::{LayerError, not_copied, raised};
+use crate::frame::{SEND_ARRAYS, shared};
 
-/// An OpenEXR image: a mapping from the names of its layers to float32 arrays, (height, width) or (height, width, channels).
+/// An OpenEXR image: a mapping from the names of its layers to arrays, (height, width) or (height, width, channels).
 ///
-/// Arrays read the memory of the image and keep it alive. They are read-only: copy them to change them.
+/// Ids are uint32, all others float32. Arrays read the memory of the image and keep it alive. They are read-only: copy them to change them.
 #[pyclass(module = "camlux", frozen, mapping)]
 pub struct Image(LayeredImage);
 
@@ -23,7 +27,7 @@ impl Image {
     fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let image = &slf.get().0;
         let Some(layer) = image.layer(name) else {
-            return Err(PyKeyError::new_err(format!(
+            return Err(LayerError::new_err(format!(
                 "the image has no layer \"{name}\"; it has {}",
                 slf.get().keys().join(", ")
             )));
@@ -33,7 +37,13 @@ impl Image {
             1 => vec![height, width],
             channels => vec![height, width, channels],
         };
-        Ok(view(&layer.values, &shape, slf.clone().into_any())?.into_any())
+        if !Layer::from_name(name).is_some_and(Layer::is_id) {
+            return Ok(view(&layer.values, &shape, slf.clone().into_any())?.into_any());
+        }
+        let ids = layer.values.iter().map(|&id| id as u32);
+        let ids = ids.collect::<Vec<_>>().into_pyarray(slf.py());
+        let ids = ids.reshape(shape)?;
+        Ok(ids.readwrite().make_nonwriteable().as_any().clone())
     }
 
     fn __contains__(&self, name: &str) -> bool {
@@ -55,6 +65,67 @@ impl Image {
         layers.map(|layer| layer.name.as_str()).collect()
     }
 
+    /// Names and arrays of the layers.
+    fn items<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+        let names = slf.get().keys().into_iter();
+        let items = names.map(|name| Ok((name.to_owned(), Self::__getitem__(slf, name)?)));
+        items.collect()
+    }
+
+    /// The arrays of the layers.
+    fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let names = slf.get().keys().into_iter();
+        names.map(|name| Self::__getitem__(slf, name)).collect()
+    }
+
+    /// The array of a layer, or the default if the image has no such layer.
+    #[pyo3(signature = (name, default=None, /))]
+    fn get<'py>(
+        slf: &Bound<'py, Self>,
+        name: &str,
+        default: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match slf.get().__contains__(name) {
+            true => Self::__getitem__(slf, name).map(Some),
+            false => Ok(default),
+        }
+    }
+
+    /// The unit of each layer for which the header has one.
+    #[getter]
+    fn units(&self) -> HashMap<&str, &str> {
+        let names = self.keys().into_iter();
+        let unit = |name| Some((name, self.0.attribute(&format!("camlux.unit.{name}"))?));
+        names.filter_map(unit).collect()
+    }
+
+    /// The surface points that the pixels show, with their colours: camlux.Points. It needs the layers P and radiance.
+    fn points<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        shared(slf.as_any(), "points")
+    }
+
+    /// For notebooks: the radiance as a PNG file; None without that layer.
+    fn _repr_png_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        shared(slf.as_any(), "png")
+    }
+
+    /// For notebooks: the picture, and a table of the layers and errors.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        shared(slf.as_any(), "html")
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(not_copied("Image", SEND_ARRAYS))
+    }
+
     /// Width, height.
     #[getter]
     fn resolution_px(&self) -> (u32, u32) {
@@ -71,12 +142,8 @@ impl Image {
         Ok(attributes)
     }
 
-    fn __repr__(&self) -> String {
-        let [width, height] = self.0.resolution_px();
-        format!(
-            "<camlux.Image {width} x {height}: {}>",
-            self.keys().join(", ")
-        )
+    fn __repr__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        shared(slf.as_any(), "text")
     }
 }
 
@@ -87,6 +154,19 @@ impl Image {
 pub fn read_exr(py: Python, path: PathBuf) -> PyResult<Image> {
     let image = py.detach(|| LayeredImage::read(&path));
     Ok(Image(image.map_err(raised)?))
+}
+
+/// For pictures: a radiance, (height, width, 3), as the preview shows it, sRGB.
+#[pyfunction]
+pub fn preview<'py>(
+    py: Python<'py>,
+    radiance: PyReadonlyArrayDyn<'py, f32>,
+) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
+    let values = radiance.as_slice()?;
+    let white = white_radiance(values);
+    let bytes = values.iter().map(|&value| srgb_byte(value / white));
+    let bytes = bytes.collect::<Vec<u8>>().into_pyarray(py);
+    bytes.reshape(radiance.shape())
 }
 
 /// An image compared with a reference. Errors are relative to the reference, 1 is 100 %; they are None if the reference is dark.
@@ -106,8 +186,11 @@ pub struct Comparison {
     mean_absolute: Option<f64>,
     /// The 99th percentile of |x − t|/(|t| + 0.01·mean|t|).
     percentile_99: Option<f64>,
+    /// Mean of the image's values.
     image_mean: f64,
+    /// Mean of the reference's values.
     reference_mean: f64,
+    /// Number of values that are compared.
     value_count: usize,
     /// Number of pixels that are left out because they are on an edge.
     edge_pixels: usize,

@@ -2,13 +2,16 @@
 //!
 //! Layers of a frame are numpy arrays that read the frame's own memory. Arrays for a scene are read in place and copied once.
 
+mod arguments;
 mod arrays;
 mod attributes;
 mod device;
 mod errors;
 mod frame;
 mod image;
+mod mesh;
 mod parts;
+mod process;
 mod reference;
 mod renderer;
 mod scene;
@@ -20,12 +23,10 @@ mod _camlux {
     #[pymodule_export]
     use crate::{
         device::{Device, DeviceInfo, devices},
-        errors::{
-            CamluxWarning, Cancelled, DeviceError, DeviceLostError, Error, FileError, SceneError,
-        },
         frame::{Frame, FrameStats},
-        image::{Comparison, Image, compare_arrays, read_exr},
-        parts::{Mesh, Pattern, ProjectedImage, Texture},
+        image::{Comparison, Image, compare_arrays, preview, read_exr},
+        mesh::{Mesh, place_mesh},
+        parts::{Pattern, ProjectedImage, Texture, restore_pattern},
         reference::reference,
         renderer::{Progress, Renderer},
         scene::{load_scene, scene_warnings, validate_scene},

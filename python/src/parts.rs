@@ -1,209 +1,57 @@
-//! What scenes share: meshes, textures, and the patterns of lights. They never change once made.
+//! What scenes share, beside meshes: textures, and the patterns of lights. They never change once made.
 
 use std::f64::consts::TAU;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
-use std::sync::OnceLock;
 
-use camlux::glam::{DQuat, DVec3};
-use camlux::scene::{self, Encoding, Instance, Intrinsics, Shared, Texels};
-use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use camlux::scene::{self, Component, Encoding, Intrinsics, Shared, Texels, TextureSource};
+use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::BoundObject;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
 
-use crate::arrays::{as_array, list, numbers, rows, view};
+use crate::arrays::{as_array, list, numbers};
 use crate::errors::{SceneError, raised, warn};
 
 const NUMBERS: &str = "numbers";
-const INDICES: &str = "whole numbers from 0 to 4294967295";
 
-/// A triangle mesh in world space. It never changes: `posed` returns a new mesh that shares its data.
-///
-/// Shape, unit:
-///     positions_m: (vertices, 3), m.
-///     triangles: (triangles, 3), indices of vertices. Surfaces have two sides. The winding matters only to normal maps on a mesh without
-///         normals: their front is the side on which the corners turn counterclockwise.
-///     material: the index of a scene's material for all triangles, or (triangles,), one index for each.
-///     normals: (vertices, 3), of any length except zero; None: flat shading.
-///     texcoords: (vertices, 2), u and v, v up; None: the mesh shows no textures.
-///     texcoords_1: (vertices, 2), a second set, for `TextureLookup.texcoord_set`; None: none.
-///     colors: (vertices, 3), linear, 0 to 1, which multiply kd and are interpolated; None: white.
-///     tangents: (vertices, 4), a unit vector along u for normal maps, and 1 or -1: the sign of normal x tangent along v; None: they follow
-///         from the texture coordinates.
-#[pyclass(module = "camlux", frozen)]
-pub struct Mesh {
-    pub instance: Instance,
-    /// Created on the first access to its arrays.
-    placed: OnceLock<Shared<scene::Mesh>>,
+/// For `__reduce__`: the object is made by its class from these arguments.
+pub fn made_by_new<'py>(
+    object: &Bound<'py, PyAny>,
+    arguments: impl IntoPyObject<'py, Target = PyTuple, Error = PyErr>,
+    keywords: Bound<'py, PyDict>,
+) -> PyResult<Bound<'py, PyTuple>> {
+    let py = object.py();
+    let make = py.import("copyreg")?.getattr("__newobj_ex__")?;
+    let arguments = arguments.into_pyobject(py)?.into_bound();
+    let arguments = (object.get_type(), arguments, keywords).into_pyobject(py)?;
+    (make, arguments).into_pyobject(py)
 }
 
-impl From<Instance> for Mesh {
-    fn from(instance: Instance) -> Self {
-        let placed = OnceLock::new();
-        Mesh { instance, placed }
-    }
+fn hash_of(value: impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
 }
 
-impl Mesh {
-    fn placed(&self) -> &scene::Mesh {
-        self.placed.get_or_init(|| self.instance.placed())
-    }
-}
-
-#[pymethods]
-impl Mesh {
-    #[new]
-    #[pyo3(signature = (
-        name, positions_m, triangles, material=None, *,
-        normals=None, texcoords=None, texcoords_1=None, colors=None, tangents=None
-    ))]
-    #[expect(clippy::too_many_arguments, reason = "Python's keywords")]
-    fn new(
-        name: String,
-        positions_m: Bound<'_, PyAny>,
-        triangles: Bound<'_, PyAny>,
-        material: Option<Bound<'_, PyAny>>,
-        normals: Option<Bound<'_, PyAny>>,
-        texcoords: Option<Bound<'_, PyAny>>,
-        texcoords_1: Option<Bound<'_, PyAny>>,
-        colors: Option<Bound<'_, PyAny>>,
-        tangents: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Mesh> {
-        let at = |array: &str| format!("mesh \"{name}\": {array}");
-        let vectors = |value: &Bound<'_, PyAny>, array: &str| -> PyResult<Vec<DVec3>> {
-            let rows = rows::<f64, 3>(value, &at(array), NUMBERS)?;
-            Ok(rows.into_iter().map(DVec3::from).collect())
-        };
-        let triangles = rows::<u32, 3>(&triangles, &at("triangles"), INDICES)?;
-        let triangle_materials = match &material {
-            None => vec![0; triangles.len()],
-            Some(material) => match material.extract() {
-                Ok(one) => vec![one; triangles.len()],
-                Err(_) => list(material, &at("material"), INDICES)?,
-            },
-        };
-        let normals = normals.map(|value| vectors(&value, "normals"));
-        let texcoords = texcoords.map(|value| rows(&value, &at("texcoords"), NUMBERS));
-        let texcoords_1 = texcoords_1.map(|value| rows(&value, &at("texcoords_1"), NUMBERS));
-        let colors = colors.map(|value| rows(&value, &at("colors"), NUMBERS));
-        let tangents = tangents.map(|value| rows(&value, &at("tangents"), NUMBERS));
-        let mesh = scene::Mesh {
-            positions_m: vectors(&positions_m, "positions_m")?,
-            normals: normals.transpose()?.unwrap_or_default(),
-            texcoords: texcoords.transpose()?.unwrap_or_default(),
-            texcoords_1: texcoords_1.transpose()?.unwrap_or_default(),
-            colors: colors.transpose()?.unwrap_or_default(),
-            tangents: tangents.transpose()?.unwrap_or_default(),
-            triangles,
-            triangle_materials,
-            name,
-        };
-        Ok(Instance::from(mesh).into())
-    }
-
-    #[getter]
-    fn name(&self) -> &str {
-        &self.instance.name
-    }
-
-    #[getter]
-    fn vertex_count(&self) -> usize {
-        self.instance.positions_m.len()
-    }
-
-    #[getter]
-    fn triangle_count(&self) -> usize {
-        self.instance.triangles.len()
-    }
-
-    /// World positions, (vertices, 3), m.
-    #[getter]
-    fn positions_m<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &slf.get().placed().positions_m)
-    }
-
-    /// Shading normals, (vertices, 3); (0, 3): flat shading.
-    #[getter]
-    fn normals<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &slf.get().placed().normals)
-    }
-
-    /// u and v, (vertices, 2); (0, 2): the mesh has none.
-    #[getter]
-    fn texcoords<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        elements(slf, slf.get().placed().texcoords.as_flattened(), 2)
-    }
-
-    /// The second u and v, (vertices, 2); (0, 2): the mesh has none.
-    #[getter]
-    fn texcoords_1<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        elements(slf, slf.get().placed().texcoords_1.as_flattened(), 2)
-    }
-
-    /// Red, green and blue, which multiply kd, (vertices, 3); (0, 3): white.
-    #[getter]
-    fn colors<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        elements(slf, slf.get().placed().colors.as_flattened(), 3)
-    }
-
-    /// Tangents and signs, (vertices, 4); (0, 4): the mesh has none.
-    #[getter]
-    fn tangents<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        elements(slf, slf.get().placed().tangents.as_flattened(), 4)
-    }
-
-    /// Indices of vertices, (triangles, 3).
-    #[getter]
-    fn triangles<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        elements(slf, slf.get().placed().triangles.as_flattened(), 3)
-    }
-
-    /// The index of each triangle's material, (triangles,).
-    #[getter]
-    fn triangle_materials<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let materials = &slf.get().placed().triangle_materials;
-        Ok(view(materials, &[materials.len()], slf.clone().into_any())?.into_any())
-    }
-
-    /// The mesh rotated about the world's origin by the unit quaternion x, y, z, w, and then moved.
-    #[pyo3(signature = (position_m=[0.0; 3], orientation_xyzw=[0.0, 0.0, 0.0, 1.0]))]
-    fn posed(&self, position_m: [f64; 3], orientation_xyzw: [f64; 4]) -> PyResult<Mesh> {
-        let orientation = DQuat::from_array(orientation_xyzw);
-        let length = orientation.length();
-        // A larger deviation is not a rounding error.
-        if length.is_nan() || (length - 1.0).abs() > 1e-3 {
-            return Err(SceneError::new_err(format!(
-                "orientation_xyzw is {orientation_xyzw:?}, of length {length}; give a unit quaternion, x y z w"
-            )));
-        }
-        let orientation = orientation.normalize();
-        Ok(self.instance.posed(orientation, position_m.into()).into())
-    }
-
-    fn __repr__(&self) -> String {
-        let (triangles, name) = (self.triangle_count(), &self.instance.name);
-        format!("<camlux.Mesh {name:?}, {triangles} triangles>")
-    }
-}
-
-/// An array that reads a mesh's own memory.
-fn elements<'py, T: numpy::Element>(
-    mesh: &Bound<'py, Mesh>,
-    values: &[T],
-    length: usize,
+/// An array of this shape from its values.
+fn array<'py, T: numpy::Element>(
+    py: Python<'py>,
+    values: Vec<T>,
+    shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
-    let shape = [values.len() / length, length];
-    Ok(view(values, &shape, mesh.clone().into_any())?.into_any())
+    Ok(values.into_pyarray(py).reshape(shape)?.into_any())
 }
 
-fn vectors<'py>(mesh: &Bound<'py, Mesh>, values: &[DVec3]) -> PyResult<Bound<'py, PyAny>> {
-    // Three numbers without padding.
-    elements::<f64>(mesh, bytemuck::cast_slice(values), 3)
-}
-
-/// An image for surfaces: (height, width) or (height, width, 1, 3 or 4), top row first; a fourth channel is ignored.
+/// An image for surfaces: (height, width) or (height, width, 1, 3 or 4), top row first. uint8, uint16, or floats from 0 to 1.
 ///
-/// uint8 and uint16 are sRGB unless `encoding` is "linear", floats are linear, 0 to 1.
+/// What a material uses it for decides how it is read. As `kd_texture` and `ks_texture`, integers are sRGB. As `normal_texture`,
+/// `shininess_texture` and `alpha_texture` they are linear, as floats always are. `encoding` says otherwise: "linear", or "srgb", which is an
+/// error where values are linear.
+///
+/// A fourth channel is alpha. It is linear, and only `alpha_texture` uses it.
 #[pyclass(module = "camlux", frozen)]
-pub struct Texture(pub Shared<scene::Texture>);
+pub struct Texture(pub TextureSource);
 
 #[pymethods]
 impl Texture {
@@ -216,76 +64,129 @@ impl Texture {
             2 => array.call_method1("reshape", ((array.shape()[0], array.shape()[1], 1),))?,
             _ => array.clone().into_any(),
         };
-        let encoding = encoding_named(encoding, &format!("texture \"{name}\""))?;
+        let named = |encoding| encoding_named(encoding, &format!("texture \"{name}\""));
+        let encoding = encoding.map(named).transpose()?;
         let shape = as_array(&pixels)?.shape().to_vec();
-        let &[height, width, channels @ (1 | 3 | 4)] = &shape[..] else {
+        let &[height, width, 1 | 3 | 4] = &shape[..] else {
             return Err(wrong(format!(
-                "pixels has the shape {shape:?}; give (height, width) or (height, width, 3)"
+                "pixels has the shape {shape:?}; give (height, width), (height, width, 3), or (height, width, 4) with alpha"
             )));
         };
-        let texels = if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u8>>() {
-            Texels::U8(bands(&pixels, channels), encoding)
-        } else if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u16>>() {
-            Texels::U16(bands(&pixels, channels), encoding)
-        } else if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<f32>>() {
-            Texels::F32(bands(&pixels, channels))
-        } else {
-            let pixels = pixels.call_method1("astype", ("float32",))?;
-            let is_float = array.dtype().to_string().starts_with("float");
-            let pixels = pixels.extract::<PyReadonlyArray3<f32>>();
-            match pixels {
-                Ok(pixels) if is_float => Texels::F32(bands(&pixels, channels)),
-                _ => {
-                    let is = array.dtype().to_string();
-                    return Err(wrong(format!(
-                        "pixels is an array of {is}; give uint8, uint16 or floats"
-                    )));
-                }
-            }
-        };
-        let texture = scene::Texture {
-            name,
-            size_px: [width as u32, height as u32],
-            texels,
-        };
-        Ok(Texture(texture.into()))
+        let of = (name.clone(), [width as u32, height as u32], encoding);
+        if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u8>>() {
+            return source(of, &pixels);
+        }
+        if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u16>>() {
+            return source(of, &pixels);
+        }
+        let kind = array.dtype().to_string();
+        let pixels = pixels.call_method1("astype", ("float32",))?;
+        match pixels.extract::<PyReadonlyArray3<f32>>() {
+            Ok(pixels) if kind.starts_with("float") => source(of, &pixels),
+            _ => Err(wrong(format!(
+                "pixels is an array of {kind}; give uint8, uint16 or floats"
+            ))),
+        }
     }
 
+    /// Its name.
     #[getter]
     fn name(&self) -> &str {
-        &self.0.name
+        &self.0.colors().name
     }
 
     /// Width, height.
     #[getter]
     fn size_px(&self) -> (u32, u32) {
-        self.0.size_px.into()
+        self.0.colors().size_px.into()
     }
 
     fn __repr__(&self) -> String {
-        let ([width, height], name) = (self.0.size_px, &self.0.name);
+        let ([width, height], name) = (self.0.colors().size_px, &self.0.colors().name);
         format!("<camlux.Texture {name:?}, {width} x {height}>")
     }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let source = &slf.get().0;
+        let texture = source.colors();
+        let [width, height] = texture.size_px.map(|px| px as usize);
+        let alpha = source.alpha();
+        let shape = [height, width, if alpha.is_some() { 4 } else { 3 }];
+        let pixels = match &texture.texels {
+            Texels::U8(texels, _) => array(py, with_alpha(texels, alpha, |alpha| alpha), &shape)?,
+            Texels::U16(texels, _) => {
+                let alpha_of = |alpha| 257 * u16::from(alpha);
+                array(py, with_alpha(texels, alpha, alpha_of), &shape)?
+            }
+            Texels::F32(texels) => {
+                let alpha_of = |alpha| f32::from(alpha) / 255.0;
+                array(py, with_alpha(texels, alpha, alpha_of), &shape)?
+            }
+        };
+        let keywords = PyDict::new(py);
+        if let Some(encoding) = source.encoding() {
+            let is_linear = encoding == Encoding::Linear;
+            keywords.set_item("encoding", if is_linear { "linear" } else { "srgb" })?;
+        }
+        made_by_new(slf.as_any(), (&texture.name, pixels), keywords)
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| {
+            let other = &other.get().0;
+            self.0.colors() == other.colors() && self.0.alpha() == other.alpha()
+        })
+    }
+
+    fn __hash__(&self) -> u64 {
+        let colors = self.0.colors();
+        hash_of((&colors.name, colors.size_px))
+    }
+}
+
+/// The components of pixels, with alpha if there is one.
+fn with_alpha<C: Copy>(
+    texels: &[[C; 3]],
+    alpha: Option<&[u8]>,
+    component: impl Fn(u8) -> C,
+) -> Vec<C> {
+    let Some(alpha) = alpha else {
+        return texels.as_flattened().to_vec();
+    };
+    let pixels = texels.iter().zip(alpha);
+    let pixels = pixels.map(|(&[r, g, b], &alpha)| [r, g, b, component(alpha)]);
+    pixels.flatten().collect()
+}
+
+fn source<C: Component + numpy::Element>(
+    (name, size_px, encoding): (String, [u32; 2], Option<Encoding>),
+    pixels: &PyReadonlyArray3<C>,
+) -> PyResult<Texture> {
+    let channels = pixels.shape()[2];
+    let pixels: Vec<C> = pixels.as_array().iter().copied().collect();
+    let source = TextureSource::from_pixels(name, size_px, (&pixels, channels), encoding);
+    Ok(Texture(source.map_err(raised)?))
 }
 
 /// How integers encode values; `at`: the name of the object, for messages.
-fn encoding_named(name: Option<&str>, at: &str) -> PyResult<Encoding> {
+fn encoding_named(name: &str, at: &str) -> PyResult<Encoding> {
     match name {
-        None | Some("srgb") => Ok(Encoding::Srgb),
-        Some("linear") => Ok(Encoding::Linear),
-        Some(other) => Err(SceneError::new_err(format!(
+        "srgb" => Ok(Encoding::Srgb),
+        "linear" => Ok(Encoding::Linear),
+        other => Err(SceneError::new_err(format!(
             "{at}: encoding is \"{other}\"; give \"srgb\" or \"linear\""
         ))),
     }
-}
-
-fn bands<T: numpy::Element + Copy>(pixels: &PyReadonlyArray3<T>, channels: usize) -> Vec<[T; 3]> {
-    let pixels = pixels.as_array();
-    let rows = pixels.rows();
-    let of_pixel = |pixel: numpy::ndarray::ArrayView1<T>| {
-        std::array::from_fn(|band| pixel[if channels == 1 { 0 } else { band }])
-    };
-    rows.into_iter().map(of_pixel).collect()
 }
 
 /// The measured radiant intensity of a lamp over all directions, in the C-γ system of the CIE.
@@ -337,10 +238,47 @@ impl Pattern {
     #[pyo3(signature = (path, *, encoding="srgb"))]
     fn load(py: Python<'_>, path: PathBuf, encoding: &str) -> PyResult<Pattern> {
         let at = path.display().to_string();
-        let encoding = encoding_named(Some(encoding), &at)?;
+        let encoding = encoding_named(encoding, &at)?;
         let (pattern, warning) = scene::Pattern::load(&path, encoding, &at).map_err(raised)?;
         warn(py, warning.as_slice())?;
         Ok(Pattern(pattern.into()))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        // In radians, because degrees would round.
+        let restore = py.import("camlux._camlux")?.getattr("restore_pattern")?;
+        let scene::Pattern {
+            gammas_rad,
+            planes_rad,
+            intensities,
+            peak,
+        } = &*slf.get().0;
+        let [gammas, planes, intensities] =
+            [gammas_rad, planes_rad, intensities].map(|values| values.clone().into_pyarray(py));
+        (restore, (gammas, planes, intensities, *peak)).into_pyobject(py)
+    }
+
+    fn __repr__(&self) -> String {
+        let (planes, gammas) = (self.0.planes_rad.len(), self.0.gammas_rad.len());
+        format!("<camlux.Pattern {planes} planes x {gammas} angles>")
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| self.0 == other.get().0)
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash_of((self.0.planes_rad.len(), self.0.gammas_rad.len()))
     }
 }
 
@@ -370,4 +308,56 @@ impl ProjectedImage {
         };
         Ok(ProjectedImage(image.into()))
     }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        let py = slf.py();
+        let image = &slf.get().0;
+        let [width, height] = image.size_px.map(|px| px as usize);
+        let values = array(py, image.values.clone(), &[height, width])?;
+        let keywords = PyDict::new(py);
+        let Intrinsics { fx, fy, cx, cy } = image.intrinsics;
+        for (name, value) in [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)] {
+            keywords.set_item(name, value)?;
+        }
+        made_by_new(slf.as_any(), (values,), keywords)
+    }
+
+    fn __repr__(&self) -> String {
+        let [width, height] = self.0.size_px;
+        format!("<camlux.ProjectedImage {width} x {height}>")
+    }
+
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>();
+        other.is_ok_and(|other| self.0 == other.get().0)
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash_of(self.0.size_px)
+    }
+}
+
+/// For the pickle of a pattern.
+#[pyfunction]
+pub fn restore_pattern(
+    gammas_rad: Vec<f64>,
+    planes_rad: Vec<f64>,
+    intensities: Vec<f64>,
+    peak: f64,
+) -> Pattern {
+    let pattern = scene::Pattern {
+        gammas_rad,
+        planes_rad,
+        intensities,
+        peak,
+    };
+    Pattern(pattern.into())
 }

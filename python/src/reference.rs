@@ -1,18 +1,20 @@
 //! The true single bounce, sampled by paths on the CPU.
 
 use camlux::reference::{Goal, Reference};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::errors::Watch;
+use crate::arguments::count;
+use crate::errors::{ArgumentError, Watch};
 use crate::frame::Frame;
+use crate::process;
 use crate::scene::scene_from;
 
 /// Path-traces the true single bounce of a scene on the CPU to the requested error, without the GIL. Control-C ends it.
 ///
 /// stderr: standard error of the indirect light divided by its root mean square; 0.01 is 1 %. samples_per_pixel: a number of samples
 /// instead.
-/// progress: called from time to time with a number from 0 to 1; if it returns False, Cancelled is raised.
+/// progress: called from time to time with a number from 0 to 1; if it returns False, Cancelled is raised. True shows a
+/// bar, for which tqdm must be installed.
 ///
 /// The frame has the layers `stderr`, the standard error of each pixel, and `edge`, 1 where rounding decides which surface a pixel shows.
 #[pyfunction]
@@ -21,25 +23,28 @@ pub fn reference(
     py: Python,
     scene: &Bound<'_, PyAny>,
     stderr: Option<f64>,
-    samples_per_pixel: Option<u32>,
-    progress: Option<Py<PyAny>>,
+    samples_per_pixel: Option<Bound<'_, PyAny>>,
+    progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Frame> {
+    process::begin()?;
+    let samples_per_pixel = samples_per_pixel.map(|value| count(&value, "samples_per_pixel"));
+    let samples_per_pixel = samples_per_pixel.transpose()?;
     let goal = match (stderr, samples_per_pixel) {
         (Some(share), None) if share > 0.0 && share < 1.0 => Goal::StandardError(share),
         (None, Some(samples)) if samples > 0 => Goal::SamplesPerPixel(samples),
         (Some(_), None) | (None, Some(_)) => {
-            return Err(PyValueError::new_err(
+            return Err(ArgumentError::new_err(
                 "give a stderr between 0 and 1, such as 0.01, or samples_per_pixel above 0",
             ));
         }
         _ => {
-            return Err(PyValueError::new_err(
+            return Err(ArgumentError::new_err(
                 "give one of stderr and samples_per_pixel, such as stderr=0.01",
             ));
         }
     };
     let scene = scene_from(scene)?;
-    let mut watch = Watch::new(progress);
+    let mut watch = Watch::new(py, progress)?;
     let found = py.detach(|| {
         let mut reference = Reference::start(&scene, goal, &mut |_| watch.goes_on(|| (0.0,)))?;
         while !reference.meets(goal) {
@@ -51,5 +56,5 @@ pub fn reference(
         }
         Ok(reference.frame())
     });
-    Ok(Frame::new(watch.outcome(found)?, &scene, None))
+    Ok(Frame::new(watch.outcome(py, found)?, &scene, None))
 }

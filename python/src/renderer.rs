@@ -3,19 +3,31 @@
 use std::sync::{Mutex, PoisonError};
 
 use camlux::RenderOptions;
-use camlux::scene::IndirectLight;
+use camlux::scene::{IndirectLight, LensLights};
 use pyo3::prelude::*;
 
+use crate::arguments::{count, layers};
 use crate::device::Device;
-use crate::errors::{Watch, raised, warn};
-use crate::frame::{Frame, Returned, layers_named};
+use crate::errors::{Watch, not_copied, raised, warn};
+use crate::frame::{Frame, Returned};
+use crate::process::OfProcess;
 use crate::scene::scene_from;
 
-/// The progress of a render: 0 to 1, and the pass that runs next.
+/// The progress of a render.
 #[pyclass(module = "camlux", frozen, get_all)]
 pub struct Progress {
+    /// 0 to 1.
     fraction: f32,
+    /// The pass that runs next.
     pass_name: &'static str,
+}
+
+#[pymethods]
+impl Progress {
+    fn __repr__(&self) -> String {
+        let percent = 100.0 * self.fraction;
+        format!("<camlux.Progress {percent:.1} %, {}>", self.pass_name)
+    }
 }
 
 /// Renders scenes. It keeps data on the device that the next frame may need: one renderer for all frames is fastest.
@@ -24,8 +36,9 @@ pub struct Progress {
 /// device.
 #[pyclass(module = "camlux", frozen)]
 pub struct Renderer {
-    renderer: Mutex<camlux::Renderer>,
+    renderer: OfProcess<Mutex<camlux::Renderer>>,
     returned: Returned,
+    lens_lights: Mutex<LensLights>,
     device: Py<Device>,
 }
 
@@ -39,13 +52,16 @@ impl Renderer {
             Some(device) => device,
             None => Py::new(py, Device::new(py, None, false)?)?,
         };
+        let renderer = camlux::Renderer::new(device.get().get()?).map_err(raised)?;
         Ok(Renderer {
-            renderer: Mutex::new(camlux::Renderer::new(&device.get().0).map_err(raised)?),
+            renderer: OfProcess::new(Mutex::new(renderer)),
             returned: Returned::default(),
+            lens_lights: Mutex::default(),
             device,
         })
     }
 
+    /// The device that it renders on.
     #[getter]
     fn device(&self, py: Python) -> Py<Device> {
         self.device.clone_ref(py)
@@ -54,24 +70,36 @@ impl Renderer {
     /// Renders a frame, without the GIL. Control-C ends it.
     ///
     /// target_error: indirect light by final gathering to this relRMSE, whatever the scene requests. seed: another number gives other
-    /// samples. frame_index: the number in a series; each has other sensor noise. layers: copies only these from the device, which is
-    /// faster; None: all. progress: called from time to time with a Progress; if it returns False, Cancelled is raised.
+    /// samples of indirect light and other sensor noise. frame_index: the number in a series; each has other sensor noise; None: the
+    /// renderer counts, and Frame.frame_index tells the number. layers: copies only this or these from the device, which is faster; None:
+    /// all. progress: called from time to time with a Progress; if it returns False, Cancelled is raised. True shows a bar, for which tqdm
+    /// must be installed.
     ///
     /// Raises SceneError for a scene that cannot be rendered, DeviceError for one that the device cannot hold. Shows a CamluxWarning for a
     /// frame that is probably a mistake, such as a black one.
     #[allow(clippy::too_many_arguments, reason = "Python's have names")]
-    #[pyo3(signature = (scene, *, target_error=None, seed=0, frame_index=0, layers=None, progress=None))]
+    #[pyo3(
+        signature = (scene, *, target_error=None, seed=None, frame_index=None, layers=None, progress=None),
+        text_signature = "($self, scene, *, target_error=None, seed=0, frame_index=None, layers=None, progress=None)"
+    )]
     fn render(
         &self,
         py: Python,
         scene: &Bound<'_, PyAny>,
         target_error: Option<f64>,
-        seed: u32,
-        frame_index: u32,
-        layers: Option<Vec<String>>,
-        progress: Option<Py<PyAny>>,
+        seed: Option<Bound<'_, PyAny>>,
+        frame_index: Option<Bound<'_, PyAny>>,
+        layers: Option<Bound<'_, PyAny>>,
+        progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Frame> {
-        let layers = layers.map(layers_named).transpose()?;
+        let renderer = self.renderer.get()?;
+        let wanted = layers.map(|value| self::layers(&value)).transpose()?;
+        let number = |value: Option<Bound<'_, PyAny>>, name| {
+            let given = value.map(|value| count(&value, name));
+            given.transpose()
+        };
+        let seed = number(seed, "seed")?.unwrap_or_default();
+        let frame_index = number(frame_index, "frame_index")?;
         let mut scene = scene_from(scene)?;
         if let Some(requested) = target_error {
             match &mut scene.indirect {
@@ -79,9 +107,9 @@ impl Renderer {
                 other => *other = Some(IndirectLight::final_gather(requested)),
             }
         }
-        let mut watch = Watch::new(progress);
+        let mut watch = Watch::new(py, progress)?;
         let rendered = py.detach(|| {
-            let mut renderer = self.renderer.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
             let returned = self.returned.lock().ok().and_then(|mut frame| frame.take());
             if let Some(frame) = returned {
                 renderer.return_buffers(frame);
@@ -100,16 +128,31 @@ impl Renderer {
                     progress: Some(&mut ask),
                     seed,
                     frame_index,
-                    layers: layers.as_deref(),
+                    layers: wanted.as_deref(),
                     ..RenderOptions::default()
                 },
             )?;
-            let warnings = frame.warnings();
+            let mut warnings = frame.warnings();
+            let mut lens_lights = self
+                .lens_lights
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner);
+            warnings.extend(lens_lights.warning(&scene));
             Ok((frame, warnings))
         });
-        let (frame, warnings) = watch.outcome(rendered)?;
+        let (frame, warnings) = watch.outcome(py, rendered)?;
         let frame = Frame::new(frame, &scene, Some(self.returned.clone()));
         warn(py, &warnings)?;
         Ok(frame)
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        let instead = "make one in each process, and one for each thread";
+        Err(not_copied("Renderer", instead))
+    }
+
+    fn __repr__(&self, py: Python) -> PyResult<String> {
+        let device = self.device.bind(py).get().get()?;
+        Ok(format!("<camlux.Renderer on {:?}>", device.info().name))
     }
 }

@@ -6,15 +6,16 @@ use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
     IndirectLight, Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling,
-    RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup, TimeOfFlight,
-    Wrap,
+    PlacedLight, RadiationPattern, Sensor, SensorNoise, Shadow, Shared, SpotCone, TextureLookup,
+    TimeOfFlight, Wrap,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::attributes::Part;
 use crate::errors::{raised, warn};
-use crate::parts::{Mesh, Pattern, ProjectedImage, Texture};
+use crate::mesh::{Mesh, meshes};
+use crate::parts::{Pattern, ProjectedImage, Texture};
 
 const FILTERS: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
 const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
@@ -46,14 +47,13 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .map(|sensor| sensor_from(&sensor))
             .transpose()?,
         tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
-        lights: lights.iter().map(light_from).collect::<PyResult<_>>()?,
-        carried_lights: Vec::new(),
+        lights: lights.iter().map(placed_from).collect::<PyResult<_>>()?,
         meshes: meshes.collect::<PyResult<_>>()?,
         materials: materials
             .iter()
             .map(|material| textures.material(material))
             .collect::<PyResult<_>>()?,
-        textures: textures.list,
+        textures: Vec::new(),
         direct: Direct {
             shadow: part.choice("shadow", &Shadow::ALL, Shadow::name)?,
         },
@@ -63,13 +63,13 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .map(|part| indirect_from(&part))
             .transpose()?,
     };
-    if let Some(carried) = part.part("carried_by_camera")? {
-        let (indices, from): (Vec<usize>, Bound<PyAny>) = carried.object.extract()?;
-        scene.camera = camera_from(&Part::new(from, "carried_by_camera"))?;
-        let lights = indices.into_iter().map(|light| (light, Carrier::Camera));
-        scene.carried_lights = lights.collect();
-        scene.set_camera(camera);
+    for (index, material) in scene.materials.iter().enumerate() {
+        let contradicts = |role, texture: usize| textures.list[texture].get().0.contradicts(role);
+        let encodings = material.validate_encodings(index, contradicts);
+        encodings.map_err(raised)?;
     }
+    let sources = textures.list.iter().map(|texture| &texture.get().0);
+    scene.textures = scene::in_their_roles(sources, &mut scene.materials);
     Ok(scene)
 }
 
@@ -133,6 +133,14 @@ fn distortion_from(part: &Part) -> PyResult<Distortion> {
     } else {
         Ok(Distortion::Fisheye(coefficients(part, FISHEYE)?))
     }
+}
+
+fn placed_from(part: &Part) -> PyResult<PlacedLight> {
+    let names = |_: Carrier| "camera";
+    Ok(PlacedLight {
+        light: light_from(part)?,
+        relative_to: part.choice("relative_to", &[Carrier::Camera], names)?,
+    })
 }
 
 fn light_from(part: &Part) -> PyResult<Light> {
@@ -228,13 +236,13 @@ fn filter_name(filter: Filter) -> &'static str {
 
 /// The textures of a scene, each once.
 #[derive(Default)]
-struct Textures {
-    list: Vec<Shared<scene::Texture>>,
+struct Textures<'py> {
+    list: Vec<Bound<'py, Texture>>,
 }
 
-impl Textures {
-    fn index(&mut self, texture: &Shared<scene::Texture>) -> usize {
-        let known = self.list.iter().position(|known| known.ptr_eq(texture));
+impl<'py> Textures<'py> {
+    fn index(&mut self, texture: &Bound<'py, Texture>) -> usize {
+        let known = self.list.iter().position(|known| known.is(texture));
         known.unwrap_or_else(|| {
             self.list.push(texture.clone());
             self.list.len() - 1
@@ -242,12 +250,12 @@ impl Textures {
     }
 
     /// The lookup of that name, which is a texture or says how one is looked up.
-    fn lookup(&mut self, part: &Part, name: &str) -> PyResult<Option<TextureLookup>> {
+    fn lookup(&mut self, part: &Part<'py>, name: &str) -> PyResult<Option<TextureLookup>> {
         let Some(given) = part.part(name)? else {
             return Ok(None);
         };
         if let Ok(texture) = given.object.cast::<Texture>() {
-            return Ok(Some(self.index(&texture.get().0).into()));
+            return Ok(Some(self.index(texture).into()));
         }
         if !given.object.hasattr("texcoord_set")? {
             let hint = "give a camlux.Texture, a camlux.TextureLookup, or None";
@@ -255,7 +263,7 @@ impl Textures {
             return Err(part.error(problem, hint));
         }
         let given = Part::new(given.object, format!("{}: {name}", part.at));
-        let texture: Bound<Texture> = given.need("texture", "give a camlux.Texture")?;
+        let texture: Bound<'py, Texture> = given.need("texture", "give a camlux.Texture")?;
         let wrap: [String; 2] =
             given.need("wrap", "give two strings, such as (\"repeat\", \"clamp\")")?;
         let wrap = wrap.map(|word| {
@@ -266,7 +274,7 @@ impl Textures {
         let [wrap_u, wrap_v] = wrap;
         let filter = given.choice("filter", &FILTERS_OF_TEXTURES, filter_name)?;
         Ok(Some(TextureLookup {
-            texture: self.index(&texture.get().0),
+            texture: self.index(&texture),
             texcoord_set: given.count("texcoord_set")?,
             transform: given.need("transform", "give two rows of three numbers")?,
             wrap: [wrap_u?, wrap_v?],
@@ -274,7 +282,7 @@ impl Textures {
         }))
     }
 
-    fn material(&mut self, part: &Part) -> PyResult<Material> {
+    fn material(&mut self, part: &Part<'py>) -> PyResult<Material> {
         let ks = part.bands("ks")?;
         let shininess = part.optional_number("shininess")?;
         // A default exponent such as 1 would silently choose a very wide lobe.
@@ -421,6 +429,16 @@ macro_rules! object {
     }};
 }
 
+/// The objects for materials; their textures are indices into these.
+pub fn materials<'py>(
+    py: Python<'py>,
+    materials: &[Material],
+    textures: Vec<scene::Texture>,
+) -> PyResult<Bound<'py, PyList>> {
+    let textures = textures.into_iter().map(Shared::from).collect();
+    Classes(py.import("camlux.scene")?).materials(materials, textures)
+}
+
 /// A tuple, because Python compares tuples by value.
 fn triple(vector: impl Into<[f64; 3]>) -> (f64, f64, f64) {
     vector.into().into()
@@ -429,32 +447,16 @@ fn triple(vector: impl Into<[f64; 3]>) -> (f64, f64, f64) {
 impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
-        let textures = scene.textures.iter();
-        let textures = textures.map(|texture| Bound::new(py, Texture(texture.clone())));
-        let textures = textures.collect::<PyResult<Vec<_>>>()?;
-        let materials = scene.materials.iter().map(|m| self.material(m, &textures));
         let lights = scene.lights.iter().map(|light| self.light(light));
-        let meshes = scene
-            .meshes
-            .iter()
-            .map(|mesh| Bound::new(py, Mesh::from(mesh.clone())));
-        let carried = scene.carried_lights.iter();
-        let carried = carried.filter(|(_, by)| *by == Carrier::Camera);
-        let carried: Vec<usize> = carried.map(|&(light, _)| light).collect();
-        let carried = match carried.is_empty() {
-            true => None,
-            false => Some((carried, self.camera(&scene.camera)?)),
-        };
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
-            meshes: PyList::new(py, meshes.collect::<PyResult<Vec<_>>>()?)?,
-            materials: PyList::new(py, materials.collect::<PyResult<Vec<_>>>()?)?,
+            meshes: PyList::new(py, meshes(py, &scene.meshes)?)?,
+            materials: self.materials(&scene.materials, scene.textures.clone())?,
             indirect: scene.indirect.map(|indirect| self.indirect(&indirect)).transpose()?,
             sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
-            carried_by_camera: carried,
         )
     }
 
@@ -490,15 +492,20 @@ impl<'py> Classes<'py> {
         )
     }
 
-    fn light(&self, light: &Light) -> PyResult<Bound<'py, PyAny>> {
+    fn light(&self, placed: &PlacedLight) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
-        match light {
+        let relative_to = match placed.relative_to {
+            Some(Carrier::Camera) => Some("camera"),
+            Some(Carrier::Mesh(_)) | None => None,
+        };
+        match &placed.light {
             Light::Point {
                 position_m,
                 power_w,
             } => object!(self, "PointLight",
                 position_m: triple(*position_m),
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Spot {
                 position_m,
@@ -511,6 +518,7 @@ impl<'py> Classes<'py> {
                 inner_half_angle_deg: cone.inner_half_angle_deg,
                 outer_half_angle_deg: cone.outer_half_angle_deg,
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Directional {
                 direction,
@@ -518,6 +526,7 @@ impl<'py> Classes<'py> {
             } => object!(self, "DirectionalLight",
                 direction: triple(*direction),
                 irradiance_w_m2: triple(*irradiance_w_m2),
+                relative_to: relative_to,
             ),
             Light::Pattern {
                 position_m,
@@ -538,6 +547,7 @@ impl<'py> Classes<'py> {
                     }
                 },
                 power_w: triple(*power_w),
+                relative_to: relative_to,
             ),
             Light::Area {
                 position_m,
@@ -559,9 +569,23 @@ impl<'py> Classes<'py> {
                     size_m: size_m,
                     radius_m: radius_m,
                     up: triple(*up),
+                    relative_to: relative_to,
                 )
             }
         }
+    }
+
+    fn materials(
+        &self,
+        materials: &[Material],
+        textures: Vec<Shared<scene::Texture>>,
+    ) -> PyResult<Bound<'py, PyList>> {
+        let py = self.0.py();
+        let textures = textures.into_iter();
+        let textures = textures.map(|texture| Bound::new(py, Texture(texture.into())));
+        let textures = textures.collect::<PyResult<Vec<_>>>()?;
+        let materials = materials.iter().map(|m| self.material(m, &textures));
+        PyList::new(py, materials.collect::<PyResult<Vec<_>>>()?)
     }
 
     fn material(

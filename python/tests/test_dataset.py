@@ -63,6 +63,31 @@ def test_frames_come_with_layers_poses_and_intrinsics(folder):
         np.testing.assert_allclose(pixels[1], rows + 0.5, atol=1e-3)
 
 
+def test_a_frame_of_a_data_set_is_like_a_rendered_one(folder):
+    dataset = camlux.Dataset(folder)
+    frame = dataset[1]
+    assert "not read yet" in repr(frame) and "4 frames" in repr(dataset)
+    assert frame["id.instance"].dtype == np.uint32 and frame.units["radiance"] == "W/sr/m^2"
+    names = [frame.mesh_names[i - 1] for i in np.unique(frame["id.instance"]) if i > 0]
+    assert names == ["cornell.obj"] and "white" in frame.material_names
+    assert set(frame) == set(frame.keys()) == set(frame.image) and len(frame) == len(frame.items())
+    assert frame.get("none") is None and "depth" in frame and frame.resolution_px == (16, 16)
+    assert "radiance     (16, 16, 3)  float32  W/sr/m^2" in repr(frame)
+    np.testing.assert_array_equal(frame.points().positions_m, frame["P"][frame["id.instance"] > 0])
+    assert frame._repr_png_().startswith(b"\x89PNG") and "<table>" in frame._repr_html_()
+    assert frame == frame and frame != dataset[1]
+    # An index of numpy, and slices.
+    np.testing.assert_array_equal(dataset[np.int64(1)]["depth"], frame["depth"])
+    some = dataset[1:3]
+    assert isinstance(some, camlux.Dataset) and [frame.line["index"] for frame in some] == [1, 2] and len(dataset) == 4
+    with pytest.raises(TypeError, match="float"):
+        dataset[1.0]
+    # A frame that has been read can be sent.
+    again = pickle.loads(pickle.dumps(frame))
+    np.testing.assert_array_equal(again["depth"], frame["depth"])
+    assert camlux.compare(frame, dataset[1]).rel_rmse == 0
+
+
 def test_a_loader_of_torch_finds_what_it_needs(folder):
     dataset = camlux.Dataset(folder, transform=total)
     assert [dataset[number].shape for number in range(len(dataset))] == [(16, 16, 3)] * 4

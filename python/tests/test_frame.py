@@ -3,6 +3,7 @@
 import gc
 
 import camlux
+import cv2
 import numpy as np
 import pytest
 
@@ -22,6 +23,67 @@ def test_layers_are_arrays_with_units(renderer, scene):
     assert "stderr" not in frame
     with pytest.raises(KeyError, match="no layer \"stderr\"; it has radiance, direct"):
         frame["stderr"]
+
+
+def test_a_frame_says_where_its_camera_and_its_points_are(renderer, scene):
+    frame = renderer.render(scene)
+    camera_to_world, k = frame.camera_to_world(), frame.intrinsics()
+    np.testing.assert_allclose(camera_to_world[:3, 3], scene.camera.position_m)
+    np.testing.assert_allclose(camera_to_world[:3, :3] @ camera_to_world[:3, :3].T, np.eye(3), atol=1e-14)
+    points = frame.points()
+    seen = frame["id.instance"] > 0
+    np.testing.assert_array_equal(points.positions_m, frame["P"][seen])
+    assert points.colors.shape == points.positions_m.shape and points.colors.dtype == np.float32
+    assert 0 <= points.colors.min() and points.colors.max() == 1 and points.positions_m.dtype == np.float32
+    # The points, seen by that camera, are at their pixels.
+    in_camera = (np.linalg.inv(camera_to_world) @ np.c_[points.positions_m, np.ones(len(points.positions_m))].T)[:3]
+    pixels = k @ (in_camera / in_camera[2])
+    rows, columns = np.nonzero(seen)
+    np.testing.assert_allclose(pixels[:2], [columns + 0.5, rows + 0.5], atol=1e-3)
+    # A camera of these matrices sees the same.
+    scene.camera = camlux.Camera.from_matrix(camera_to_world, k, frame.resolution_px)
+    np.testing.assert_allclose(renderer.render(scene)["depth"], frame["depth"], rtol=1e-5)
+    with pytest.raises(camlux.LayerError, match='no layer "P"'):
+        renderer.render(scene, layers="radiance").points()
+
+
+def test_a_frame_shows_itself(renderer, scene, tmp_path):
+    frame = renderer.render(scene)
+    text = repr(frame)
+    assert text.startswith("<camlux.Frame 32 x 24\n") and "radiance     (24, 32, 3)  float32  W/sr/m^2" in text
+    assert "id.instance  (24, 32)     uint32   1" in text
+    assert "error of the indirect light: " in text and "below, with 95 % confidence: " in text
+    picture = cv2.imdecode(np.frombuffer(frame._repr_png_(), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+    assert picture.shape == (24, 32, 3)
+    seen = frame["id.instance"] > 0
+    np.testing.assert_array_equal(picture[seen], np.round(255 * frame.points().colors))
+    html = frame._repr_html_()
+    assert "data:image/png;base64," in html and "<td" in html and "W/sr/m^2" in html and "error of the indirect light" in html
+    # An image file shows the same.
+    frame.save(tmp_path / "frame.exr")
+    image = camlux.read_exr(tmp_path / "frame.exr")
+    assert image._repr_png_() == frame._repr_png_() and "error of the indirect light" in image._repr_html_()
+    assert set(repr(image).rstrip(">").splitlines()[1:]) == set(repr(frame).rstrip(">").splitlines()[1:])
+    assert renderer.render(scene, layers="depth")._repr_png_() is None
+
+
+def test_a_file_is_the_same_kind_of_mapping(renderer, scene, tmp_path):
+    scene.sensor = camlux.Sensor((10.0, 10.0), exposure_time_s=1e-3, wavelength_nm=850, quantum_efficiency=0.5)
+    scene.tof = camlux.TimeOfFlight([20e6], contrasts=[0.8], band_weights=(1, 0, 0))
+    frame = renderer.render(scene)
+    frame.save(tmp_path / "frame.exr")
+    image = camlux.read_exr(tmp_path / "frame.exr")
+    assert image.units == frame.units
+    for name, array in image.items():
+        assert array.dtype == frame[name].dtype, name
+        np.testing.assert_array_equal(array, frame[name])
+    assert {name for name in image if image[name].dtype == np.uint32} == {"id.instance", "id.material", "tof0.wraps"}
+    for mapping in frame, image:
+        assert mapping.get("depth") is not None and mapping.get("none") is None and mapping.get("none", 3) == 3
+        assert len(mapping.values()) == len(mapping)
+        with pytest.raises(ValueError, match="read-only"):
+            mapping["id.instance"][0, 0] = 1
+    np.testing.assert_array_equal(image.points().positions_m, frame.points().positions_m)
 
 
 def test_ids_have_names(renderer, scene):

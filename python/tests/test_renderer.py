@@ -5,8 +5,10 @@ import copy
 import dataclasses
 import os
 import signal
+import sys
 import threading
 import time
+import warnings
 
 import camlux
 import numpy as np
@@ -30,6 +32,23 @@ def test_progress_rises_to_the_end(renderer, scene):
     assert {"gbuffer", "direct"} <= {progress.pass_name for progress in seen} and fractions[-1] > 0.1
 
 
+def test_a_bar_ends_at_100_percent(renderer, scene, capsys, monkeypatch):
+    renderer.render(scene, progress=True)
+    assert "100%" in capsys.readouterr().err
+    camlux.reference(scene, samples_per_pixel=4, progress=True)
+    assert "100%" in capsys.readouterr().err
+    renderer.render(scene, progress=False)
+    assert capsys.readouterr().err == ""
+    # A bar of work that fails does not claim to be done.
+    scene.lights[0].power_w = -1
+    with pytest.raises(camlux.SceneError):
+        renderer.render(scene, progress=True)
+    assert "100%" not in capsys.readouterr().err
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    with pytest.raises(camlux.ArgumentError, match="pip install tqdm"):
+        renderer.render(scene, progress=True)
+
+
 def test_false_cancels_and_an_exception_passes_through(renderer, scene):
     with pytest.raises(camlux.Cancelled):
         renderer.render(scene, progress=lambda progress: progress.fraction < 0.1)
@@ -49,6 +68,43 @@ def test_layers_that_are_wanted_come_alone(renderer, scene):
         renderer.render(scene, layers=["colour"])
     with pytest.raises(camlux.SceneError, match="no layer half_path|no layer tof0"):
         renderer.render(scene, layers=["tof0.range"])
+
+
+def with_time_of_flight(scene):
+    scene.indirect = None
+    scene.sensor = camlux.Sensor((10, 10), exposure_time_s=1e-3, duty_cycle=0.5, wavelength_nm=850, quantum_efficiency=0.5)
+    noise = camlux.SensorNoise(dark_e_per_s=0, read_noise_e=10, full_well_e=1e6, gain_dn_per_e=1, black_level_dn=0, bits=12)
+    scene.tof = camlux.TimeOfFlight([20e6], [0.9], 1.0, noise=noise)
+    return scene
+
+
+def test_no_two_frames_of_a_loop_share_their_noise(device, scene):
+    renderer, scene = camlux.Renderer(device), with_time_of_flight(scene)
+    frames = [renderer.render(scene) for _ in range(3)]
+    assert [frame.frame_index for frame in frames] == [0, 1, 2]
+    frames.append(renderer.render(scene, frame_index=0, seed=1))
+    taps = [frame["tof0.phase0"].copy() for frame in frames]
+    for i, one in enumerate(taps):
+        assert not any(np.array_equal(one, other) for other in taps[:i])
+    for i, arguments in ((0, {"frame_index": 0}), (2, {"frame_index": 2}), (3, {"frame_index": 0, "seed": 1})):
+        assert np.array_equal(renderer.render(scene, **arguments)["tof0.phase0"], taps[i])
+    assert renderer.render(scene).frame_index == 3
+
+
+def test_a_light_that_the_camera_leaves_behind_is_told(device, scene):
+    renderer, scene = camlux.Renderer(device), with_time_of_flight(scene)
+    scene.lights = [camlux.PointLight((0, 0, 0), power_w=1, relative_to="camera")]
+    for relative_to, position_m in (("camera", (0, 0, 0)), (None, (0, 1.0, 3)), (None, (0.3, 1.0, 3))):
+        renderer = camlux.Renderer(device)
+        scene.camera.position_m = (0, 1, 3)
+        scene.lights = [camlux.PointLight(position_m, power_w=1, relative_to=relative_to)]
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            for x_m in (0, 0.2, 0.4):
+                scene.camera.position_m = (x_m, 1, 3)
+                renderer.render(scene)
+        is_left = position_m == (0, 1.0, 3)
+        assert sum("light 0 was at the lens" in str(one.message) for one in told) == is_left
 
 
 def test_a_job_renders_the_scene_as_it_was(renderer, scene):

@@ -1,5 +1,6 @@
 """Scenes from files and from arrays, changes between renders, and refused scenes."""
 
+import dataclasses
 import math
 
 import camlux
@@ -72,16 +73,62 @@ def test_what_is_changed_between_renders_is_seen(renderer, scene):
 
 def test_lights_of_a_camera_move_with_it(renderer, tmp_path):
     text = (SCENES / "cornell.toml").read_text().replace("[800, 800]", "[16, 16]").replace('"cornell.obj"', f'"{SCENES / "cornell.obj"}"')
-    text += '\n[[light]]\nkind = "point"\nrelative_to = "camera"\nposition = [0.0, 0.0, 0.1]\npower_w = 5.0\n'
+    text += '\n[[light]]\nkind = "point"\nrelative_to = "camera"\nposition = [0.1, 0.2, 0.3]\npower_w = 5.0\n'
     (tmp_path / "scene.toml").write_text(text)
     scene = camlux.Scene.load(tmp_path / "scene.toml")
     scene.indirect = None
-    assert scene.carried_by_camera is not None
+    fixed, light = scene.lights
+    # The file's own numbers.
+    assert (fixed.relative_to, light.relative_to, light.position_m) == (None, "camera", (0.1, 0.2, 0.3))
+    # In place, and another camera; lights may be removed and reordered.
+    scene.lights = [light]
     scene.camera.position_m, scene.camera.look_at_m = (0.3, 1.2, 3), (0.3, 1.2, 0)
     moved = renderer.render(scene)["direct"]
-    scene.carried_by_camera = None
-    scene.lights[-1].position_m = (0.3, 1.2, 2.9)
+    scene.camera = dataclasses.replace(scene.camera)
+    assert np.array_equal(moved, renderer.render(scene)["direct"])
+    # The camera looks along -z, so that its y is down.
+    scene.lights = [camlux.PointLight((0.4, 1.0, 2.7), power_w=5.0)]
     np.testing.assert_allclose(moved, renderer.render(scene)["direct"], rtol=1e-5)
+    scene.lights[0].relative_to = "mesh"
+    with pytest.raises(camlux.SceneError, match='light 0: relative_to is "mesh"; give one of: camera'):
+        renderer.render(scene)
+
+
+def test_every_kind_of_light_can_be_relative_to_the_camera(renderer, scene):
+    scene.indirect = None
+    scene.camera.position_m, scene.camera.look_at_m = (0, 1, 3), (0, 1, 0)
+    everywhere = camlux.Pattern([0, 90, 180], [0, 180, 360], np.ones((3, 3)))
+    down, down_of_camera = (0.0, -1.0, -1.0), (0.0, 1.0, 1.0)
+    lights = [
+        (camlux.PointLight, {"power_w": 5}),
+        (camlux.SpotLight, {"power_w": 5, "inner_half_angle_deg": 20, "outer_half_angle_deg": 40}),
+        (camlux.PatternLight, {"power_w": 5, "pattern": everywhere}),
+        (camlux.AreaLight, {"power_w": 5, "size_m": (0.2, 0.1)}),
+        (camlux.DirectionalLight, {"irradiance_w_m2": 5}),
+    ]
+    for kind, values in lights:
+        fields = {field.name for field in dataclasses.fields(kind)}
+        world = {"position_m": (0.1, 1.5, 1.0), "direction": down, "up": (0, 1, -1)}
+        camera = {"position_m": (0.1, -0.5, 2.0), "direction": down_of_camera, "up": (0, -1, 1)}
+        frames = []
+        for place, relative_to in ((world, None), (camera, "camera")):
+            place = {name: value for name, value in place.items() if name in fields}
+            scene.lights = [kind(**values, **place, relative_to=relative_to)]
+            frames.append(renderer.render(scene)["direct"])
+        assert frames[0].max() > 0
+        np.testing.assert_allclose(*frames, rtol=1e-5)
+
+
+def test_lamps_that_are_off_leave_depth_and_ids(renderer, scene):
+    lit = renderer.render(scene)
+    for lights in ([], [camlux.PointLight((0.2, 1, 0.1), power_w=0)]):
+        scene.lights = lights
+        with pytest.warns(camlux.CamluxWarning, match="the image is black"):
+            dark = renderer.render(scene)
+        assert not dark["radiance"].any() and not dark["indirect"].any()
+        assert dark.stats.estimated_error is None and dark.stats.ray_count == 0
+        for layer in ("depth", "id.instance", "N"):
+            assert np.array_equal(dark[layer], lit[layer])
 
 
 def test_every_light_from_arrays(renderer, scene):
@@ -236,7 +283,7 @@ def test_what_cannot_be_is_refused_where_it_is(renderer, scene):
 
     refused(lambda s: setattr(s.camera, "position_m", "here"), "camera: position_m is 'here'; give three numbers")
     refused(lambda s: setattr(s.camera, "fov_y_deg", None), "camera: the lens is missing or ambiguous; give one of")
-    refused(lambda s: setattr(s.camera, "resolution_px", (0, 4)), "camera: resolution is 0 x 4 pixels")
+    refused(lambda s: setattr(s.camera, "resolution_px", (0, 4)), "camera: resolution_px is 0 x 4")
     refused(lambda s: setattr(s.camera, "filter", "bix"), "filter is \"bix\"; give one of: box, gaussian")
     refused(lambda s: setattr(s, "camera", None), "scene: camera is None; give a camlux.Camera")
     refused(lambda s: setattr(s, "lights", 5), "scene: lights is <class 'int'>; give a list")

@@ -23,9 +23,6 @@ pub struct camlux_array {
     pub reserved: u32,
 }
 
-/// The value of an optional index that is not set.
-pub const CAMLUX_NONE: u32 = 0xffff_ffff;
-
 /// Components are 32-bit floating-point numbers.
 pub const CAMLUX_FORMAT_F32: i32 = 1;
 /// Components are 64-bit floating-point numbers.

@@ -9,7 +9,8 @@ use super::*;
 use crate::{
     DeviceFrame,
     output::{
-        ExrOptions, Frame, FrameStats, Layer, LayerData, OutputFile, PngView, write_exr, write_png,
+        ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile, PngView,
+        write_exr_files, write_png,
     },
 };
 
@@ -104,6 +105,8 @@ pub struct camlux_exr_options {
     pub layers: u32,
     /// Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.
     pub tof_layers: u32,
+    /// 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr.
+    pub plain: i32,
 }
 
 c_struct!(camlux_view, 64, format: CAMLUX_FORMAT_F32);
@@ -129,6 +132,13 @@ pub(super) enum Rendered {
 }
 
 impl Rendered {
+    pub fn description(&self) -> &FrameDescription {
+        match self {
+            Rendered::ToHost(frame) | Rendered::ToTargets(frame, _) => &frame.description,
+            Rendered::OnDevice(frame, _) => frame.description(),
+        }
+    }
+
     pub fn stats(&self) -> &FrameStats {
         match self {
             Rendered::ToHost(frame) | Rendered::ToTargets(frame, _) => &frame.stats,
@@ -189,6 +199,7 @@ impl FrameObject {
         Ok(ExrOptions {
             half: args::flag("half", options.half)?,
             layers: picked,
+            plain: args::flag("plain", options.plain)?,
             ..ExrOptions::default()
         })
     }
@@ -252,7 +263,7 @@ impl FrameObject {
 
 pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
     // `of_frequency` of camlux.hpp returns this for a layer that does not exist.
-    if number == CAMLUX_NONE as i32 {
+    if number == -1 {
         let problem = "layer is -1, which stands for a time-of-flight frequency or phase image that does not exist; give a smaller index";
         return Err(Failure::argument(problem));
     }
@@ -383,7 +394,7 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
         // SAFETY: the caller guarantees it.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let options = object.exr_options(options)?;
-        write_exr(OutputFile::create(path)?, object.frame()?, &options)?;
+        write_exr_files(path.as_ref(), object.frame()?, &options)?;
         Ok(())
     })
 }

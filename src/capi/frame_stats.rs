@@ -69,9 +69,18 @@ pub struct camlux_frame_stats {
     /// Relative error (relRMSE) of the direct light of area lights, estimated from two halves of their sample points. It is the largest
     /// error of any area light; NaN without one.
     pub estimated_area_light_error: f64,
+    /// Time of the least image with an estimate, milliseconds: final gathering makes it whatever max_ms and max_rays are. It is known as
+    /// far as this frame tells; NaN if it is not known.
+    pub least_ms: f64,
+    /// Number of rays of that image; 0 if it is not known.
+    pub least_rays: u64,
     /// Part of wall_ms in which pipelines were compiled and the surfaces were copied to the device, milliseconds: most of a first frame, unless
     /// camlux_renderer_prepare has done it.
     pub preparation_ms: f64,
+    /// Index of the frame in its sequence: that of camlux_render_options, or the renderer's count.
+    pub frame_index: u32,
+    /// Index of the frame's camera in camlux_renderer_render_cameras; otherwise 0.
+    pub camera_index: u32,
 }
 
 /// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
@@ -106,6 +115,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
         let object = handle::get(frame)?;
         let stats_of = || {
             let found = object.rendered.stats();
+            let key = object.rendered.description().key;
             Ok(camlux_frame_stats {
                 pass_count: found.passes.len() as u32,
                 wall_ms: found.wall_milliseconds,
@@ -120,6 +130,8 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                     .unwrap_or(f64::NAN),
                 estimated_error_upper: found.estimated_error_upper.unwrap_or(f64::NAN),
                 estimated_area_light_error: found.estimated_area_light_error.unwrap_or(f64::NAN),
+                least_ms: found.least_milliseconds.unwrap_or(f64::NAN),
+                least_rays: found.least_rays.unwrap_or(0),
                 submissions: found.submissions,
                 preparation_ms: found.preparation_milliseconds,
                 stop: match found.stop {
@@ -130,6 +142,8 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 },
                 device: object.device.as_ptr(),
                 driver: object.driver.as_ptr(),
+                frame_index: key.index,
+                camera_index: key.camera,
                 ..Default::default()
             })
         };

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{AreaShape, Light, RadiationPattern, SpotCone};
+use crate::scene::{AreaShape, Carrier, Light, PlacedLight, RadiationPattern, SpotCone};
 
 /// Emits its power evenly over the sphere: position_m, power_w.
 pub const CAMLUX_LIGHT_POINT: i32 = 0;
@@ -19,6 +19,12 @@ pub const CAMLUX_LIGHT_PROJECTOR: i32 = 4;
 /// and size_m of a rectangle or radius_m of a disc.
 pub const CAMLUX_LIGHT_AREA: i32 = 5;
 
+/// Position and directions of a light are in world space.
+pub const CAMLUX_RELATIVE_TO_WORLD: i32 = 0;
+/// Position and directions of a light are in the camera's axes: x right, y down, z forward, from the camera's centre. The light moves with
+/// the camera.
+pub const CAMLUX_RELATIVE_TO_CAMERA: i32 = 1;
+
 /// A light. Initialise with CAMLUX_LIGHT_INIT: a point light without power at the origin. Members that its kind does not use are
 /// ignored.
 #[repr(C)]
@@ -28,9 +34,9 @@ pub struct camlux_light {
     pub struct_size: u32,
     /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL, CAMLUX_LIGHT_PATTERN, CAMLUX_LIGHT_PROJECTOR or CAMLUX_LIGHT_AREA.
     pub kind: i32,
-    /// Position in world space, m.
+    /// Position in the space that relative_to says, m.
     pub position_m: [f64; 3],
-    /// Direction in which the light travels, in world space; of any length but zero.
+    /// Direction in which the light travels, in that space; of any length but zero.
     pub direction: [f64; 3],
     /// Power of the whole light, per band R, G, B, watts, 0 to 1e24.
     pub power_w: [f64; 3],
@@ -40,8 +46,8 @@ pub struct camlux_light {
     pub inner_half_angle_deg: f64,
     /// Angle from the axis beyond which the intensity is 0, degrees above 0 up to 180.
     pub outer_half_angle_deg: f64,
-    /// Up in a projector's image, the plane C = 0 of a lamp, or the direction of a rectangle's height; of any length, not parallel to direction.
-    /// A disc needs none: 0, 0, 0.
+    /// Up in a projector's image, the plane C = 0 of a lamp, or the direction of a rectangle's height, in that space; of any length, not
+    /// parallel to direction. A disc needs none: 0, 0, 0.
     pub up: [f64; 3],
     /// Width and height of a rectangle, m; 0 for a disc.
     pub size_m: [f64; 2],
@@ -51,6 +57,11 @@ pub struct camlux_light {
     pub pattern: *const camlux_pattern,
     /// The image of a CAMLUX_LIGHT_PROJECTOR, likewise.
     pub image: *const camlux_projected_image,
+    /// CAMLUX_RELATIVE_TO_WORLD or CAMLUX_RELATIVE_TO_CAMERA. camlux_scene_set_pose moves the light to a pose in world space, and sets it to
+    /// CAMLUX_RELATIVE_TO_WORLD.
+    pub relative_to: i32,
+    /// 0.
+    pub reserved: u32,
 }
 
 c_struct!(camlux_light, 120);
@@ -73,10 +84,13 @@ pub unsafe extern "C" fn camlux_scene_add_light(
             let light = args::read(light)?;
             let light = light_from_c(light, pattern_of(&light)?)?;
             object.add(index, |state| {
-                let lights = &mut state.scene.lights;
-                light.validate(lights.len())?;
+                light.validate(state.scene.lights.len())?;
                 let free = state.absent_lights.take_free();
-                put(lights, free, light, "light")
+                // Time of flight may have been set since the removal.
+                if let Some(index) = free {
+                    state.forget_light(index);
+                }
+                put(&mut state.scene.lights, free, light, "light")
             })
         }
     })
@@ -100,7 +114,7 @@ pub unsafe extern "C" fn camlux_scene_set_light(
         // SAFETY: the caller guarantees it.
         let given = unsafe { pattern_of(&light) }?;
         let mut state = object.lock_to_change();
-        let before = match state.light(index)? {
+        let before = match &state.light(index)?.light {
             Light::Pattern { pattern, .. } => Some(pattern.clone()),
             _ => None,
         };
@@ -124,13 +138,18 @@ pub unsafe extern "C" fn camlux_scene_get_light(
 ) -> camlux_status {
     ffi_guard("camlux_scene_get_light", || {
         let object = handle::get(scene)?;
-        let found = || Ok(light_to_c(object.lock().light(index)?));
+        let found = || Ok(placed_to_c(object.lock().light(index)?));
         // SAFETY: the caller guarantees it.
         unsafe { args::write(light, found) }
     })
 }
 
-fn light_from_c(light: camlux_light, pattern: Option<RadiationPattern>) -> Outcome<Light> {
+fn light_from_c(light: camlux_light, pattern: Option<RadiationPattern>) -> Outcome<PlacedLight> {
+    args::reserved(camlux_light::NAME, light.reserved)?;
+    let carriers = args::choices![
+        CAMLUX_RELATIVE_TO_WORLD => None,
+        CAMLUX_RELATIVE_TO_CAMERA => Some(Carrier::Camera),
+    ];
     type Make = fn(&camlux_light, Option<RadiationPattern>) -> Outcome<Light>;
     let choices = args::choices![
         CAMLUX_LIGHT_POINT => (|light, _| {
@@ -166,7 +185,20 @@ fn light_from_c(light: camlux_light, pattern: Option<RadiationPattern>) -> Outco
         },
         CAMLUX_LIGHT_AREA => |light, _| Ok(area(light)),
     ];
-    args::one_of("kind", light.kind, &choices)?(&light, pattern)
+    Ok(PlacedLight {
+        light: args::one_of("kind", light.kind, &choices)?(&light, pattern)?,
+        relative_to: args::one_of("relative_to", light.relative_to, &carriers)?,
+    })
+}
+
+fn placed_to_c(placed: &PlacedLight) -> camlux_light {
+    camlux_light {
+        relative_to: match placed.relative_to {
+            Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
+            Some(Carrier::Mesh(_)) | None => CAMLUX_RELATIVE_TO_WORLD,
+        },
+        ..light_to_c(placed)
+    }
 }
 
 fn patterned(light: &camlux_light, pattern: RadiationPattern) -> Light {

@@ -5,7 +5,7 @@ use std::ffi::c_char;
 use super::*;
 use crate::{
     Error,
-    scene::{Material, TextureLookup},
+    scene::{Material, TextureLookup, TextureSource},
 };
 
 /// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Initialise with CAMLUX_MATERIAL_INIT: black,
@@ -15,7 +15,7 @@ use crate::{
 pub struct camlux_material {
     /// sizeof(camlux_material)
     pub struct_size: u32,
-    /// The index of a texture that multiplies kd; CAMLUX_NONE: no texture.
+    /// The number of a texture, from camlux_scene_add_texture, that multiplies kd; 0: none.
     pub kd_texture: u32,
     /// Diffuse reflectance of the bands R, G, B, 0 to 1.
     pub kd: [f64; 3],
@@ -25,20 +25,17 @@ pub struct camlux_material {
     pub shininess: f64,
     /// Name for messages, UTF-8, copied; NULL: none.
     pub name: *const c_char,
-    /// The index of a normal texture, used in its linear encoding: R, G, B from 0 to 1 stand for components from -1 to 1. These point along the
-    /// directions in which u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
+    /// The number of a normal texture; 0: none. R, G, B from 0 to 1 stand for components from -1 to 1: along the direction in which u grows,
+    /// across it on the side to which v grows, and along the mesh's own normal.
     pub normal_texture: u32,
-    /// The index of an alpha texture, used in its linear encoding: there is a surface where R is at least 0.5. Below 0.5 the surface is cut out,
-    /// on both sides. A scene file may give another cutoff. CAMLUX_NONE: none.
+    /// The number of an alpha texture; 0: none. The surface is cut out, on both sides, where alpha is below 0.5, or the brightness of a texture
+    /// without alpha. A scene file may give another cutoff.
     pub alpha_texture: u32,
 }
 
 c_struct!(
     camlux_material, 72,
-    kd_texture: CAMLUX_NONE,
     shininess: -1.0,
-    normal_texture: CAMLUX_NONE,
-    alpha_texture: CAMLUX_NONE,
 );
 
 /// Adds a material.
@@ -58,16 +55,16 @@ pub unsafe extern "C" fn camlux_scene_add_material(
         unsafe {
             let material = material_from_c(args::read(material)?)?;
             object.add(index, |state| {
-                let scene = &mut state.scene;
-                material.validate(scene.materials.len(), scene.textures.len())?;
-                push(&mut scene.materials, material, "material")
+                let materials = &mut state.scene.materials;
+                validate(&material, materials.len(), &state.textures)?;
+                push(materials, material, "material")
             })
         }
     })
 }
 
 /// Replaces a material. It keeps what camlux_material does not hold and a scene file may give: textures of ks and shininess, the cutoff of
-/// alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its index stays the same.
+/// alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its number stays the same.
 ///
 /// \param index of the material to replace.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
@@ -82,10 +79,10 @@ pub unsafe extern "C" fn camlux_scene_set_material(
         let object = handle::get(scene)?;
         // SAFETY: the caller guarantees it.
         let material = unsafe { material_from_c(args::read(material)?) }?;
-        let scene = &mut object.lock_to_change().scene;
-        let place = part(&mut scene.materials, index, "material")?;
+        let state = &mut *object.lock_to_change();
+        let place = part(&mut state.scene.materials, index, "material")?;
         let material = replaced(place, material);
-        material.validate(index as usize, scene.textures.len())?;
+        validate(&material, index as usize, &state.textures)?;
         *place = material;
         Ok(())
     })
@@ -109,7 +106,7 @@ pub unsafe extern "C" fn camlux_scene_get_material(
             let found = materials.get(index as usize);
             let found = found.ok_or_else(|| no_part(index, materials.len(), "material"))?;
             let texture = |lookup: Option<TextureLookup>| {
-                lookup.map_or(CAMLUX_NONE, |lookup| lookup.texture as u32)
+                lookup.map_or(0, |lookup| lookup.texture as u32 + 1)
             };
             Ok(camlux_material {
                 kd: found.kd,
@@ -124,6 +121,24 @@ pub unsafe extern "C" fn camlux_scene_get_material(
         // SAFETY: the caller guarantees it.
         unsafe { args::write(material, found) }
     })
+}
+
+fn validate(material: &Material, index: usize, textures: &[TextureSource]) -> Outcome {
+    for (role, lookup) in material.textures() {
+        let (number, count) = (lookup.texture + 1, textures.len());
+        if lookup.texture >= count {
+            let at = format!("material {index} (\"{}\")", material.name);
+            let problem = format!(
+                "{} is {number}, but the number of textures is {count}",
+                role.field()
+            );
+            let hint = "give what camlux_scene_add_texture gave, from 1, or 0 for none";
+            return Err(Error::scene(at, problem, hint).into());
+        }
+    }
+    material.validate(index, textures.len())?;
+    material.validate_encodings(index, |role, texture| textures[texture].contradicts(role))?;
+    Ok(())
 }
 
 /// The new material, with what [`camlux_material`] does not hold from the old one.
@@ -158,7 +173,10 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     let name = unsafe { args::text(raw.name, "name") }?.unwrap_or_default();
     let mut material = Material::lambert(name, raw.kd);
     material.ks = raw.ks;
-    let texture = |index: u32| (index != CAMLUX_NONE).then(|| TextureLookup::from(index as usize));
+    let texture = |number: u32| {
+        let index = number.checked_sub(1)?;
+        Some(TextureLookup::from(index as usize))
+    };
     material.kd_texture = texture(raw.kd_texture);
     material.normal_texture = texture(raw.normal_texture);
     material.alpha_texture = texture(raw.alpha_texture);

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use super::*;
 use crate::{
     Error,
-    scene::{Camera, CameraBasis, Light},
+    scene::{Camera, CameraBasis, Light, PlacedLight},
 };
 
 /// The camera; its index is 0.
@@ -160,9 +160,11 @@ impl Pose {
 /// Moves the camera, a light or an instance. The next frame of a renderer recomputes only what this changes. After a camera
 /// move it reuses the surfaces, reflective shadow maps and virtual point lights of the previous frame.
 ///
-/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change.
+/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change. Lights with
+///   CAMLUX_RELATIVE_TO_CAMERA move with it.
 /// - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position. A point light has no orientation. A directional
-///   light travels along +z, and has no position.
+///   light travels along +z, and has no position. A light that was relative to the camera stays where the pose puts it: it is then
+///   relative to the world.
 /// - CAMLUX_PART_INSTANCE: maps the mesh's own space to world space. It replaces the previous pose.
 ///
 /// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
@@ -295,7 +297,7 @@ pub unsafe extern "C" fn camlux_scene_set_poses(
     })
 }
 
-/// Reads the pose of the camera, a light or an instance, in the form of camlux_scene_set_pose.
+/// Reads the pose of the camera, a light or an instance in world space, in the form of camlux_scene_set_pose.
 ///
 /// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
 /// \param index of the light or instance; 0 for the camera.
@@ -314,7 +316,7 @@ pub unsafe extern "C" fn camlux_scene_get_pose(
         let object = handle::get(scene)?;
         let choices = args::choices![
             CAMLUX_PART_CAMERA => pose_of_camera as fn(&SceneState, u32) -> Outcome<Pose>,
-            CAMLUX_PART_LIGHT => |state, index| Ok(pose_of_light(state.light(index)?)),
+            CAMLUX_PART_LIGHT => |state, index| Ok(pose_of_light(&state.light(index)?.in_world(&state.scene.camera))),
             CAMLUX_PART_INSTANCE => |state, index| Ok(state.instance(index)?.pose),
         ];
         let pose_of = args::one_of("part", part, &choices)?;
@@ -373,7 +375,7 @@ fn move_camera(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
     camera.look_at_m = pose.position_m + pose.orientation * DVec3::Z;
     camera.up = pose.orientation * DVec3::NEG_Y;
     camera.validate()?;
-    state.scene.set_camera(camera);
+    state.scene.camera = camera;
     Ok(())
 }
 
@@ -384,13 +386,13 @@ fn move_part(state: &mut SceneState, index: u32, moved: Moved) -> Outcome {
 
 /// A part moved by a pose, already checked.
 pub(super) enum Moved {
-    Light(Light),
+    Light(PlacedLight),
     Instance(Pose),
 }
 
 fn moved_light(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {
     let pose = pose.unscaled()?;
-    let mut moved = state.light(index)?.clone();
+    let mut moved = Light::clone(state.light(index)?);
     let ahead = pose.orientation * DVec3::Z;
     if let Some(position_m) = moved.position_m_mut() {
         *position_m = pose.position_m;
@@ -402,7 +404,7 @@ fn moved_light(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {
         *up = pose.orientation * DVec3::NEG_Y;
     }
     moved.validate(index as usize)?;
-    Ok(Moved::Light(moved))
+    Ok(Moved::Light(moved.into()))
 }
 
 fn moved_instance(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {

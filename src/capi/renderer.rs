@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
-/// call), and the user pointer of the options.
+/// call; "done" at the end, when the fraction is 1), and the user pointer of the options.
 ///
 /// \return 0 to continue; any other value ends the render with CAMLUX_CANCELLED.
 ///
@@ -27,7 +27,11 @@ use crate::{
 pub type camlux_progress_callback =
     Option<unsafe extern "C" fn(fraction: f64, pass: *const c_char, user: *mut c_void) -> i32>;
 
-/// How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second.
+/// For frame_index: the renderer counts its frames.
+pub const CAMLUX_NEXT_FRAME: u32 = u32::MAX;
+
+/// How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second,
+/// frames that the renderer counts.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_render_options {
@@ -43,7 +47,9 @@ pub struct camlux_render_options {
     /// 1: the images stay on the device, for camlux_frame_get_vulkan_image; they are copied to the host when a layer is requested.
     /// 0: they are copied to the host.
     pub on_device: i32,
-    /// Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it.
+    /// Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it. CAMLUX_NEXT_FRAME: the
+    /// renderer counts its frames from 0, and goes on after the largest index that it was given; camlux_frame_get_stats tells the index.
+    /// Frames with the same index, camera and seed have the same noise.
     pub frame_index: u32,
     /// NULL: none. Cancelling this token ends the render with CAMLUX_CANCELLED. If it is cancelled already, no pass runs.
     pub cancel_token: *mut camlux_cancel_token,
@@ -52,9 +58,18 @@ pub struct camlux_render_options {
     pub targets: *const camlux_target,
     /// Number of targets.
     pub target_count: usize,
+    /// Seed of the random numbers. Another seed gives other samples of indirect light, with another error, and other noise
+    /// (camlux_tof_noise).
+    pub seed: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
-c_struct!(camlux_render_options, 40, submission_target_ms: 500);
+c_struct!(
+    camlux_render_options, 40,
+    submission_target_ms: 500,
+    frame_index: CAMLUX_NEXT_FRAME,
+);
 
 /// A renderer, and the device that it keeps open.
 pub(super) struct RendererObject {
@@ -97,7 +112,7 @@ pub unsafe extern "C" fn camlux_renderer_create(
 ///
 /// \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
 /// \param frame receives the handle, with one reference; release it with camlux_frame_release.
-/// \errors CAMLUX_CANCELLED; CAMLUX_ERROR_SCENE for a scene that cannot be rendered, such as one without light;
+/// \errors CAMLUX_CANCELLED; CAMLUX_ERROR_SCENE for a scene that cannot be rendered;
 /// CAMLUX_ERROR_DEVICE_LIMIT; CAMLUX_ERROR_BUSY if the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY;
 /// CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; it returns when the frame is done.
@@ -125,7 +140,7 @@ pub unsafe extern "C" fn camlux_renderer_render(
 }
 
 /// Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What the lights see and what rays hit is computed
-/// once.
+/// once. All frames have the same index, and each camera has its own noise.
 ///
 /// \param cameras the first of `count`, each initialised with CAMLUX_CAMERA_INIT. A camera with another image size needs new images.
 /// \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of a struct whose first member is a camera.
@@ -305,10 +320,15 @@ impl RendererObject {
             fits.map_err(|failure| failure.within(&format!("target {place}")))?;
         }
         let mut rendered = args::room_for(cameras.len(), "frames")?;
+        let given = request.options.frame_index;
+        let mut frame_index = (given != CAMLUX_NEXT_FRAME).then_some(given);
         let ended = cameras.iter().enumerate().try_for_each(|(done, camera)| {
-            snapshot.now.set_camera(*camera);
+            snapshot.now.camera = *camera;
             let share = [done, cameras.len()];
-            rendered.push(draw(&mut renderer, &snapshot.now, request, share)?);
+            let frame = draw(&mut renderer, &snapshot.now, request, frame_index, share)?;
+            // All cameras see the same frame.
+            frame_index = Some(frame.description().key.index);
+            rendered.push(frame);
             Ok(())
         });
         drop(renderer);
@@ -318,6 +338,10 @@ impl RendererObject {
             _ => Failure::from(error).within(&format!("camera {}", rendered.len())),
         })?;
         snapshot.scene.log_warnings(&snapshot.now);
+        // Of several cameras, only one may have a light at its lens.
+        if cameras.len() == 1 {
+            snapshot.scene.watch_lens(&snapshot.now);
+        }
         let frames = rendered.into_iter().zip(cameras).map(|(rendered, camera)| {
             log_frame(&rendered, camera);
             FrameObject::new(rendered, snapshot.milliseconds)
@@ -326,11 +350,12 @@ impl RendererObject {
     }
 }
 
-/// Renders one frame, after `done` of `all` frames.
+/// Renders one frame, after `done` of `all` frames: each is by another camera.
 fn draw(
     renderer: &mut Renderer,
     scene: &crate::Scene,
     request: &Request,
+    frame_index: Option<u32>,
     [done, all]: [usize; 2],
 ) -> crate::Result<Rendered> {
     let options = &request.options;
@@ -347,7 +372,9 @@ fn draw(
         progress: Some(&mut report),
         layers: (!layers.is_empty()).then_some(&layers[..]),
         submission_target: Duration::from_millis(options.submission_target_ms.into()),
-        frame_index: options.frame_index,
+        seed: options.seed,
+        frame_index,
+        camera_index: done as u32,
         ..RenderOptions::default()
     };
     if request.stays_on_device {
@@ -404,6 +431,7 @@ impl Request {
     /// # Safety
     /// There are `target_count` targets.
     pub unsafe fn read(options: camlux_render_options) -> Outcome<Request> {
+        args::reserved(camlux_render_options::NAME, options.reserved)?;
         if options.submission_target_ms == 0 {
             let problem = "submission_target_ms is 0; give milliseconds, such as 500";
             return Err(Failure::argument(problem));

@@ -9,7 +9,9 @@ use std::{
 use super::*;
 use crate::{
     Scene,
-    scene::{Direct, Light, Mesh, Shared},
+    scene::{
+        Carrier, Direct, LensLights, Mesh, PlacedLight, Shared, TextureSource, in_their_roles,
+    },
 };
 
 /// Numbers of the parts of a scene. Initialise with CAMLUX_SCENE_COUNTS_INIT.
@@ -18,9 +20,9 @@ use crate::{
 pub struct camlux_scene_counts {
     /// sizeof(camlux_scene_counts)
     pub struct_size: u32,
-    /// Textures. Their indices are from 0 to this number - 1; the same holds for the members below.
+    /// Textures. They count from 1: the last one has this number.
     pub textures: u32,
-    /// Materials.
+    /// Materials. Their indices are from 0 to this number - 1; the same holds for the members below.
     pub materials: u32,
     /// Meshes.
     pub meshes: u32,
@@ -55,8 +57,10 @@ pub(super) struct SceneObject {
 
 /// The parts that the host has set.
 pub(super) struct SceneState {
-    /// The scene without meshes. A snapshot adds them from the instances.
+    /// The scene without textures and meshes. Its materials name `textures`. A snapshot reads these in their roles, and adds meshes from the
+    /// instances.
     pub scene: Scene,
+    pub textures: Vec<TextureSource>,
     pub meshes: Vec<UnplacedMesh>,
     pub instances: Vec<Instance>,
     pub absent_instances: Absent,
@@ -65,12 +69,18 @@ pub(super) struct SceneState {
     nothing: Shared<Mesh>,
     /// Whether the warnings were logged.
     is_warned: bool,
+    lens_lights: LensLights,
 }
 
 impl SceneObject {
     /// Turns each mesh of a loaded scene into a mesh and an instance with the identity as pose.
     pub fn new(mut scene: Scene) -> SceneObject {
+        let textures = std::mem::take(&mut scene.textures);
         let loaded = std::mem::take(&mut scene.meshes);
+        // A host moves the lights of meshes as all others.
+        for light in &mut scene.lights {
+            light.relative_to = light.relative_to.filter(|by| *by == Carrier::Camera);
+        }
         let instances = loaded.iter().enumerate().map(|(mesh, instance)| Instance {
             before_pose: instance.to_world,
             ..Instance::new(mesh, Pose::IDENTITY)
@@ -80,12 +90,14 @@ impl SceneObject {
         SceneObject {
             state: Mutex::new(SceneState {
                 instances: instances.collect(),
+                textures: textures.into_iter().map(TextureSource::from).collect(),
                 scene,
                 meshes: meshes.collect(),
                 absent_instances: Absent::default(),
                 absent_lights: Absent::default(),
                 nothing: Shared::default(),
                 is_warned: false,
+                lens_lights: LensLights::default(),
             }),
         }
     }
@@ -124,6 +136,14 @@ impl SceneObject {
         self.lock().snapshot()
     }
 
+    /// Logs that the time-of-flight camera of a valid scene has left a light behind that was at its lens.
+    pub fn watch_lens(&self, snapshot: &Scene) {
+        let warning = self.lock().lens_lights.warning(snapshot);
+        if let Some(warning) = warning {
+            log::write(CAMLUX_LOG_WARNING, || warning);
+        }
+    }
+
     /// Logs warnings about probable mistakes in a valid scene, once.
     pub fn log_warnings(&self, snapshot: &Scene) {
         if !log::is_wanted(CAMLUX_LOG_WARNING) {
@@ -148,6 +168,7 @@ impl SceneState {
     fn snapshot(&self) -> Scene {
         let SceneState {
             scene,
+            textures,
             meshes,
             instances,
             absent_instances,
@@ -165,6 +186,7 @@ impl SceneState {
             meshes: placed.collect(),
             ..scene.clone()
         };
+        snapshot.textures = in_their_roles(textures, &mut snapshot.materials);
         self.leave_out_lights(&mut snapshot);
         snapshot
     }
@@ -179,9 +201,6 @@ impl SceneState {
         let new_index = |old: usize| there.iter().position(|&index| index == old);
         let lights = there.iter().map(|&index| snapshot.lights[index].clone());
         snapshot.lights = lights.collect();
-        let carried = snapshot.carried_lights.iter();
-        let carried = carried.filter_map(|&(light, by)| Some((new_index(light)?, by)));
-        snapshot.carried_lights = carried.collect();
         if let Some(tof) = &mut snapshot.tof {
             let ambient = tof.ambient_lights.iter();
             tof.ambient_lights = ambient.filter_map(|&light| new_index(light)).collect();
@@ -189,7 +208,7 @@ impl SceneState {
     }
 
     /// The light at an index, unless it was removed.
-    pub fn light(&self, index: u32) -> Outcome<&Light> {
+    pub fn light(&self, index: u32) -> Outcome<&PlacedLight> {
         self.absent_lights.check(index, "light")?;
         let lights = &self.scene.lights;
         let found = lights.get(index as usize);
@@ -205,9 +224,6 @@ impl SceneState {
 
     /// Removes the settings of a removed light, so that they do not apply to the light that takes its index.
     pub fn forget_light(&mut self, index: usize) {
-        self.scene
-            .carried_lights
-            .retain(|&(light, _)| light != index);
         if let Some(tof) = &mut self.scene.tof {
             tof.ambient_lights.retain(|&light| light != index);
         }
@@ -243,7 +259,7 @@ pub(super) fn put<T>(
 
 /// Appends a part to a list of the scene, and returns its index.
 pub(super) fn push<T>(list: &mut Vec<T>, part: T, what: &str) -> Outcome<usize> {
-    if list.len() >= args::CAMLUX_NONE as usize || list.try_reserve(1).is_err() {
+    if list.len() >= u32::MAX as usize || list.try_reserve(1).is_err() {
         let problem = format!(
             "the scene cannot hold another {what} after {}; use fewer",
             list.len()
@@ -281,7 +297,6 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
                 camera: camera_from_c(Default::default())?,
                 sensor: None,
                 tof: None,
-                carried_lights: Vec::new(),
                 lights: Vec::new(),
                 meshes: Vec::new(),
                 materials: Vec::new(),
@@ -312,9 +327,11 @@ pub unsafe extern "C" fn camlux_scene_load_file(
         // SAFETY: the caller guarantees it.
         let path = unsafe { args::path(path) }?;
         let load = || {
-            let loaded = Scene::load(Path::new(&path)).map_err(Failure::as_it_is)?;
-            let object = SceneObject::new(loaded);
-            object.log_warnings(&object.snapshot());
+            let object =
+                SceneObject::new(Scene::load(Path::new(&path)).map_err(Failure::as_it_is)?);
+            let snapshot = object.snapshot();
+            object.log_warnings(&snapshot);
+            object.watch_lens(&snapshot);
             Ok(object)
         };
         // SAFETY: the caller guarantees it.
@@ -323,7 +340,7 @@ pub unsafe extern "C" fn camlux_scene_load_file(
 }
 
 /// Checks everything that a render needs, without a device. Each part was already checked when it was set. This call also checks that
-/// there is a light, and that the parts go together.
+/// the parts go together.
 ///
 /// \errors CAMLUX_ERROR_SCENE; CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
@@ -353,7 +370,7 @@ pub unsafe extern "C" fn camlux_scene_get_counts(
         let found = || {
             let state = object.lock();
             Ok(camlux_scene_counts {
-                textures: state.scene.textures.len() as u32,
+                textures: state.textures.len() as u32,
                 materials: state.scene.materials.len() as u32,
                 meshes: state.meshes.len() as u32,
                 instances: state.instances.len() as u32,

@@ -119,8 +119,8 @@ pub struct camlux_indirect {
     /// pixels may cause, 0.002 to 0.5; 0: no interpolation, the sum at every pixel.
     pub interpolation_error: f64,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall-clock time for the indirect light of a frame, milliseconds. If it is reached before
-    /// the target error, the result is the best image so far. A first image is always made, so a frame can take longer than the limit. 0: no
-    /// limit.
+    /// the target error, the result is the best image so far. A first image is always made; least_ms in camlux_frame_stats is its time.
+    /// 0: no limit.
     pub max_ms: f64,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms; a first image is always made. 0: no limit.
     pub max_rays: u64,
@@ -163,7 +163,7 @@ c_struct!(camlux_indirect, 56);
 
 c_struct!(camlux_direct, 8);
 
-/// Sets the camera. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
+/// Sets the camera. Lights with CAMLUX_RELATIVE_TO_CAMERA move with it. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
 /// \threads any; calls on the same scene are serialised.
@@ -177,7 +177,7 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
         // SAFETY: the caller guarantees it.
         let camera = camera_from_c(unsafe { args::read(camera) }?)?;
         camera.validate()?;
-        object.lock_to_change().scene.set_camera(camera);
+        object.lock_to_change().scene.camera = camera;
         Ok(())
     })
 }

@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_void};
 
 use super::*;
-use crate::scene::{Encoding, Texels, Texture};
+use crate::scene::{Component, Encoding, TextureSource};
 
 /// 8-bit components: 0 to 255 stand for 0 to 1.
 pub const CAMLUX_COMPONENT_U8: i32 = 0;
@@ -12,14 +12,15 @@ pub const CAMLUX_COMPONENT_U16: i32 = 1;
 /// 32-bit floating-point components, 0 to 1.
 pub const CAMLUX_COMPONENT_F32: i32 = 2;
 
-/// CAMLUX_ENCODING_LINEAR for floating point, otherwise CAMLUX_ENCODING_SRGB.
+/// What a material uses the texture for decides: integers are CAMLUX_ENCODING_SRGB as kd_texture, all else is CAMLUX_ENCODING_LINEAR.
 pub const CAMLUX_ENCODING_DEFAULT: i32 = 0;
-/// Values are reflectances.
+/// Values are as they are.
 pub const CAMLUX_ENCODING_LINEAR: i32 = 1;
-/// Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files.
+/// Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. A normal_texture must not be, nor an
+/// alpha_texture without an alpha channel.
 pub const CAMLUX_ENCODING_SRGB: i32 = 2;
 
-/// A texture for a material. Initialise with CAMLUX_TEXTURE_INIT: three 8-bit channels, encoded as sRGB.
+/// A texture for a material. Initialise with CAMLUX_TEXTURE_INIT: three 8-bit channels, in the encoding of the texture's use.
 ///
 /// The first row is the upper edge, v = 1. Textures repeat, and are sampled bilinearly.
 #[repr(C)]
@@ -33,9 +34,9 @@ pub struct camlux_texture {
     pub height_px: u32,
     /// CAMLUX_COMPONENT_U8, CAMLUX_COMPONENT_U16 or CAMLUX_COMPONENT_F32.
     pub component: i32,
-    /// Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B and one that is ignored).
+    /// Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B, alpha). Alpha is linear, and only an alpha_texture uses it.
     pub channels: u32,
-    /// CAMLUX_ENCODING_DEFAULT, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
+    /// Of R, G and B: CAMLUX_ENCODING_DEFAULT, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
     pub encoding: i32,
     /// The first row, aligned to the size of a component; copied.
     pub pixels: *const c_void,
@@ -49,7 +50,7 @@ c_struct!(camlux_texture, 48, channels: 3);
 
 /// Adds a texture. Its pixels are copied.
 ///
-/// \param index receives its index; may be NULL.
+/// \param number receives its number, for members of camlux_material: the first texture has 1, and 0 stands for none. May be NULL.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range;
 /// CAMLUX_ERROR_OUT_OF_MEMORY.
 /// \threads any; calls on the same scene are serialised.
@@ -57,17 +58,16 @@ c_struct!(camlux_texture, 48, channels: 3);
 pub unsafe extern "C" fn camlux_scene_add_texture(
     scene: *mut camlux_scene,
     texture: *const camlux_texture,
-    index: *mut u32,
+    number: *mut u32,
 ) -> camlux_status {
     ffi_guard("camlux_scene_add_texture", || {
         let object = handle::get(scene)?;
         // SAFETY: the caller guarantees it.
         unsafe {
             let texture = texture_from_c(args::read(texture)?)?;
-            object.add(index, |state| {
-                let textures = &mut state.scene.textures;
-                texture.validate(textures.len())?;
-                push(textures, texture.into(), "texture")
+            object.add(number, |state| {
+                let textures = &mut state.textures;
+                Ok(push(textures, texture, "texture")? + 1)
             })
         }
     })
@@ -75,30 +75,39 @@ pub unsafe extern "C" fn camlux_scene_add_texture(
 
 /// Replaces a texture.
 ///
-/// \param index of the texture to replace.
-/// \errors as camlux_scene_add_texture.
+/// \param number of the texture to replace.
+/// \errors as camlux_scene_add_texture; CAMLUX_ERROR_SCENE for an encoding that contradicts a material's use of it.
 /// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_texture(
     scene: *mut camlux_scene,
-    index: u32,
+    number: u32,
     texture: *const camlux_texture,
 ) -> camlux_status {
     ffi_guard("camlux_scene_set_texture", || {
         let object = handle::get(scene)?;
         // SAFETY: the caller guarantees it.
         let texture = unsafe { texture_from_c(args::read(texture)?) }?;
-        let mut state = object.lock_to_change();
-        let place = part(&mut state.scene.textures, index, "texture")?;
-        texture.validate(index as usize)?;
-        *place = texture.into();
+        let state = &mut *object.lock_to_change();
+        let count = state.textures.len();
+        let index = (number as usize).wrapping_sub(1);
+        if index >= count {
+            let problem =
+                format!("there is no texture {number} among {count}; textures count from 1");
+            return Err(Failure::argument(problem));
+        }
+        for (i, material) in state.scene.materials.iter().enumerate() {
+            material
+                .validate_encodings(i, |role, used| used == index && texture.contradicts(role))?;
+        }
+        state.textures[index] = texture;
         Ok(())
     })
 }
 
 /// # Safety
 /// The pixels are null, or there are as many as the texture states; the name is null or a C string.
-unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
+unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<TextureSource> {
     // SAFETY: the caller guarantees it.
     let name = unsafe { args::text(texture.name, "name") }?.unwrap_or_default();
     let channels = texture.channels as usize;
@@ -108,12 +117,9 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
         )));
     }
     let encodings = args::choices![
-        CAMLUX_ENCODING_DEFAULT => match texture.component {
-            CAMLUX_COMPONENT_F32 => Encoding::Linear,
-            _ => Encoding::Srgb,
-        },
-        CAMLUX_ENCODING_LINEAR => Encoding::Linear,
-        CAMLUX_ENCODING_SRGB => Encoding::Srgb,
+        CAMLUX_ENCODING_DEFAULT => None,
+        CAMLUX_ENCODING_LINEAR => Some(Encoding::Linear),
+        CAMLUX_ENCODING_SRGB => Some(Encoding::Srgb),
     ];
     let encoding = args::one_of("encoding", texture.encoding, &encodings)?;
     let rows = Rows {
@@ -123,42 +129,32 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
         count: texture.height_px as usize,
         length: texture.width_px as usize * channels,
     };
+    let size_px = [texture.width_px, texture.height_px];
     let components = args::choices![
         CAMLUX_COMPONENT_U8 => 0,
         CAMLUX_COMPONENT_U16 => 1,
         CAMLUX_COMPONENT_F32 => 2,
     ];
-    let component = args::one_of("component", texture.component, &components)?;
     // SAFETY: the caller guarantees it.
-    let texels = unsafe {
-        match component {
-            0 => Texels::U8(texels(&rows, channels, |value| value)?, encoding),
-            1 => Texels::U16(texels(&rows, channels, |value| value)?, encoding),
-            _ => {
-                let decode = |value: f32| encoding.decode(value.into());
-                Texels::F32(texels(&rows, channels, decode)?)
-            }
+    unsafe {
+        match args::one_of("component", texture.component, &components)? {
+            0 => source::<u8>(name, size_px, (&rows, channels), encoding),
+            1 => source::<u16>(name, size_px, (&rows, channels), encoding),
+            _ => source::<f32>(name, size_px, (&rows, channels), encoding),
         }
-    };
-    Ok(Texture {
-        name,
-        size_px: [texture.width_px, texture.height_px],
-        texels,
-    })
+    }
 }
 
 /// # Safety
 /// As for [`Rows::read`].
-unsafe fn texels<C: Copy>(
-    rows: &Rows,
-    channels: usize,
-    decode: impl Fn(C) -> C,
-) -> Outcome<Vec<[C; 3]>> {
-    let texel = |pixel: &[C]| match *pixel {
-        [r, g, b, ..] => [r, g, b].map(&decode),
-        _ => [decode(pixel[0]); 3],
-    };
-    let of_row = |row: &[C]| -> Vec<[C; 3]> { row.chunks_exact(channels).map(texel).collect() };
+unsafe fn source<C: Component>(
+    name: String,
+    size_px: [u32; 2],
+    (rows, channels): (&Rows, usize),
+    encoding: Option<Encoding>,
+) -> Outcome<TextureSource> {
     // SAFETY: the caller guarantees it.
-    Ok(unsafe { rows.read(of_row) }?.concat())
+    let pixels = unsafe { rows.read(<[C]>::to_vec) }?.concat();
+    let source = TextureSource::from_pixels(name, size_px, (&pixels, channels), encoding)?;
+    Ok(source)
 }

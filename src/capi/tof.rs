@@ -46,7 +46,7 @@ pub struct camlux_tof_noise {
     pub struct_size: u32,
     /// Bits, 1 to 24: DN are from 0 to 2^bits - 1.
     pub bits: u32,
-    /// Seed of the noise. The noise also differs for each frame_index of camlux_render_options.
+    /// Seed of the noise. The noise also differs for each frame_index and seed of camlux_render_options, and for each camera.
     pub seed: u64,
     /// Dark current of a tap, electrons per second.
     pub dark_e_per_s: f64,
@@ -128,8 +128,10 @@ pub(super) fn tof_number(layer: Layer) -> Option<i32> {
 /// CAMLUX_LAYER_TOF_TAPS of each frequency. It needs camlux_scene_set_sensor with wavelength_nm and quantum_efficiency.
 ///
 /// \param tof NULL: none, the default. The noise and the indices that it points to are copied.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT. Settings that do not go together with the rest of the scene, such as
-/// a modulated directional light, are CAMLUX_ERROR_SCENE at the next render or camlux_scene_validate.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range. Settings that do not go
+/// together with the rest of the scene, such as a modulated directional light, are CAMLUX_ERROR_SCENE at the next render or
+/// camlux_scene_validate.
+/// The index of a removed light counts for no light that takes it later.
 /// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_tof(
@@ -171,7 +173,7 @@ unsafe fn tof_from_c(tof: camlux_tof) -> Outcome<TimeOfFlight> {
         let index = |light: &[u32]| light[0] as usize;
         (args::read_optional(tof.noise)?, ambient_lights.read(index)?)
     };
-    Ok(TimeOfFlight {
+    let tof = TimeOfFlight {
         frequencies_hz: tof.frequencies_hz[..count].to_vec(),
         phase_count: tof.phase_count,
         contrasts: tof.contrasts[..count].to_vec(),
@@ -180,7 +182,9 @@ unsafe fn tof_from_c(tof: camlux_tof) -> Outcome<TimeOfFlight> {
         ambient_lights,
         output: args::one_of("output", tof.output, &outputs)?,
         noise: noise.map(noise_from_c),
-    })
+    };
+    tof.validate()?;
+    Ok(tof)
 }
 
 fn noise_from_c(noise: camlux_tof_noise) -> SensorNoise {

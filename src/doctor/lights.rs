@@ -237,7 +237,7 @@ fn light_inside_a_box(exam: &mut Examiner) -> Result<()> {
     let case = cuboid("case", centre - 0.5 * size, size, COLOURED);
     scene.meshes.push(case.into());
     for at in [DVec3::ZERO, DVec3::splat(0.01), 0.49 * size] {
-        scene.lights = vec![point_light(centre + at)];
+        scene.lights = vec![point_light(centre + at).into()];
         exam.leaks(&scene, bright)?;
         // The sums ignore visibility, so the box is no obstacle to them.
         exam.sums("", &scene, 24, KERNEL_BOUND)?;
@@ -422,7 +422,7 @@ fn room_lit_from_afar() -> Scene {
     scene.meshes.push(back.into());
     let towards = dvec3(0.43, 0.61, 0.67).normalize();
     let light = point_light(distance_m * towards);
-    scene.lights = vec![amplified(&light, [distance_m * distance_m; 3])];
+    scene.lights = vec![amplified(&light, [distance_m * distance_m; 3]).into()];
     scene
 }
 
@@ -452,7 +452,7 @@ fn extreme_powers(exam: &mut Examiner) -> Result<()> {
 
 fn no_power(exam: &mut Examiner) -> Result<()> {
     let room = room();
-    let light = &room.lights[0];
+    let light = &room.lights[0].light;
     let dark = amplified(light, [0.0; 3]);
     let alone = lit_by(&room, vec![dark.clone()]);
     exam.all_black("alone", &alone)?;

@@ -152,7 +152,7 @@ fn lobes_of_a_million(exam: &mut Examiner) -> Result<()> {
     scene.meshes.push(mirror.into());
     make_specular(&mut scene.materials[COLOURED as usize], 1e6);
     let (at, up) = (dvec3(0.1, 0.2, -0.2), dvec3(0.2, 1.0, -0.3));
-    scene.lights = vec![spot_light(at, up, [40.0, 44.0])];
+    scene.lights = vec![spot_light(at, up, [40.0, 44.0]).into()];
     scene.camera.look_at_m = dvec3(0.0, -0.9, -0.1);
     exam.sums("ceiling in a floor", &scene, 24, lobe_bound(1e6))?;
     exam.bounce("ceiling in a floor", &scene)

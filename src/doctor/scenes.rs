@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 use crate::scene::{
     Bands, Camera, ChargeUnit, Direct, IndirectLight, Instance, Lens, Light, Material, Mesh,
-    Photodetector, Scene, Sensor, Shadow, SpotCone, TimeOfFlight, VplSum,
+    Photodetector, PlacedLight, Scene, Sensor, Shadow, SpotCone, TimeOfFlight, VplSum,
 };
 
 /// Material 0 is grey, 1 is coloured, 2 is a mild gloss.
@@ -40,8 +40,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         },
         sensor: None,
         tof: None,
-        carried_lights: Vec::new(),
-        lights: vec![light],
+        lights: vec![light.into()],
         meshes: meshes.into_iter().map(Instance::from).collect(),
         materials: vec![
             Material::lambert("grey", [0.5; 3]),
@@ -273,9 +272,9 @@ pub fn turned(scene: &Scene, turn: DMat3) -> Scene {
 }
 
 /// The scene under other lights.
-pub fn lit_by(scene: &Scene, lights: Vec<Light>) -> Scene {
+pub fn lit_by(scene: &Scene, lights: Vec<impl Into<PlacedLight>>) -> Scene {
     Scene {
-        lights,
+        lights: lights.into_iter().map(Into::into).collect(),
         ..scene.clone()
     }
 }

@@ -73,8 +73,10 @@ fn room_of_three_lights() -> Scene {
         |x: f64, z: f64, strength: f64| amplified(&point_light(dvec3(x, 0.6, z)), [strength; 3]);
     let (at, direction) = (dvec3(-0.7, 0.8, 0.6), dvec3(0.6, -1.0, -0.5));
     let spot = spot_light(at, direction, [20.0, 40.0]);
-    scene.lights = vec![light(0.3, 0.2, 1.0), spot, light(-0.4, -0.1, 1e-3)];
-    scene
+    lit_by(
+        &scene,
+        vec![light(0.3, 0.2, 1.0), spot, light(-0.4, -0.1, 1e-3)],
+    )
 }
 
 /// Shuffles the VPLs on the device, after the pass that lists them and before the pass that gathers them.
@@ -97,7 +99,7 @@ fn vpls_shuffled(exam: &mut Examiner) -> Result<()> {
 
 fn lights_in_another_order(exam: &mut Examiner) -> Result<()> {
     let scene = room_of_three_lights();
-    let reversed = scene.lights.iter().rev().cloned().collect();
+    let reversed: Vec<_> = scene.lights.iter().rev().cloned().collect();
     same_sums(exam, &scene, &lit_by(&scene, reversed), 48)
 }
 
@@ -177,7 +179,7 @@ fn dim_band(exam: &mut Examiner) -> Result<()> {
         material.kd = [0.5; 3];
     }
     let powers = [1.0, 1e-9, 1e9];
-    scene.lights = vec![amplified(&scene.lights[0], powers)];
+    scene.lights = vec![amplified(&scene.lights[0], powers).into()];
     for (estimator, scene) in with_each_estimator(&scene, 24, 0.1) {
         let frame = exam.render(&scene)?;
         let pixels = values(&frame, Layer::Radiance).as_chunks::<3>().0;
@@ -200,7 +202,7 @@ fn dim_band(exam: &mut Examiner) -> Result<()> {
 /// Bands above, within and below the range of 16-bit floats, written and read again.
 fn half_floats(exam: &mut Examiner) -> Result<()> {
     let mut scene = room();
-    scene.lights = vec![amplified(&scene.lights[0], [1e9, 1.0, 1e-9])];
+    scene.lights = vec![amplified(&scene.lights[0], [1e9, 1.0, 1e-9]).into()];
     let frame = exam.render(&scene)?;
     let options = ExrOptions {
         half: true,

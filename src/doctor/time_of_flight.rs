@@ -175,7 +175,7 @@ fn bounce_alone(exam: &mut Examiner) -> Result<()> {
 fn saturated(exam: &mut Examiner) -> Result<()> {
     const FULL_WELL_E: f32 = 1e4;
     let mut scene = with_tof(room(), &[20e6]);
-    scene.lights = vec![scene.lights[0].with_emission([1e6; 3])];
+    scene.lights = vec![scene.lights[0].with_emission([1e6; 3]).into()];
     if let Some(tof) = &mut scene.tof {
         tof.noise = Some(SensorNoise {
             seed: 1,

@@ -5,6 +5,8 @@ use crate::{Scene, output::FrameStats, scene::IndirectLight};
 /// Rays of final gathering, except those of the error estimate, grow with this power of the pixels. Smooth light needs hardly more
 /// for a larger image; for fine detail, the rays grow with the pixels (measured: 0.3 to 1).
 const PIXELS_POWER: f64 = 0.5;
+/// Those of the first image grow with this power, because a larger image begins with a coarser grid (measured: -0.2 to 0.3).
+const LEAST_PIXELS_POWER: f64 = 0.15;
 /// They fall with this power of the allowed error (measured: 0.7 to 1.75).
 const ERROR_POWER: f64 = -1.3;
 /// Usual estimated error of a frame, over its target (measured: 0.5 to 0.8).
@@ -22,6 +24,9 @@ pub(crate) struct RenderedFrame {
     further_share: f64,
     /// Only of final gathering.
     estimated_error: Option<f64>,
+    /// The least that a gather takes, over this one.
+    least_share: f64,
+    ray_count: u64,
 }
 
 impl RenderedFrame {
@@ -46,6 +51,8 @@ impl RenderedFrame {
             estimate_share: share(estimate_rays),
             further_share: share(further_rays),
             estimated_error: stats.estimated_error,
+            least_share: share(stats.least_rays.unwrap_or(0)),
+            ray_count: stats.ray_count,
         }
     }
 
@@ -56,7 +63,10 @@ impl RenderedFrame {
         if self.scene.hash() == scene.hash() {
             return Some(self.gather_ms + self.other_ms);
         }
-        let size = |scene: &Scene| (scene.triangle_count(), scene.lights.len());
+        let size = |scene: &Scene| {
+            let is_dark = scene.is_dark();
+            (scene.triangle_count(), scene.lights.len(), is_dark)
+        };
         let is_alike = size(&self.scene) == size(scene);
         let pixels = pixels(scene) / pixels(&self.scene);
         let work = match (&self.scene.indirect, &scene.indirect) {
@@ -66,10 +76,27 @@ impl RenderedFrame {
             }
             _ => return None,
         };
-        let gather_ms = self.gather_ms * work;
-        let budget_ms = scene.indirect.as_ref().and_then(IndirectLight::max_ms);
-        let gather_ms = gather_ms.min(budget_ms.unwrap_or(f64::INFINITY));
+        let gather_ms = self.gather_ms * self.within_limits(scene, work, pixels);
         is_alike.then_some(self.other_ms * pixels + gather_ms)
+    }
+
+    /// That much work, but at least what the first image takes, and no more than the limits allow beyond that.
+    fn within_limits(&self, scene: &Scene, work: f64, pixels: f64) -> f64 {
+        let Some(indirect) = &scene.indirect else {
+            return work;
+        };
+        let power = if pixels > 1.0 {
+            LEAST_PIXELS_POWER
+        } else {
+            PIXELS_POWER
+        };
+        let least = self.least_share * pixels.powf(power);
+        let of_ms = indirect.max_ms().map(|ms| ms / self.gather_ms);
+        let of_rays = indirect.max_rays();
+        let of_rays = of_rays.map(|rays| rays as f64 / self.ray_count.max(1) as f64);
+        let limits = of_ms.into_iter().chain(of_rays);
+        let most = limits.fold(f64::INFINITY, f64::min);
+        work.min(most).max(least)
     }
 
     /// Work for indirect light, over that of this frame.

@@ -119,7 +119,7 @@ impl Lights {
         index: usize,
         scene: &'l SceneResources,
     ) -> Result<(&'l DeviceLight, Dirty<'l>)> {
-        let light = &context.scene.lights[index];
+        let light = &context.scene.lights[index].light;
         let plan = &context.plan.lights[index];
         let tof = context.scene.tof.as_ref();
         let tof = tof.filter(|_| plan.is_modulated);

@@ -128,7 +128,7 @@ pub(crate) fn draw(
         }
     }
 
-    let mut estimates = match context.plan.indirect {
+    let mut estimates = match context.plan.bounce() {
         Some(plan) => indirect::gather(context, plan, scene, lights, images, progress)?,
         None => ErrorEstimates::default(),
     };
@@ -160,6 +160,7 @@ pub(crate) fn draw(
         }
     }
     context.finish()?;
+    progress.end()?;
     let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
     Ok((estimates, vpl_count))
 }

@@ -9,7 +9,7 @@ use crate::{Error, Result};
 pub struct Progress {
     /// 0 to 1, by estimated work.
     pub fraction: f32,
-    /// The pass that runs next.
+    /// The pass that runs next; "done" at the end, when the fraction is 1.
     pub pass: &'static str,
 }
 
@@ -114,6 +114,14 @@ impl<'a> ProgressReport<'a> {
     pub fn report_sample(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         let before = 1.0 - self.samples_share;
         self.report_share(pass, before + self.samples_share * fraction)
+    }
+
+    /// The frame is drawn.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] if the caller cancels.
+    pub fn end(&mut self) -> Result<()> {
+        self.report_share("done", 1.0)
     }
 
     /// `fraction` is the share that is done of the work before the pixels' samples.

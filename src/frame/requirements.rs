@@ -95,7 +95,7 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
     for _ in 0..plan.map_sets {
         maps(plan, requirements)?;
     }
-    if plan.indirect.is_some() {
+    if plan.bounce().is_some() {
         let vpls = requirements.of(GrowsWith::Rsm);
         VplLists::for_plan(&vpls, plan)?;
     }
@@ -123,7 +123,7 @@ fn maps(plan: &Plan, requirements: &Requirements) -> Result<()> {
 }
 
 fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
-    let Some(indirect) = plan.indirect else {
+    let Some(indirect) = plan.bounce() else {
         return Ok(());
     };
     let images = requirements.of(GrowsWith::Resolution);

@@ -16,17 +16,26 @@ pub(super) struct GreyImage {
 }
 
 impl GreyImage {
-    /// Reads a PNG, JPEG or OpenEXR file. The values of an OpenEXR file are linear and are divided by the largest of them.
+    /// Reads a PNG, JPEG or OpenEXR file. The values of an OpenEXR file are linear and are divided by `white`, or by the largest of them.
     ///
     /// # Errors
     /// Returns an error at `named_at` in the same cases as for textures, and if the image has colours.
-    pub fn load(file: &Path, encoding: Encoding, named_at: &str) -> Result<GreyImage> {
+    pub fn load(
+        file: &Path,
+        encoding: Encoding,
+        white: Option<f32>,
+        named_at: &str,
+    ) -> Result<GreyImage> {
         let extension = file.extension().unwrap_or_default();
         if extension.eq_ignore_ascii_case("exr") {
-            return GreyImage::load_exr(file).map_err(|(problem, hint)| {
+            return GreyImage::load_exr(file, white).map_err(|(problem, hint)| {
                 let problem = format!("cannot read the image {}: {problem}", file.display());
                 Error::scene(named_at, problem, hint)
             });
+        }
+        if white.is_some() {
+            let problem = format!("white is given, but {} is no OpenEXR image", file.display());
+            return Err(Error::scene(named_at, problem, "leave it out"));
         }
         let image = texture::load(file, named_at)?;
         let texels = image.texels.encoded_as(encoding);
@@ -48,7 +57,7 @@ impl GreyImage {
         })
     }
 
-    fn load_exr(file: &Path) -> std::result::Result<GreyImage, Refusal> {
+    fn load_exr(file: &Path, white: Option<f32>) -> std::result::Result<GreyImage, Refusal> {
         let image = decode_file(file, &|_| None)?;
         let chosen = picture(&image.layers)?;
         let mut unused = Unused::default();
@@ -92,28 +101,30 @@ impl GreyImage {
                 "save finite values of 0 or more",
             ));
         }
-        let most = grey.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+        let most = || grey.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+        let white = white.unwrap_or_else(most);
         Ok(GreyImage {
             size_px: image.size_px,
-            values: grey.into_iter().map(|value| value / most).collect(),
+            values: grey.into_iter().map(|value| value / white).collect(),
             unused,
         })
     }
 }
 
 impl ProjectedImage {
-    /// Reads a grey PNG, JPEG, WebP or OpenEXR file for a projector with this lens. `named_at` is the line of the scene file that names it, or
+    /// Reads a grey PNG, JPEG, WebP or OpenEXR file for a projector with this lens. `white`: the value of an OpenEXR file that stands for 1;
+    /// `None`: the largest. `named_at` is the line of the scene file that names it, or
     /// the file itself. Also returns a warning of what the file holds and camlux does not use.
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) if the file is missing or is no grey image.
     pub fn load(
         path: &Path,
-        encoding: Encoding,
+        (encoding, white): (Encoding, Option<f32>),
         lens: Lens,
         named_at: &str,
     ) -> Result<(ProjectedImage, Option<String>)> {
-        let image = GreyImage::load(path, encoding, named_at)?;
+        let image = GreyImage::load(path, encoding, white, named_at)?;
         let warning = image.unused.warning(path);
         let projected = ProjectedImage {
             size_px: image.size_px,

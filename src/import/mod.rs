@@ -8,3 +8,5 @@ mod scene_file;
 mod texture;
 mod unused;
 mod words;
+
+pub(crate) use lamp::pattern_text;

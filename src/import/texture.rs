@@ -22,6 +22,16 @@ pub(super) struct NormalMap {
     pub named_at: String,
 }
 
+impl Texture {
+    /// Loads an image of 8 or 16 bits, grey or RGB, as reflectances. `named_at`: the line that names it.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] if the file is missing or is no PNG, JPEG or WebP.
+    pub fn load(file: &Path, named_at: &str) -> Result<Texture> {
+        load(file, named_at)
+    }
+}
+
 /// Loads an image of 8 or 16 bits, grey or RGB. An alpha channel is ignored.
 ///
 /// # Errors
@@ -53,11 +63,13 @@ pub(super) fn of_image(name: String, image: DynamicImage) -> Texture {
 pub(super) fn load_alpha(file: &Path, named_at: &str) -> Result<Option<Texture>> {
     let image = load_image(file, named_at)?;
     let size_px = [image.width(), image.height()];
+    let name = file.display().to_string();
     let values = match image.color().has_alpha() {
         true => alpha_channel(image),
-        false => image.into_luma8().into_raw(),
+        false => of_image(name.clone(), image)
+            .into_brightness()
+            .red_in_8_bits(),
     };
-    let name = file.display().to_string();
     Ok(alpha_texture(name, size_px, values, 0.5))
 }
 
@@ -95,9 +107,8 @@ pub(super) fn load_normals(file: &Path, map: &NormalMap) -> Result<Texture> {
 /// Converts an image to a normal map. Slopes are multiplied by `strength`.
 pub(super) fn as_normals(mut texture: Texture, strength: f64, may_be_heights: bool) -> Texture {
     let texels = texture.texels.encoded_as(Encoding::Linear);
-    let is_grey = || texels.reflectances().all(|[r, g, b]| r == g && g == b);
     let strength = strength as f32;
-    texture.texels = if may_be_heights && is_grey() {
+    texture.texels = if may_be_heights && texels.are_grey() {
         normals_of_heights(&texels, texture.size_px, strength)
     } else if strength == 1.0 {
         texels

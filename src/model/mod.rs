@@ -28,6 +28,6 @@ pub use phasor::{
     PLANCK_CONSTANT_J_S, PhaseSampling, Phasor, SPEED_OF_LIGHT_M_S, electrons, multipath_error_m,
     range_m, unambiguous_range_m, wrap_count,
 };
-pub use sensor_noise::Reading;
+pub use sensor_noise::{FrameKey, Reading};
 pub use solid_angle::{rectangle_solid_angle, triangle_solid_angle};
 pub use sum::CompensatedSum;

@@ -8,20 +8,42 @@ use rand_distr::{Distribution, Poisson, StandardNormal};
 
 use crate::scene::SensorNoise;
 
-/// One reading of one tap. Random numbers depend only on this and the seed, not on threads or on what else is rendered.
+/// One reading of one tap. Random numbers depend only on this and the sensor's seed, not on threads or on what else is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
-    pub frame: u32,
+    pub frame: FrameKey,
     pub pixel: u32,
     pub frequency: u8,
     pub phase: u8,
     pub tap: u8,
 }
 
+/// What tells the noise of one frame from that of another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FrameKey {
+    /// Index in a series.
+    pub index: u32,
+    /// Index of the camera among those that see the same frame.
+    pub camera: u32,
+    /// The seed of the render.
+    pub seed: u32,
+}
+
+impl FrameKey {
+    /// A number for each camera and seed; 0 if both are 0.
+    fn mixed(self) -> u64 {
+        // A bijection (the finaliser of MurmurHash3), so that small numbers do not meet the sensor's own small seeds.
+        let mut x = u64::from(self.seed) << 32 | u64::from(self.camera);
+        x = (x ^ x >> 33).wrapping_mul(0xff51_afd7_ed55_8ccd);
+        x = (x ^ x >> 33).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+        x ^ x >> 33
+    }
+}
+
 impl SensorNoise {
     /// The reading of a tap in which light frees `expected_e` electrons on average, electrons. Read noise may make it negative.
     pub fn electrons(&self, expected_e: f64, exposure_time_s: f64, reading: Reading) -> f64 {
-        let mut random = Philox::new(self.seed, reading);
+        let mut random = Philox::new(self.seed ^ reading.frame.mixed(), reading);
         let mean = expected_e + self.dark_e_per_s * exposure_time_s;
         // A mean without a distribution frees no electron.
         let freed = Poisson::new(mean).map_or(0.0, |poisson| poisson.sample(&mut random));
@@ -60,7 +82,7 @@ impl Philox {
                 0,
                 u32::from_le_bytes([frequency, phase, tap, 0]),
                 pixel,
-                frame,
+                frame.index,
             ],
             numbers: [0; 4],
             used: 4,

@@ -1,6 +1,7 @@
 //! OpenEXR output: one file with one part. Channel names have the layer as prefix.
 
 use std::io::Seek;
+use std::path::PathBuf;
 
 use exr::block::lines::LineRefMut;
 use exr::image::write::WritableImage;
@@ -15,7 +16,7 @@ use half::f16;
 use super::atomic::OutputFile;
 use super::exr_header_order;
 use super::header::{self, Attribute};
-use super::{Frame, Layer, LayerData};
+use super::{Frame, Layer, LayerData, plain};
 use crate::error::Result;
 
 /// The contents of an OpenEXR file. The default is every layer of the frame as 32-bit float.
@@ -29,6 +30,9 @@ pub struct ExrOptions {
     pub layers: Option<Vec<Layer>>,
     /// How pixels are packed. Reading returns the same values.
     pub compression: ExrCompression,
+    /// Write each layer to a file of its own, with the channels R, G, B or Y, which programs such as OpenCV read. Ids become floats.
+    /// [`write_exr_files`](super::write_exr_files) names the files.
+    pub plain: bool,
     /// Further header attributes: names, which get the prefix `camlux.`, and values.
     pub attributes: Vec<(String, Attribute)>,
 }
@@ -84,6 +88,19 @@ impl ExrOptions {
         picked.is_none_or(|layers| layers.contains(&layer))
     }
 
+    /// Rejects a frame that lacks a requested layer.
+    pub(super) fn require_layers(&self, output: &OutputFile, frame: &Frame) -> Result<()> {
+        let is_there = |layer: Layer| frame.layers.iter().any(|(kind, _)| *kind == layer);
+        let mut requested = self.layers.iter().flatten().copied();
+        match requested.find(|&layer| !is_there(layer)) {
+            None => Ok(()),
+            Some(missing) => Err(output.refused(
+                format!("the frame has no layer {}", missing.name()),
+                "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]",
+            )),
+        }
+    }
+
     /// Warnings about values that the file cannot hold as they are, one sentence per layer: values above and below the range of 16 bits.
     pub fn warnings(&self, frame: &Frame) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -137,34 +154,32 @@ pub fn write_exr(mut output: OutputFile, frame: &Frame, options: &ExrOptions) ->
     output.commit()
 }
 
-/// Identifies a written file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// Identifies a written file, or the plain files of a frame.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct WrittenExr {
-    /// BLAKE3 of the file, 64 hexadecimal digits.
+    /// BLAKE3 of the file, or of all files one after the other, 64 hexadecimal digits.
     pub blake3: String,
     pub bytes: u64,
+    pub files: Vec<PathBuf>,
 }
 
-/// Like [`write_exr`], and returns the file's hash and size.
-///
-/// # Errors
-/// The same as [`write_exr`].
-pub fn write_exr_hashed(
-    mut output: OutputFile,
-    frame: &Frame,
-    options: &ExrOptions,
-) -> Result<WrittenExr> {
-    fill(&mut output, frame, options)?;
-    let mut hasher = blake3::Hasher::new();
-    let file = &mut output.temporary;
-    file.rewind()
-        .and_then(|()| hasher.update_reader(file).map(|_| ()))
-        .map_err(|error| output.failed(&error))?;
-    output.commit()?;
-    Ok(WrittenExr {
-        blake3: hasher.finalize().to_hex().to_string(),
-        bytes: hasher.count(),
-    })
+impl WrittenExr {
+    /// Writes another file.
+    pub(super) fn add(
+        &mut self,
+        mut output: OutputFile,
+        frame: &Frame,
+        options: &ExrOptions,
+        hasher: &mut blake3::Hasher,
+    ) -> Result<()> {
+        fill(&mut output, frame, options)?;
+        let file = &mut output.temporary;
+        file.rewind()
+            .and_then(|()| hasher.update_reader(file).map(|_| ()))
+            .map_err(|error| output.failed(&error))?;
+        self.files.push(output.path().to_owned());
+        output.commit()
+    }
 }
 
 fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<()> {
@@ -191,26 +206,29 @@ fn channels<'f>(
     frame: &'f Frame,
     options: &ExrOptions,
 ) -> Result<Vec<AnyChannel<ChannelSamples<'f>>>> {
-    let is_there = |layer: Layer| frame.layers.iter().any(|(kind, _)| *kind == layer);
-    let mut requested = options.layers.iter().flatten().copied();
-    if let Some(missing) = requested.find(|&layer| !is_there(layer)) {
-        return Err(output.refused(
-            format!("the frame has no layer {}", missing.name()),
-            "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]",
-        ));
-    }
+    options.require_layers(output, frame)?;
     let mut channels = Vec::new();
     let picked = frame.layers.iter();
     for (layer, data) in picked.filter(|(layer, _)| options.picks(*layer)) {
-        let names = layer.channel_names();
+        let names = match options.plain {
+            true => plain::plain_channel_names(*layer),
+            false => layer.channel_names(),
+        };
+        let stored_as = match (data, options.plain) {
+            (LayerData::Id(ids), true) => {
+                check_ids(output, ids)?;
+                SampleType::F32
+            }
+            _ => sample_type(*layer, options.half),
+        };
         for (offset, &name) in names.iter().enumerate() {
             channels.push(AnyChannel {
                 name: name.into(),
                 sample_data: ChannelSamples {
                     layer: data,
-                    stored_as: sample_type(*layer, options.half),
+                    stored_as,
                     offset,
-                    stride: names.len(),
+                    stride: layer.channel_names().len(),
                 },
                 // The values are quantities, so a lossy compression must quantise them linearly and not as colours.
                 quantize_linearly: true,
@@ -218,10 +236,26 @@ fn channels<'f>(
             });
         }
     }
-    if channels.is_empty() {
-        return Err(output.refused("no layer is picked", "name at least one"));
+    match channels.len() {
+        0 => Err(output.refused("no layer is picked", "name at least one")),
+        4.. if options.plain => {
+            let hint = "write each layer to a file of its own";
+            Err(output.refused("a plain file holds one layer", hint))
+        }
+        _ => Ok(channels),
     }
-    Ok(channels)
+}
+
+/// Rejects ids that a float does not hold exactly.
+fn check_ids(output: &OutputFile, ids: &[u32]) -> Result<()> {
+    const MOST: u32 = 1 << f32::MANTISSA_DIGITS;
+    match ids.iter().find(|&&id| id > MOST) {
+        None => Ok(()),
+        Some(id) => Err(output.refused(
+            format!("the id {id} is above {MOST}, and a plain file holds floats"),
+            "write this layer to a file that is not plain",
+        )),
+    }
 }
 
 fn sample_type(layer: Layer, half: bool) -> SampleType {
@@ -236,7 +270,7 @@ fn sample_type(layer: Layer, half: bool) -> SampleType {
     }
 }
 
-/// The values of a channel: every `stride`-th of a layer, from `offset` on. They are read in place, because copying each channel would
+/// The values of a channel: every `stride`-th of a layer, from `offset` on; 0 where the offset is beyond the stride. They are read in place, because copying each channel would
 /// take as long as writing.
 #[derive(Clone, Copy)]
 struct ChannelSamples<'f> {
@@ -270,13 +304,16 @@ impl SamplesWriter for ChannelSamples<'_> {
                 self.copy_row(values, line, |value| saturating_half(value).to_ne_bytes());
             }
             (LayerData::Float(values), _) => self.copy_row(values, line, f32::to_ne_bytes),
+            (LayerData::Id(ids), SampleType::F32) => {
+                self.copy_row(ids, line, |id| (id as f32).to_ne_bytes());
+            }
             (LayerData::Id(ids), _) => self.copy_row(ids, line, u32::to_ne_bytes),
         }
     }
 }
 
 impl ChannelSamples<'_> {
-    fn copy_row<T: Copy, const N: usize>(
+    fn copy_row<T: Copy + Default, const N: usize>(
         &self,
         layer: &[T],
         line: LineRefMut<'_>,
@@ -287,7 +324,7 @@ impl ChannelSamples<'_> {
         let row = &layer[line.location.position.y() * row_values..][..row_values];
         let (stored, _) = line.value.as_chunks_mut::<N>();
         for (stored, pixel) in stored.iter_mut().zip(row.chunks_exact(self.stride)) {
-            *stored = to_bytes(pixel[self.offset]);
+            *stored = to_bytes(pixel.get(self.offset).copied().unwrap_or_default());
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::Layer;
+use super::{Layer, plain};
 use crate::error::{Error, Result};
 pub use crate::exr_decode::ImageLayer;
 use crate::exr_decode::{DecodedImage, decode_file};
@@ -22,7 +22,8 @@ impl LayeredImage {
     /// but HTJ2K). The memory used is bounded by the file's real contents, and by 64 MiB more where a data window is smaller than the display window.
     ///
     /// The image is the display window. Pixels outside of the data window are 0, see [`LayeredImage::data_pixels`]. In a file of several
-    /// parts, the name of a channel begins with that of its part: channel `R` of the part `direct` is `direct.R`.
+    /// parts, the name of a channel begins with that of its part: channel `R` of the part `direct` is `direct.R`. A [plain](super::ExrOptions::plain)
+    /// file of camlux has its layer.
     ///
     /// # Errors
     /// [`Error::Input`] when the file is missing or cannot be read, when it is not OpenEXR or is damaged, and for what camlux does not
@@ -38,10 +39,11 @@ impl LayeredImage {
         let DecodedImage {
             size_px,
             covered_px,
-            layers,
+            mut layers,
             attributes,
         } = decode_file(path, &own_layer)
             .map_err(|(problem, hint)| Error::input(path.display().to_string(), problem, hint))?;
+        plain::restore(&mut layers, &attributes);
         Ok(LayeredImage {
             resolution_px: size_px,
             covered_px,

@@ -6,6 +6,7 @@ use super::atomic::output_error;
 use super::tof::TofCamera;
 use super::{Layer, TofQuantity};
 use crate::error::Result;
+use crate::model::FrameKey;
 use crate::scene::{
     Camera, DEFAULT_TARGET_ERROR, IndirectLight, Light, Scene, Sensor, TimeOfFlight,
 };
@@ -73,7 +74,7 @@ impl Frame {
         (farthest > 0.0 && step_m > COARSE * range_m).then(|| {
             let error_m = 0.5 * step_m;
             format!(
-                "the scene is so far from the origin that the layer P is up to {error_m} m off; use the layer P_camera, whose place in the world is the header's cameraToWorld"
+                "the scene is so far from the origin that the layer P is up to {error_m} m off; use the layer P_camera, whose place in the world is that of the camera"
             )
         })
     }
@@ -110,14 +111,16 @@ impl Frame {
         let ids = self.ids(Layer::InstanceId);
         if ids.is_some_and(|ids| ids.iter().all(|&id| id == 0)) {
             return Some(
-                "nothing is in view: every pixel shows the background; check the camera's position and look_at"
+                "nothing is in view: every pixel shows the background; check where the camera is and where it looks"
                     .into(),
             );
         }
         let no_flux = "the lights shine at no surface that reflects, so there are no VPLs; check where the lights are and what they shine at";
         if is_black(Layer::Radiance) {
             let lights = &self.description.lights;
-            let why = if lights.iter().all(|light| light.emission() == [0.0; 3]) {
+            let why = if lights.is_empty() {
+                "there is no light; add one"
+            } else if lights.iter().all(|light| light.emission() == [0.0; 3]) {
                 "every light emits 0; set their power_w or irradiance_w_m2"
             } else if self.description.indirect.is_some() && self.stats.vpl_count == 0 {
                 no_flux
@@ -216,6 +219,10 @@ pub struct FrameStats {
     pub estimated_error_upper: Option<f64>,
     /// Why final gathering stopped; `None` for sums, and where the indirect light is dark.
     pub stop: Option<StopReason>,
+    /// Rays of the least image with an estimate, which final gathering makes whatever its limits are, as far as this frame tells.
+    pub least_rays: Option<u64>,
+    /// Time of that image, milliseconds.
+    pub least_milliseconds: Option<f64>,
     /// relRMSE of the indirect light against the sum over VPLs at every pixel, also estimated; `None` if no interpolation error was
     /// requested.
     pub estimated_interpolation_error: Option<f64>,
@@ -261,13 +268,15 @@ impl FrameStats {
                 None => self.passes.push(*pass),
             }
         }
+        let worse = |own: &mut Option<f64>, other: Option<f64>| {
+            *own = own.iter().copied().chain(other).reduce(f64::max);
+        };
         self.pixel_vpl_pairs += part.pixel_vpl_pairs;
         self.ray_count += part.ray_count;
         self.submissions += part.submissions;
         self.wall_milliseconds += part.wall_milliseconds;
-        let worse = |own: &mut Option<f64>, other: Option<f64>| {
-            *own = own.iter().copied().chain(other).reduce(f64::max);
-        };
+        self.least_rays = self.least_rays.max(part.least_rays);
+        worse(&mut self.least_milliseconds, part.least_milliseconds);
         worse(&mut self.estimated_error, part.estimated_error);
         worse(&mut self.estimated_error_upper, part.estimated_error_upper);
         worse(
@@ -309,8 +318,14 @@ impl FrameStats {
                 let rays = rays.map(|rays| format!("max_rays = {rays}"));
                 let budget = Vec::from_iter(ms.into_iter().chain(rays)).join(", ");
                 let sent = self.ray_count;
+                let least = match (self.least_rays, self.least_milliseconds) {
+                    (Some(rays), Some(ms)) => format!(
+                        "; no limit lowers the {rays} rays and {ms:.0} ms of the first image and its estimate"
+                    ),
+                    _ => String::new(),
+                };
                 format!(
-                    "the budget ({budget}) was spent on {sent} rays before the target error was met: {error}; give more, or raise target_error"
+                    "the budget ({budget}) was spent on {sent} rays before the target error was met: {error}{least}; give more, or raise target_error"
                 )
             }
             StopReason::SamplesExhausted => format!(
@@ -359,8 +374,8 @@ pub struct FrameDescription {
     pub sensor: Option<Sensor>,
     /// Only present for an image with time-of-flight layers.
     pub tof: Option<TimeOfFlight>,
-    /// Index in a series. The sensor's noise depends on it and on the seed.
-    pub frame_index: u32,
+    /// The frame in its series. The sensor's noise depends on it.
+    pub key: FrameKey,
     /// Identifies the scene, including its meshes and textures.
     pub scene_hash: String,
 }
@@ -371,11 +386,15 @@ impl FrameDescription {
         FrameDescription {
             indirect: scene.indirect,
             reference: None,
-            lights: scene.lights.clone(),
+            lights: scene
+                .lights
+                .iter()
+                .map(|light| light.in_world(&scene.camera))
+                .collect(),
             camera: scene.camera,
             sensor: scene.sensor,
             tof: scene.tof.clone(),
-            frame_index: 0,
+            key: FrameKey::default(),
             scene_hash,
         }
     }
@@ -388,7 +407,7 @@ impl FrameDescription {
             camera: self.camera,
             sensor,
             photodetector: sensor.photodetector?,
-            frame_index: self.frame_index,
+            frame: self.key,
         })
     }
 }

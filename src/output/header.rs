@@ -7,7 +7,7 @@ use glam::{DMat4, DVec3, DVec4};
 use super::exr::ExrOptions;
 use super::frame::{Frame, FrameDescription};
 use crate::{
-    model::PhaseSampling,
+    model::{FrameKey, PhaseSampling},
     scene::{
         Camera, CameraBasis, Intrinsics, Parameter, Photodetector, PixelSampling, Sensor,
         SensorNoise, TimeOfFlight,
@@ -74,7 +74,7 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
         camera,
         sensor,
         tof,
-        frame_index,
+        key,
         scene_hash,
     } = &frame.description;
     let mut header = LayerAttributes {
@@ -185,7 +185,14 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     if let Some(tof) = tof {
         time_of_flight(tof, lights.len(), &mut add);
         if tof.noise.is_some() {
-            add("tof.noise.frame", count(*frame_index));
+            let FrameKey {
+                index,
+                camera,
+                seed,
+            } = *key;
+            add("tof.noise.frame", count(index));
+            add("tof.noise.camera", count(camera));
+            add("tof.noise.render_seed", count(seed));
         }
     }
     let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();

@@ -202,10 +202,12 @@ impl Layer {
             return Ok(());
         }
         let hint = match (self, &scene.tof) {
-            (Layer::Energy, _) => "add [sensor] to the scene".into(),
-            (Layer::StandardError, _) => "add stderr_layer = true to [indirect]".into(),
-            (Layer::MeanDepth | Layer::NearestDepth, _) => "add samples to [camera]".into(),
-            (Layer::HalfPath | Layer::Tof(..), None) => "add [tof] to the scene".into(),
+            (Layer::Energy, _) => "give the scene a sensor".into(),
+            (Layer::StandardError, _) => "set stderr_layer of its indirect light".into(),
+            (Layer::MeanDepth | Layer::NearestDepth, _) => "set samples of its camera".into(),
+            (Layer::HalfPath | Layer::Tof(..), None) => {
+                "give the scene time of flight (tof)".into()
+            }
             (Layer::Tof(frequency, quantity), Some(tof))
                 if usize::from(frequency) >= tof.frequencies_hz.len()
                     || matches!(quantity, TofQuantity::Taps(_)) =>
@@ -214,7 +216,7 @@ impl Layer {
                 let last_phase = tof.phase_count - 1;
                 format!("choose from tof0 to tof{last}, and phase0 to phase{last_phase} of each")
             }
-            (Layer::Indirect | Layer::Tof(..), _) => "add [indirect] to the scene".into(),
+            (Layer::Indirect | Layer::Tof(..), _) => "give the scene indirect light".into(),
             _ => "take it from a reference or a sequence".into(),
         };
         Err(Error::Scene {

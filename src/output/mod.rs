@@ -1,20 +1,28 @@
 //! Output: the frame in memory, OpenEXR files for measurements, PNG files for viewing. Also reads OpenEXR files.
 
 mod atomic;
+mod dataset;
 mod exr;
 mod exr_header_order;
 mod exr_read;
+mod flow;
 mod frame;
 mod header;
 mod layer;
 mod per_pixel;
+mod plain;
 mod png;
 mod tof;
 mod tof_layers;
 
 pub use atomic::OutputFile;
-pub use exr::{ExrCompression, ExrOptions, WrittenExr, write_exr, write_exr_hashed};
+#[doc(hidden)]
+pub use dataset::{
+    DATASET_FORMAT, dataset_conventions, dataset_layers, describe_frame, describe_scene,
+};
+pub use exr::{ExrCompression, ExrOptions, WrittenExr, write_exr};
 pub use exr_read::{ImageLayer, LayeredImage};
+pub use flow::NextFrame;
 pub use frame::{
     Frame, FrameDescription, FrameStats, LayerData, PassTime, ReferenceSamples, StopReason,
 };
@@ -22,6 +30,7 @@ pub use header::{Attribute, TOF_CONVENTION};
 pub(crate) use layer::FrameParts;
 pub use layer::Layer;
 pub(crate) use per_pixel::{for_each_at_once, per_pixel, pixels_of_a_thread};
+pub use plain::{plain_channel_names, plain_path, write_exr_files};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
 pub use tof::Exposure;
 pub(crate) use tof::{PixelPhasors, TofCamera};

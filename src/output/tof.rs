@@ -3,7 +3,9 @@
 use super::{Frame, Layer, LayerData, TofQuantity, per_pixel};
 use crate::{
     Error, Result,
-    model::{PhaseSampling, Phasor, Reading, electrons, multipath_error_m, range_m, wrap_count},
+    model::{
+        FrameKey, PhaseSampling, Phasor, Reading, electrons, multipath_error_m, range_m, wrap_count,
+    },
     scene::{Camera, ChargeUnit, Photodetector, Sensor, TimeOfFlight},
 };
 
@@ -21,7 +23,7 @@ pub(crate) struct TofCamera<'t> {
     pub camera: Camera,
     pub sensor: Sensor,
     pub photodetector: Photodetector,
-    pub frame_index: u32,
+    pub frame: FrameKey,
 }
 
 /// Light of a phase image, by its index and the pixel's index: L of all light, and Z with the camera's phase offset, W/sr/m²; or E and its
@@ -169,7 +171,7 @@ impl TofCamera<'_> {
             let expected = self.expected_taps(sampling, phase, light(phase, i));
             [0, 1].map(|tap| {
                 let reading = Reading {
-                    frame: self.frame_index,
+                    frame: self.frame,
                     pixel: i as u32,
                     frequency: frequency as u8,
                     phase: phase as u8,

@@ -53,7 +53,7 @@ impl DeviceLight {
             space,
             ..
         } = *context;
-        let (light, plan) = (&scene.lights[index], &context.plan.lights[index]);
+        let (light, plan) = (&scene.lights[index].light, &context.plan.lights[index]);
         // Without indirect light only the faces count. They do not depend on the texels.
         let emission_size = context
             .plan

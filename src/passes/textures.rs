@@ -2,7 +2,7 @@
 
 use crate::{
     Result, Scene,
-    scene::{Encoding, Filter, Material, Texels, Texture, TextureLookup, Wrap},
+    scene::{Filter, Material, Texels, Texture, TextureLookup, TextureRole, Wrap},
     vulkan::{CommandPool, Declarations, Resource, WordList, shaders},
 };
 
@@ -44,10 +44,10 @@ pub(crate) struct TextureUses {
 pub(crate) fn uses_of(scene: &Scene) -> Vec<TextureUses> {
     let mut uses = vec![TextureUses::default(); scene.textures.len()];
     for material in &scene.materials {
-        for (name, lookup) in material.textures() {
+        for (role, lookup) in material.textures() {
             let used = &mut uses[lookup.texture];
-            match name {
-                "alpha_texture" => used.has_alpha = true,
+            match role {
+                TextureRole::Alpha => used.has_alpha = true,
                 _ => used.has_bands = true,
             }
         }
@@ -71,10 +71,6 @@ impl Textures {
         let mut alpha_places = Vec::new();
         let uses = uses_of(scene);
         for (texture, used) in scene.textures.iter().zip(&uses) {
-            let is_srgb = match texture.texels {
-                Texels::U8(_, encoding) | Texels::U16(_, encoding) => encoding == Encoding::Srgb,
-                Texels::F32(_) => false,
-            };
             let mut place = |is_used: bool, words: u64, is_srgb: bool| {
                 if !is_used {
                     return shaders::Texture::default();
@@ -91,7 +87,7 @@ impl Textures {
                 place
             };
             let words = words_per_texel(&texture.texels);
-            places.push(place(used.has_bands, words, is_srgb));
+            places.push(place(used.has_bands, words, texture.texels.is_srgb()));
             alpha_places.push(place(used.has_alpha, 1, false));
         }
         let textures = scene.textures.iter().zip(&uses);

@@ -40,7 +40,7 @@ impl fmt::Display for Plan {
             }
             writeln!(f, "  direct     light {index}, {brdf}{rays}")?;
         }
-        if let Some(indirect) = self.indirect {
+        if let Some(indirect) = self.bounce() {
             match indirect.rsm_size() {
                 Some(_) => writeln!(f, "  vpl        texels with flux, compacted")?,
                 None => writeln!(
@@ -119,7 +119,7 @@ impl fmt::Display for Plan {
             writeln!(f, "  sensor{vignetting}")?;
         }
         writeln!(f, "left out")?;
-        let is_sum = self.indirect.is_some_and(|i| !i.is_final_gather());
+        let is_sum = self.bounce().is_some_and(|i| !i.is_final_gather());
         let has_maps = self.own_map_size().is_some() || !self.has_shadow_rays();
         for (is_there, what) in [
             (self.is_specular, "specular terms: no material has k_s"),
@@ -145,6 +145,7 @@ impl fmt::Display for Plan {
                 self.ray_kernel() != Some(RayKernel::Query),
                 "ray tree (BVH): the device has its own",
             ),
+            (!self.lights.is_empty(), "lights: none emits anything"),
             (
                 self.indirect.is_some(),
                 "RSM, VPLs and gather: the scene has no [indirect]",

@@ -13,7 +13,7 @@ use crate::{
     geometry::has_shared_meshes,
     scene::{
         DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling,
-        Scene, Shadow, TextureLookup, VplSum,
+        PlacedLight, Scene, Shadow, TextureLookup, TextureRole, VplSum,
     },
     vulkan::{DeviceInfo, shaders::most_storage_images},
 };
@@ -222,10 +222,15 @@ impl Plan {
             meshes().any(|mesh| scene.has_material(mesh, |material| is_detailed(mesh, material)));
         let has_cutouts = scene.has_cutouts();
         let has_shared_meshes = has_shared_meshes(scene);
+        // Lights that are all off need no passes.
+        let lights = match scene.is_dark() {
+            true => &[],
+            false => &scene.lights[..],
+        };
         let bounds = scene.bounding_sphere_or_unit();
         // The faces do not depend on the texels.
-        let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
-        let faces: Vec<usize> = scene.lights.iter().map(faces).collect();
+        let faces = |light: &PlacedLight| EmissionDomain::new(light, 1, &bounds).faces.len();
+        let faces: Vec<usize> = lights.iter().map(faces).collect();
         let fine_enough = shadow_size(scene, faces.iter().copied().min().unwrap_or(1), device);
         let indirect = scene.indirect.map(|indirect| IndirectPlan {
             emission_size: planned_emission_size(indirect, scene.lights.len()),
@@ -250,12 +255,12 @@ impl Plan {
             (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
             (Shadow::Map, _) => ShadowPlan::Map { size: fine_enough },
         };
-        let lights = scene.lights.iter().zip(faces);
+        let lights = lights.iter().zip(faces);
         let lights = lights.enumerate().map(|(i, (light, faces))| LightPlan {
             kind: light.kind(),
             faces: faces as u32,
             is_modulated: is_modulated(i),
-            pattern_numbers: match light {
+            pattern_numbers: match &light.light {
                 Light::Pattern { pattern, .. } => pattern.number_count(),
                 _ => 0,
             },
@@ -282,7 +287,7 @@ impl Plan {
                 .filter(|sensor| sensor.f_number.is_some())
                 .map(|sensor| sensor.irradiance_per_radiance(1.0)),
             tof,
-            area_light_error: scene.has_area_light().then(|| {
+            area_light_error: (scene.has_area_light() && !scene.is_dark()).then(|| {
                 let target = scene.indirect.and_then(|indirect| indirect.target_error());
                 target.unwrap_or(DEFAULT_TARGET_ERROR)
             }),
@@ -341,6 +346,11 @@ impl Plan {
         if self.is_specular { "Phong" } else { "Lambert" }
     }
 
+    /// The indirect light to gather; `None` if no light emits anything.
+    pub(crate) fn bounce(&self) -> Option<IndirectPlan> {
+        self.indirect.filter(|_| !self.lights.is_empty())
+    }
+
     /// The largest number of faces that a light emits into.
     pub(crate) fn max_faces(&self) -> u32 {
         let faces = self.lights.iter().map(|light| light.faces);
@@ -355,7 +365,7 @@ impl Plan {
 
     /// Edge of a face of the RSM, texels; `None` if there is no RSM.
     pub(crate) fn rsm_size(&self) -> Option<u32> {
-        self.indirect.and_then(|plan| plan.rsm_size())
+        self.bounce().and_then(|plan| plan.rsm_size())
     }
 
     /// Whether the shadow test of some light uses rays.
@@ -370,7 +380,7 @@ impl Plan {
             ShadowPlan::Rays(kernel) => Some(kernel),
             _ => None,
         };
-        let of_gather = match self.indirect.map(|indirect| indirect.gather) {
+        let of_gather = match self.bounce().map(|indirect| indirect.gather) {
             Some(GatherPlan::FinalGather { kernel }) => Some(kernel),
             _ => None,
         };
@@ -386,7 +396,7 @@ impl Plan {
     /// Time of flight of the bounce; `None` without a bounce or without a modulated light.
     pub(crate) fn bounced_tof(&self) -> Option<TofPlan> {
         let is_modulated = self.lights.iter().any(|light| light.is_modulated);
-        self.tof.filter(|_| is_modulated && self.indirect.is_some())
+        self.tof.filter(|_| is_modulated && self.bounce().is_some())
     }
 
     /// The permutation word that says whether the bounce has phasors.
@@ -404,15 +414,15 @@ impl Plan {
 
     /// Whether indirect light is gathered by rays.
     pub(crate) fn has_final_gather(&self) -> bool {
-        self.indirect.is_some_and(|plan| plan.is_final_gather())
+        self.bounce().is_some_and(|plan| plan.is_final_gather())
     }
 }
 
 /// Whether a material on a mesh needs more than a repeated, bilinear texture of k_d.
 pub(crate) fn is_detailed(mesh: &Mesh, material: &Material) -> bool {
-    let is_plain = |(name, lookup): (&str, TextureLookup)| {
+    let is_plain = |(role, lookup): (TextureRole, TextureLookup)| {
         let plain = TextureLookup::from(lookup.texture);
-        name == "alpha_texture" || name == "kd_texture" && lookup == plain
+        role == TextureRole::Alpha || role == TextureRole::Kd && lookup == plain
     };
     let mut shown = material.textures().filter(|(_, lookup)| mesh.shows(lookup));
     !mesh.colors.is_empty() || !shown.all(is_plain)

@@ -68,6 +68,7 @@ impl Reference {
     /// [`Error::Scene`] for an invalid scene, [`Error::Memory`] for an image that is too large.
     pub fn new(scene: &Scene, samples_per_round: u32) -> Result<Reference> {
         scene.validate()?;
+        let scene = scene.in_world();
         let start = Instant::now();
         // The engine's method does not change the ground truth.
         let scene = Scene {
@@ -86,7 +87,7 @@ impl Reference {
                 noise: None,
                 ..tof
             }),
-            ..scene.clone()
+            ..scene.into_owned()
         };
         let transport = Transport::new(&scene);
         let [width, height] = scene.camera.resolution_px;

@@ -14,19 +14,19 @@ impl Scene {
     ///
     /// Equal for two scenes whose values are equal; the order of lights, meshes and materials counts.
     pub fn hash(&self) -> String {
+        let world = self.in_world();
         let Scene {
             camera,
             sensor,
             tof,
             lights,
-            carried_lights: _,
             meshes,
             materials,
             textures,
             direct: Direct { shadow },
             indirect,
             left_out: _,
-        } = self;
+        } = &*world;
         let mut bytes = Bytes::default();
         bytes.update(FORM);
         bytes.camera(camera);
@@ -248,7 +248,7 @@ impl Bytes {
         self.numbers(*kd);
         self.numbers(*ks);
         self.numbers([*shininess, *alpha_cutoff]);
-        for (name, lookup) in material.textures() {
+        for (role, lookup) in material.textures() {
             let TextureLookup {
                 texture,
                 texcoord_set,
@@ -256,7 +256,7 @@ impl Bytes {
                 wrap,
                 filter,
             } = lookup;
-            self.name(name);
+            self.name(role.field());
             self.numbers([texture as f64, f64::from(texcoord_set)]);
             transform.into_iter().for_each(|row| self.numbers(row));
             self.numbers(wrap.map(|wrap| f64::from(wrap as u8)));

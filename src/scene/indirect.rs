@@ -29,7 +29,7 @@ pub enum IndirectLight {
         /// `None`: camlux chooses.
         rsm_size: Option<u32>,
         /// Wall-clock limit for the indirect light of a frame, milliseconds, above 0. If it expires before the target error is met, the
-        /// result is the best image so far. The image then depends on the speed of the device. `None`: no limit.
+        /// result is the best image so far. A first image is always made. The image then depends on the speed of the device. `None`: no limit.
         max_ms: Option<f64>,
         /// Limit on the rays for the indirect light of a frame, above 0. The image does not depend on the speed of the device. `None`: no
         /// limit.
@@ -218,12 +218,12 @@ impl IndirectLight {
         part.require(
             max_ms.is_none_or(|ms| ms > 0.0 && ms.is_finite()),
             format_args!("max_ms is {}", max_ms.unwrap_or_default()),
-            "give finite milliseconds above 0, such as 500, or leave it out for no limit",
+            "give finite milliseconds above 0, such as 500, or no limit",
         )?;
         part.require(
             self.max_rays() != Some(0),
             "max_rays is 0",
-            "give a number of rays above 0, such as 100000000, or leave it out for no limit",
+            "give a number of rays above 0, such as 100000000, or no limit",
         )?;
         part.require(
             self.rsm_size() != Some(0),

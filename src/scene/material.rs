@@ -1,7 +1,6 @@
 //! Surface reflectance: modified Phong with an optional diffuse texture.
 
-use super::Bands;
-use super::Texels;
+use super::{Bands, Texels, TextureRole};
 
 /// Modified Phong BRDF: f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,11 +12,11 @@ pub struct Material {
     pub ks: Bands,
     /// s, the Phong exponent.
     pub shininess: f64,
-    /// Multiplies k_d.
+    /// Multiplies k_d. [`TextureSource`](super::TextureSource) makes textures for any role.
     pub kd_texture: Option<TextureLookup>,
     /// Multiplies k_s.
     pub ks_texture: Option<TextureLookup>,
-    /// Its red value multiplies s.
+    /// Its red value multiplies s. Linear, as the two below are.
     pub shininess_texture: Option<TextureLookup>,
     /// A normal map. Red, green and blue from 0 to 1 encode components of the shading normal from −1 to 1: along the direction in
     /// which u grows, along the one in which v grows, and along the mesh's normal.
@@ -59,6 +58,31 @@ pub enum Filter {
     #[default]
     Bilinear,
     Nearest,
+}
+
+impl Wrap {
+    pub(crate) const ALL: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+
+    /// The name in scene files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Wrap::Repeat => "repeat",
+            Wrap::Mirror => "mirror",
+            Wrap::Clamp => "clamp",
+        }
+    }
+}
+
+impl Filter {
+    pub(crate) const ALL: [Filter; 2] = [Filter::Bilinear, Filter::Nearest];
+
+    /// The name in scene files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Filter::Bilinear => "bilinear",
+            Filter::Nearest => "nearest",
+        }
+    }
 }
 
 impl TextureLookup {
@@ -105,17 +129,29 @@ impl Material {
         }
     }
 
-    /// All textures of the material, with the names of their fields.
-    pub fn textures(&self) -> impl Iterator<Item = (&'static str, TextureLookup)> {
+    /// All textures of the material, with their roles.
+    pub fn textures(&self) -> impl Iterator<Item = (TextureRole, TextureLookup)> + use<> {
         let textures = [
-            ("kd_texture", self.kd_texture),
-            ("ks_texture", self.ks_texture),
-            ("shininess_texture", self.shininess_texture),
-            ("normal_texture", self.normal_texture),
-            ("alpha_texture", self.alpha_texture),
+            (TextureRole::Kd, self.kd_texture),
+            (TextureRole::Ks, self.ks_texture),
+            (TextureRole::Shininess, self.shininess_texture),
+            (TextureRole::Normal, self.normal_texture),
+            (TextureRole::Alpha, self.alpha_texture),
         ];
-        let given = |(name, lookup): (_, Option<_>)| lookup.map(|lookup| (name, lookup));
+        let given = |(role, lookup): (_, Option<_>)| lookup.map(|lookup| (role, lookup));
         textures.into_iter().filter_map(given)
+    }
+
+    /// The lookups of [`Material::textures`], in the same order.
+    pub(super) fn lookups_mut(&mut self) -> impl Iterator<Item = &mut TextureLookup> {
+        let lookups = [
+            &mut self.kd_texture,
+            &mut self.ks_texture,
+            &mut self.shininess_texture,
+            &mut self.normal_texture,
+            &mut self.alpha_texture,
+        ];
+        lookups.into_iter().flatten()
     }
 
     /// Whether the material has a texture of any kind.

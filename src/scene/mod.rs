@@ -11,9 +11,11 @@ mod distortion;
 mod hash;
 mod indirect;
 mod instance;
+mod lens_lights;
 mod light;
 mod material;
 mod mesh;
+mod mesh_file;
 mod metallic_roughness;
 mod pattern;
 mod pattern_integral;
@@ -21,6 +23,7 @@ mod pixel_sampling;
 mod projected_image;
 mod shared;
 mod texels;
+mod texture_source;
 mod tof;
 mod validate;
 mod validate_surface;
@@ -31,16 +34,18 @@ use std::{collections::HashSet, f64::consts::FRAC_PI_4};
 pub use area::AreaShape;
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
-pub use carrier::Carrier;
+pub use carrier::{Carrier, PlacedLight};
 pub use distortion::Distortion;
 pub use indirect::{
     DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS,
     VplSum,
 };
 pub use instance::Instance;
+pub use lens_lights::LensLights;
 pub use light::{Light, SpotCone};
 pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
+pub use mesh_file::{MeshFile, MeshOptions};
 pub use metallic_roughness::MetallicRoughness;
 pub(crate) use pattern::{Measured, place};
 pub use pattern::{Pattern, PatternAxes, RadiationPattern};
@@ -49,6 +54,7 @@ pub use pixel_sampling::{PixelFilter, PixelSampling};
 pub use projected_image::ProjectedImage;
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};
+pub use texture_source::{Component, TextureRole, TextureSource, in_their_roles};
 pub(crate) use tof::MAX_PHASES;
 pub use tof::{
     ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, Photodetector, SensorNoise, TimeOfFlight,
@@ -66,9 +72,7 @@ pub struct Scene {
     pub sensor: Option<Sensor>,
     /// How the camera measures path lengths; needs a sensor with a [`Photodetector`].
     pub tof: Option<TimeOfFlight>,
-    pub lights: Vec<Light>,
-    /// Indices of lights that move with a carrier, and the carrier.
-    pub carried_lights: Vec<(usize, Carrier)>,
+    pub lights: Vec<PlacedLight>,
     /// The placed meshes. Instances that share a mesh store it once.
     pub meshes: Vec<Instance>,
     /// Indexed by [`Mesh::triangle_materials`].
@@ -111,10 +115,15 @@ impl Scene {
         are_such.contains(&true) && of_triangles.any(|&material| are_such[material as usize])
     }
 
+    /// Whether no light emits anything.
+    pub(crate) fn is_dark(&self) -> bool {
+        self.lights.iter().all(|light| light.emission() == [0.0; 3])
+    }
+
     /// Whether the scene has an area light.
     pub(crate) fn has_area_light(&self) -> bool {
         let mut lights = self.lights.iter();
-        lights.any(|light| matches!(light, Light::Area { .. }))
+        lights.any(|light| matches!(light.light, Light::Area { .. }))
     }
 
     /// Whether a surface has cut-outs. The scene must be validated.

@@ -51,6 +51,26 @@ impl Texels {
         }
     }
 
+    /// Whether they are integers encoded as sRGB.
+    pub(crate) fn is_srgb(&self) -> bool {
+        match self {
+            Texels::U8(_, encoding) | Texels::U16(_, encoding) => *encoding == Encoding::Srgb,
+            Texels::F32(_) => false,
+        }
+    }
+
+    /// Whether red, green and blue are equal everywhere.
+    pub(crate) fn are_grey(&self) -> bool {
+        fn are_equal<T: PartialEq>(texels: &[[T; 3]]) -> bool {
+            texels.iter().all(|[r, g, b]| r == g && g == b)
+        }
+        match self {
+            Texels::U8(texels, _) => are_equal(texels),
+            Texels::U16(texels, _) => are_equal(texels),
+            Texels::F32(texels) => are_equal(texels),
+        }
+    }
+
     /// The same integers, read with another encoding.
     pub(crate) fn encoded_as(self, encoding: Encoding) -> Texels {
         match self {

@@ -1,6 +1,6 @@
 //! A time-of-flight camera and what its pixels detect.
 
-use super::{Bands, Light, Sensor, validate::Part};
+use super::{Bands, PlacedLight, Sensor, validate::Part};
 use crate::Result;
 
 /// Maximum number of modulation frequencies of a scene.
@@ -106,7 +106,8 @@ impl TimeOfFlight {
         bands.map(|(value, weight)| value * weight).sum()
     }
 
-    pub(super) fn validate(&self, lights: &[Light], sensor: Option<&Sensor>) -> Result<()> {
+    /// Checks what does not depend on the rest of the scene.
+    pub(crate) fn validate(&self) -> Result<()> {
         let part = Part("tof".into());
         let count = self.frequencies_hz.len();
         part.require(
@@ -123,7 +124,7 @@ impl TimeOfFlight {
         let (least, most) = PHASE_COUNTS.into_inner();
         part.require(
             PHASE_COUNTS.contains(&self.phase_count),
-            format_args!("phases is {}", self.phase_count),
+            format_args!("phase_count is {}", self.phase_count),
             format!("give {least} to {most} phase images"),
         )?;
         part.require(
@@ -151,10 +152,26 @@ impl TimeOfFlight {
             format_args!("phase_offset_deg is {}", self.phase_offset_deg),
             "give degrees within 1e6 of 0",
         )?;
+        let is_in_electrons = self.output == ChargeUnit::Electrons;
+        part.require(
+            is_in_electrons || self.noise.is_some(),
+            "output is \"dn\", and there is no gain",
+            "give the time of flight its noise, which has gain, black level and bits",
+        )?;
+        self.noise.map_or(Ok(()), |noise| noise.validate())
+    }
+
+    /// Checks whether it goes together with the rest of the scene.
+    pub(super) fn validate_with(
+        &self,
+        lights: &[PlacedLight],
+        sensor: Option<&Sensor>,
+    ) -> Result<()> {
+        let part = Part("tof".into());
         part.require(
             sensor.is_some_and(|sensor| sensor.photodetector.is_some()),
             "the quantum efficiency of the pixels is not known",
-            "give [sensor] a wavelength_nm and a quantum_efficiency",
+            "give the sensor a wavelength_nm and a quantum_efficiency",
         )?;
         part.require_each(
             &self.ambient_lights,
@@ -162,15 +179,6 @@ impl TimeOfFlight {
             |_, light| format!("ambient light {light} is not in the scene"),
             "give indices of lights",
         )?;
-        let is_in_electrons = self.output == ChargeUnit::Electrons;
-        part.require(
-            is_in_electrons || self.noise.is_some(),
-            "output is \"dn\", and there is no gain",
-            "add [tof.noise], which has gain, black level and bits",
-        )?;
-        if let Some(noise) = &self.noise {
-            noise.validate()?;
-        }
         for (i, light) in lights.iter().enumerate() {
             part.require(
                 light.position_m().is_some() || !self.is_modulated(i),
@@ -178,7 +186,7 @@ impl TimeOfFlight {
                     "light {i} ({}) is modulated, but has no position: its paths have no length",
                     light.kind()
                 ),
-                "give it modulated = false, or take a point or a spot light",
+                "list it in ambient_lights, or take a point or a spot light",
             )?;
         }
         Ok(())

@@ -6,8 +6,8 @@ use std::fmt::Display;
 use glam::DVec3;
 
 use super::{
-    AreaShape, BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene,
-    Sensor, Shadow,
+    AreaShape, BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling,
+    PlacedLight, Scene, Sensor, Shadow,
 };
 use crate::{Error, Result, keys::Keys};
 
@@ -20,6 +20,17 @@ const NARROWEST_DEG: f64 = 1e-4;
 
 /// Below this angle between view and `up`, the rotation of the image about its axis is rounding noise.
 const SMALLEST_UP_ANGLE_RAD: f64 = 1e-6;
+
+/// Fields of a scene, and what scene files call them, where the names differ. Errors name the fields of a host, which has no file.
+const KEYS: [(&str, &str); 7] = [
+    ("resolution_px", "resolution"),
+    ("position_m", "position"),
+    ("look_at_m", "look_at"),
+    ("size_m", "size"),
+    ("radius_m", "radius"),
+    ("phase_count", "phases"),
+    ("list it in ambient_lights", "give it modulated = false"),
+];
 
 /// File and line of each part that was read, by its kind and index.
 #[derive(Default)]
@@ -51,6 +62,15 @@ impl Places {
             .extend(lines.map(|(key, at)| ((kind, index, key), at)));
     }
 
+    /// Names the keys of a scene file instead of the fields of a scene.
+    fn in_keys(&self, text: String) -> String {
+        if self.file.is_none() {
+            return text;
+        }
+        let replaced = |text: String, (field, key): &(&str, &str)| text.replace(field, key);
+        KEYS.iter().fold(text, replaced)
+    }
+
     /// The line of the key with which the problem begins, or else that of the part.
     fn of(&self, kind: &'static str, index: usize, problem: &str) -> Option<&String> {
         let key = problem.split(' ').next().unwrap_or_default();
@@ -63,11 +83,11 @@ impl Places {
 impl Scene {
     /// Checks everything that the renderer relies on. [`Scene::load`] calls it; call it yourself for a scene built from slices.
     ///
-    /// Meshes without triangles and scenes without meshes are valid: they render black. Numbers in messages count from 0, as the slices do.
+    /// Meshes without triangles and scenes without meshes or lights are valid: they render black. Numbers in messages count from 0, as the slices do.
     ///
     /// # Errors
     /// [`Error::Scene`] with the part and the value: an image without pixels, a camera without a direction, numbers that are not finite or
-    /// out of range, no light, indices out of range, lists of unequal length.
+    /// out of range, indices out of range, lists of unequal length.
     pub fn validate(&self) -> Result<()> {
         self.validate_read(&Places::default())
     }
@@ -78,6 +98,7 @@ impl Scene {
             let Err(Error::Scene { at, problem, hint }) = checked else {
                 return checked;
             };
+            let [problem, hint] = [problem, hint].map(|text| places.in_keys(text));
             let place = places.of(kind, index, &problem);
             let at = place.map_or(at.clone(), |place| format!("{place}, {at}"));
             Err(Error::scene(at, problem, hint))
@@ -98,23 +119,23 @@ impl Scene {
         if let Some(indirect) = &self.indirect {
             placed("indirect", 0, indirect.validate())?;
         }
-        let lit = Part("scene".into()).require(
-            !self.lights.is_empty(),
-            "there is no light",
-            "add a light",
-        );
-        placed("scene", 0, lit)?;
         for (i, light) in self.lights.iter().enumerate() {
             placed("light", i, light.validate(i))?;
         }
         if let Some(tof) = &self.tof {
-            placed("tof", 0, tof.validate(&self.lights, self.sensor.as_ref()))?;
+            placed("tof", 0, tof.validate())?;
+            let fitting = tof.validate_with(&self.lights, self.sensor.as_ref());
+            placed("tof", 0, fitting)?;
         }
         for (i, texture) in self.textures.iter().enumerate() {
             placed("texture", i, texture.validate(i))?;
         }
         for (i, material) in self.materials.iter().enumerate() {
             placed("material", i, material.validate(i, self.textures.len()))?;
+            let encodings = material.validate_encodings(i, |role, texture| {
+                !role.may_be_srgb() && self.textures[texture].texels.is_srgb()
+            });
+            placed("material", i, encodings)?;
         }
         // Check a mesh once, however often it is placed.
         let mut bounds = HashMap::new();
@@ -128,11 +149,11 @@ impl Scene {
         }
         let direct = Part("direct".into()).require(
             self.direct.shadow != Some(Shadow::Map) || !self.has_cutouts(),
-            "a shadow map cannot find the shadows of surfaces with cut-outs (map_d)",
+            "a shadow map cannot find the shadows of surfaces with cut-outs",
             "set shadow to \"rays\", or leave it out",
         );
         placed("direct", 0, direct)?;
-        let area = |light: &Light| matches!(light, Light::Area { .. });
+        let area = |light: &PlacedLight| matches!(light.light, Light::Area { .. });
         if let Some(index) = self.lights.iter().position(area) {
             let part = Part(format!("light {index} (area)"));
             let fitting = part.require(
@@ -145,7 +166,7 @@ impl Scene {
                 self.indirect
                     .is_none_or(|indirect| indirect.sum().is_none()),
                 "rsm-average and instant-radiosity do not support area lights",
-                "choose the estimator \"final-gather\", or a spot light",
+                "choose final gathering, or a spot light",
             );
             placed("light", index, fitting)?;
         }
@@ -226,17 +247,17 @@ impl Camera {
         let [width, height] = self.resolution_px;
         part.require(
             width > 0 && height > 0,
-            format_args!("resolution is {width} x {height} pixels"),
+            format_args!("resolution_px is {width} x {height}"),
             "give at least 1 x 1",
         )?;
         let (from, to, up) = (self.position_m, self.look_at_m, self.up);
-        part.require_position("position", from)?;
-        part.require_position("look_at", to)?;
+        part.require_position("position_m", from)?;
+        part.require_position("look_at_m", to)?;
         let view = to - from;
         part.require(
             has_direction(view),
-            format_args!("position and look_at are both {from}"),
-            "move look_at to a point in front of the camera",
+            format_args!("position_m and look_at_m are both {from}"),
+            "move look_at_m to a point in front of the camera",
         )?;
         part.require_direction("up", up)?;
         let sine = view.normalize().cross(up.normalize()).length();
@@ -284,7 +305,7 @@ impl Camera {
             format_args!(
                 "the distorted image folds over, or ends, between the principal point and pixel ({x_px}, {y_px})"
             ),
-            "check the coefficients and fx, fy; if the calibration does not reach the image's corners, crop the resolution",
+            "check the coefficients and fx, fy; if the calibration does not reach the image's corners, crop resolution_px",
         )
     }
 }
@@ -326,7 +347,7 @@ impl Light {
     pub(crate) fn validate(&self, index: usize) -> Result<()> {
         let part = Part(format!("light {index} ({})", self.kind()));
         if let Some(position_m) = self.position_m() {
-            part.require_position("position", position_m)?;
+            part.require_position("position_m", position_m)?;
         }
         if let Some(direction) = self.direction() {
             part.require_direction("direction", direction)?;
@@ -352,12 +373,12 @@ impl Light {
             )?;
         }
         if let Light::Area { shape, .. } = self {
-            let lengths_m = match shape {
-                AreaShape::Rectangle { size_m } => *size_m,
-                AreaShape::Disc { radius_m } => [*radius_m; 2],
+            let (name, lengths_m) = match shape {
+                AreaShape::Rectangle { size_m } => ("size_m", *size_m),
+                AreaShape::Disc { radius_m } => ("radius_m", [*radius_m; 2]),
             };
             for length_m in lengths_m {
-                part.require_above_zero(shape.name(), length_m)?;
+                part.require_above_zero(name, length_m)?;
             }
         }
         if let Light::Pattern { pattern, .. } = self

@@ -1,7 +1,7 @@
 //! The part of [`Scene::validate`](super::Scene::validate) for materials, textures and meshes.
 
 use super::validate::{Part, has_direction, is_near};
-use super::{BoundingBox, Instance, Material, Mesh, Texels, Texture};
+use super::{BoundingBox, Instance, Material, Mesh, Texels, Texture, TextureRole};
 use crate::Result;
 
 /// The largest Phong exponent. Beyond it, a lobe is narrower than f32 directions can express.
@@ -11,7 +11,10 @@ const FARTHEST_TEXCOORD: f64 = 1e6;
 
 impl Texture {
     pub(crate) fn validate(&self, index: usize) -> Result<()> {
-        let part = Part(format!("texture {index} (\"{}\")", self.name));
+        self.validate_as(&Part(format!("texture {index} (\"{}\")", self.name)))
+    }
+
+    pub(super) fn validate_as(&self, part: &Part) -> Result<()> {
         let [width, height] = self.size_px;
         let texels = self.texels.len();
         part.require(
@@ -51,8 +54,8 @@ impl Material {
             format_args!("alpha_cutoff is {}", self.alpha_cutoff),
             "give a value from 0 to 1",
         )?;
-        for (name, lookup) in self.textures() {
-            let index = lookup.texture;
+        for (role, lookup) in self.textures() {
+            let (name, index) = (role.field(), lookup.texture);
             part.require(
                 index < texture_count,
                 format_args!("{name} is {index}, but the number of textures is {texture_count}"),
@@ -71,6 +74,31 @@ impl Material {
             )?;
         }
         Ok(())
+    }
+
+    /// Refuses textures whose encoding contradicts their role, as `contradicts` finds for a role and the index of a texture.
+    ///
+    /// # Errors
+    /// Returns an error that names the field of this material, whose index is `index`.
+    pub fn validate_encodings(
+        &self,
+        index: usize,
+        contradicts: impl Fn(TextureRole, usize) -> bool,
+    ) -> Result<()> {
+        let part = Part(format!("material {index} (\"{}\")", self.name));
+        let mut textures = self.textures();
+        let wrong = textures.find(|(role, lookup)| contradicts(*role, lookup.texture));
+        let Some((role, _)) = wrong else {
+            return Ok(());
+        };
+        part.require(
+            false,
+            format_args!(
+                "the texture of {} is encoded as sRGB, but its values are linear in this role",
+                role.field()
+            ),
+            "make its encoding linear",
+        )
     }
 }
 

@@ -37,15 +37,18 @@ impl Scene {
         {
             warnings.push("no light is modulated, so time of flight has no range".into());
         }
+        if self.lights.is_empty() {
+            warnings.push("there is no light, so every frame is black".into());
+        }
         if self.meshes.is_empty() {
             warnings.push("there is no mesh, so every frame is black".into());
         }
-        // The name of a texture that each material looks up by each set of coordinates.
+        // The field of a texture that each material looks up by each set of coordinates.
         let of_sets = [0, 1].map(|set| {
             let of_material = |material: &Material| {
                 let mut textures = material.textures();
                 let found = textures.find(|(_, lookup)| lookup.texcoord_set == set);
-                found.map(|(name, _)| name)
+                found.map(|(role, _)| role.field())
             };
             let names = self.materials.iter().map(of_material);
             names.collect::<Vec<Option<&str>>>()
@@ -87,7 +90,7 @@ impl Scene {
         }
         let sphere = self.bounding_sphere();
         let tolerance_m = sphere.map_or(0.0, |sphere| IN_SURFACE * sphere.radius_m);
-        for (i, light) in self.lights.iter().enumerate() {
+        for (i, light) in self.in_world().lights.iter().enumerate() {
             let kind = light.kind();
             if light.emission() == [0.0; 3] {
                 warnings.push(format!("light {i} ({kind}) emits nothing"));

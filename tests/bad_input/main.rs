@@ -7,6 +7,7 @@ mod gltf_file;
 mod image_file;
 mod mesh_file;
 mod ply_file;
+mod saved_scene;
 mod scene_file;
 mod scene_values;
 mod stl_file;

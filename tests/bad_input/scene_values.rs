@@ -1,9 +1,9 @@
 //! Bad values in a scene from slices: each is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    AreaShape, Camera, ChargeUnit, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light,
-    Material, Mesh, Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise, Shadow,
-    SpotCone, Texels, Texture, TimeOfFlight, VplSum,
+    AreaShape, Camera, ChargeUnit, Direct, Encoding, ErrorNorm, IndirectLight, Intrinsics, Lens,
+    Light, Material, Mesh, Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise,
+    Shadow, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
 
@@ -26,11 +26,13 @@ fn scene() -> Scene {
             photodetector: None,
         }),
         tof: None,
-        carried_lights: Vec::new(),
-        lights: vec![Light::Point {
-            position_m: DVec3::Y,
-            power_w: [1.0; 3],
-        }],
+        lights: vec![
+            Light::Point {
+                position_m: DVec3::Y,
+                power_w: [1.0; 3],
+            }
+            .into(),
+        ],
         meshes: vec![
             Mesh::from_slices(
                 "floor",
@@ -173,56 +175,56 @@ fn scenes_from_slices_are_validated() {
     let disc = AreaShape::Disc { radius_m: 0.1 };
     let cases: Vec<(Edit, &str)> = vec![
         (
-            Box::new(move |s| s.lights[0] = area(DVec3::Y, disc)),
+            Box::new(move |s| s.lights[0] = area(DVec3::Y, disc).into()),
             "light 0 (area): up [0, 1, 0] is parallel to direction",
         ),
         (
             Box::new(move |s| {
                 let size_m = [-2.0, 1.0];
-                s.lights[0] = area(DVec3::X, AreaShape::Rectangle { size_m });
+                s.lights[0] = area(DVec3::X, AreaShape::Rectangle { size_m }).into();
             }),
-            "light 0 (area): size is -2",
+            "light 0 (area): size_m is -2",
         ),
         (
             Box::new(move |s| {
                 let radius_m = NAN;
-                s.lights[0] = area(DVec3::X, AreaShape::Disc { radius_m });
+                s.lights[0] = area(DVec3::X, AreaShape::Disc { radius_m }).into();
             }),
             "light 0 (area): radius",
         ),
         (
             Box::new(move |s| {
-                s.lights[0] = area(DVec3::X, disc);
+                s.lights[0] = area(DVec3::X, disc).into();
                 s.direct.shadow = Some(Shadow::Map);
             }),
             "light 0 (area): a shadow map cannot find the shadows of an area light",
         ),
         (
             Box::new(move |s| {
-                s.lights[0] = area(DVec3::X, disc);
+                s.lights[0] = area(DVec3::X, disc).into();
                 s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
             }),
             "light 0 (area): rsm-average and instant-radiosity",
         ),
         (
             Box::new(|s| s.camera.resolution_px = [8, 0]),
-            "camera: resolution is 8 x 0",
+            "camera: resolution_px is 8 x 0",
         ),
         (
             Box::new(|s| s.camera.resolution_px = [0, 6]),
-            "camera: resolution is 0 x 6",
+            "camera: resolution_px is 0 x 6",
         ),
         (
             Box::new(|s| s.camera.position_m.x = NAN),
-            "camera: position is [NaN, 0, 3]",
+            "camera: position_m is [NaN, 0, 3]",
         ),
         (
             Box::new(|s| s.camera.look_at_m.x = f64::INFINITY),
-            "camera: look_at is [inf",
+            "camera: look_at_m is [inf",
         ),
         (
             Box::new(|s| s.camera.look_at_m = s.camera.position_m),
-            "camera: position and look_at are both",
+            "camera: position_m and look_at_m are both",
         ),
         (
             Box::new(|s| s.camera.up = DVec3::ZERO),
@@ -282,7 +284,7 @@ fn scenes_from_slices_are_validated() {
         ),
         (
             Box::new(|s| s.tof = Some(tof())),
-            "tof: the quantum efficiency of the pixels is not known; give [sensor] a wavelength_nm and a quantum_efficiency",
+            "tof: the quantum efficiency of the pixels is not known; give the sensor a wavelength_nm and a quantum_efficiency",
         ),
         (
             Box::new(|s| detects(s).frequencies_hz.clear()),
@@ -294,7 +296,7 @@ fn scenes_from_slices_are_validated() {
         ),
         (
             Box::new(|s| detects(s).phase_count = 2),
-            "tof: phases is 2; give 3 to 8 phase images",
+            "tof: phase_count is 2; give 3 to 8 phase images",
         ),
         (
             Box::new(|s| detects(s).contrasts.truncate(1)),
@@ -322,13 +324,14 @@ fn scenes_from_slices_are_validated() {
                 s.lights[0] = Light::Directional {
                     direction: DVec3::NEG_Y,
                     irradiance_w_m2: [1.0; 3],
-                };
+                }
+                .into();
             }),
-            "tof: light 0 (directional) is modulated, but has no position: its paths have no length; give it modulated = false",
+            "tof: light 0 (directional) is modulated, but has no position: its paths have no length; list it in ambient_lights",
         ),
         (
             Box::new(|s| detects(s).output = ChargeUnit::DigitalNumbers),
-            "tof: output is \"dn\", and there is no gain; add [tof.noise]",
+            "tof: output is \"dn\", and there is no gain; give the time of flight its noise",
         ),
         (
             Box::new(|s| noise(s).full_well_e = -1.0),
@@ -416,47 +419,43 @@ fn scenes_from_slices_are_validated() {
             "indirect: target_error is NaN",
         ),
         (
-            Box::new(|s| s.lights.clear()),
-            "scene: there is no light; add a light",
-        ),
-        (
-            Box::new(move |s| s.lights[0] = spot(DVec3::ZERO, 1.0, 2.0, 1.0)),
+            Box::new(move |s| s.lights[0] = spot(DVec3::ZERO, 1.0, 2.0, 1.0).into()),
             "light 0 (spot): direction is [0, 0, 0]",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down * NAN, 1.0, 2.0, 1.0)),
+            Box::new(move |s| s.lights[0] = spot(down * NAN, 1.0, 2.0, 1.0).into()),
             "light 0 (spot): direction is [NaN",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, 3.0, 2.0, 1.0)),
+            Box::new(move |s| s.lights[0] = spot(down, 3.0, 2.0, 1.0).into()),
             "inner_half_angle_deg 3 is larger than outer_half_angle_deg 2",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, -1.0, 2.0, 1.0)),
+            Box::new(move |s| s.lights[0] = spot(down, -1.0, 2.0, 1.0).into()),
             "inner_half_angle_deg is -1",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, NAN, 2.0, 1.0)),
+            Box::new(move |s| s.lights[0] = spot(down, NAN, 2.0, 1.0).into()),
             "inner_half_angle_deg is NaN",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, 0.0, 0.0, 1.0)),
+            Box::new(move |s| s.lights[0] = spot(down, 0.0, 0.0, 1.0).into()),
             "outer_half_angle_deg is 0",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, 0.0, 181.0, 1.0)),
+            Box::new(move |s| s.lights[0] = spot(down, 0.0, 181.0, 1.0).into()),
             "outer_half_angle_deg is 181",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, -1.0)),
+            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, -1.0).into()),
             "light 0 (spot): power_w is [-1.0",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, 0.0, 1e-160, 1.0)),
+            Box::new(move |s| s.lights[0] = spot(down, 0.0, 1e-160, 1.0).into()),
             "give degrees above 0 (1e-4 at least)",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, 1e40)),
+            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, 1e40).into()),
             "up to 1e24",
         ),
         (Box::new(|s| s.materials[0].shininess = 1e39), "up to 1e9"),
@@ -465,7 +464,7 @@ fn scenes_from_slices_are_validated() {
             "within -1e6 and 1e6",
         ),
         (
-            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, f64::INFINITY)),
+            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, f64::INFINITY).into()),
             "light 0 (spot): power_w is [inf",
         ),
         (
@@ -559,6 +558,13 @@ fn scenes_from_slices_are_validated() {
         (
             Box::new(|s| s.materials[0].kd_texture = Some(1.into())),
             "kd_texture is 1, but the number of textures is 1",
+        ),
+        (
+            Box::new(|s| {
+                s.materials[0].normal_texture = Some(0.into());
+                s.textures[0].texels = Texels::U8(vec![[200; 3]], Encoding::Srgb);
+            }),
+            "the texture of normal_texture is encoded as sRGB",
         ),
         (
             Box::new(|s| s.textures[0].size_px = [2, 1]),

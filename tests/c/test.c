@@ -73,7 +73,7 @@ static uint32_t add_quad(camlux_scene *scene, const struct vertex *corners, uint
 {
     static const uint16_t triangles[2][3] = {{0, 1, 2}, {0, 2, 3}};
     camlux_mesh mesh = CAMLUX_MESH_INIT;
-    uint32_t index = CAMLUX_NONE, instance = CAMLUX_NONE;
+    uint32_t index = UINT32_MAX, instance = UINT32_MAX;
     mesh.material = material;
     mesh.vertex_count = 4;
     mesh.positions_m.data = corners[0].position_m;
@@ -121,7 +121,7 @@ static camlux_scene *make_box(int with_indirect)
     OK(camlux_scene_set_indirect(scene, with_indirect ? &indirect : NULL));
     for (i = 0; i < 3; i++) {
         camlux_material material = CAMLUX_MATERIAL_INIT;
-        uint32_t index = CAMLUX_NONE;
+        uint32_t index = UINT32_MAX;
         memcpy(material.kd, colors[i], sizeof material.kd);
         OK(camlux_scene_add_material(scene, &material, &index));
         EXPECT(index == (uint32_t)i);

@@ -13,7 +13,8 @@ use camlux::{
     capi::*,
     glam::{DQuat, DVec3},
     scene::{
-        AreaShape, Distortion, IndirectLight, Lens, Light, Mesh, PixelFilter, PixelSampling, VplSum,
+        AreaShape, Distortion, Encoding, IndirectLight, Lens, Light, Mesh, PixelFilter,
+        PixelSampling, Texels, VplSum,
     },
 };
 
@@ -106,6 +107,12 @@ fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
         Distortion::Fisheye([0.05, -0.01, 0.002, 0.001]),
     ] {
         let mut expected = engine_scene("textured");
+        for texture in &mut expected.textures {
+            let Texels::U8(_, encoding) = &mut texture.texels else {
+                panic!("the scene has textures of 8 bits");
+            };
+            *encoding = Encoding::Linear;
+        }
         for material in &mut expected.materials {
             material.normal_texture = Some(0.into());
             material.alpha_texture = Some(0.into());
@@ -323,7 +330,7 @@ fn a_moved_light_is_a_scene_built_that_way() {
         position_m,
         direction,
         ..
-    } = &mut expected.lights[0]
+    } = &mut expected.lights[0].light
     else {
         panic!("the scene has a spot light");
     };
@@ -428,15 +435,20 @@ fn a_view_is_what_a_copy_and_the_files_have() {
         assert_eq!(line[row..], [7.0; 5]);
     }
     let folder = tempfile::tempdir().expect("a folder");
-    for name in ["all.exr", "one.exr", "look.png"] {
+    for name in ["all.exr", "one.exr", "plain.exr", "look.png"] {
         let path = folder.path().join(name);
         let path = std::ffi::CString::new(path.to_str().expect("UTF-8")).expect("no NUL");
         let one = init!(camlux_exr_options {
             layers: 1 << CAMLUX_LAYER_DEPTH
         });
+        let plain = init!(camlux_exr_options {
+            layers: 1 << CAMLUX_LAYER_DEPTH,
+            plain: 1
+        });
         // SAFETY: a string, and no options or a struct of that size.
         ok(unsafe {
             match name {
+                "plain.exr" => camlux_frame_write_exr(frame, path.as_ptr(), &plain),
                 "all.exr" => camlux_frame_write_exr(frame, path.as_ptr(), null()),
                 "one.exr" => camlux_frame_write_exr(frame, path.as_ptr(), &one),
                 _ => camlux_frame_write_png(frame, path.as_ptr()),
@@ -451,7 +463,9 @@ fn a_view_is_what_a_copy_and_the_files_have() {
             .map(|value| value.to_bits())
             .eq(of_view.iter().copied())
     );
-    assert_eq!(read("one.exr").expect("an image").layers().len(), 1);
+    let [one, plain] = ["one.exr", "plain.depth.exr"].map(|name| read(name).expect("an image"));
+    assert_eq!(one.layers().len(), 1);
+    assert_eq!(one.layers(), plain.layers());
     let png = std::fs::read(folder.path().join("look.png")).expect("a file");
     assert!(png.starts_with(b"\x89PNG"));
     // SAFETY: strings of the library.
@@ -636,13 +650,16 @@ fn area_lights_from_c_are_those_of_the_engine() {
         AreaShape::Disc { radius_m: 0.2 },
     ] {
         let mut expected = engine_scene("cornell");
-        expected.lights = vec![Light::Area {
-            position_m: DVec3::new(0.1, 1.7, 0.2),
-            direction: DVec3::new(0.1, -1.0, 0.0),
-            up: DVec3::new(0.3, 0.0, -1.0),
-            shape,
-            power_w: [9.0, 8.0, 7.0],
-        }];
+        expected.lights = vec![
+            Light::Area {
+                position_m: DVec3::new(0.1, 1.7, 0.2),
+                direction: DVec3::new(0.1, -1.0, 0.0),
+                up: DVec3::new(0.3, 0.0, -1.0),
+                shape,
+                power_w: [9.0, 8.0, 7.0],
+            }
+            .into(),
+        ];
         expected.indirect = None;
         let built = from_arrays(&expected);
         let mut light = init!(camlux_light {});

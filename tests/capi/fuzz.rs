@@ -329,9 +329,9 @@ impl Sequence {
                 17 | 18 => {
                     let mut material = init!(camlux_material {
                         kd: r.reals().map(f64::abs),
-                        kd_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
-                        normal_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
-                        alpha_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
+                        kd_texture: r.pick(&[0, 1, 4]),
+                        normal_texture: r.pick(&[0, 1, 4]),
+                        alpha_texture: r.pick(&[0, 1, 4]),
                         shininess: r.real()
                     });
                     if call == 17 {

@@ -10,8 +10,8 @@ use camlux::{
     capi::*,
     output::{Layer, LayerData, TofQuantity},
     scene::{
-        AreaShape, ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light, PixelFilter,
-        PixelSampling, TimeOfFlight,
+        AreaShape, Carrier, ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light,
+        PixelFilter, PixelSampling, TimeOfFlight,
     },
 };
 
@@ -356,24 +356,31 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             let material = init!(camlux_material {
                 kd_texture: material
                     .kd_texture
-                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
+                    .map_or(0, |lookup| lookup.texture as u32 + 1),
                 kd: material.kd,
                 ks: material.ks,
                 shininess: material.shininess,
                 normal_texture: material
                     .normal_texture
-                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
+                    .map_or(0, |lookup| lookup.texture as u32 + 1),
                 alpha_texture: material
                     .alpha_texture
-                    .map_or(CAMLUX_NONE, |lookup| lookup.texture as u32),
+                    .map_or(0, |lookup| lookup.texture as u32 + 1),
             });
             ok(camlux_scene_add_material(built, &material, null_mut()));
         }
         for light in &scene.lights {
-            ok(camlux_scene_add_light(built, &c_light(light), null_mut()));
+            let placed = camlux_light {
+                relative_to: match light.relative_to {
+                    Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
+                    _ => CAMLUX_RELATIVE_TO_WORLD,
+                },
+                ..c_light(light)
+            };
+            ok(camlux_scene_add_light(built, &placed, null_mut()));
         }
         for mesh in &scene.meshes {
-            let mut index = CAMLUX_NONE;
+            let mut index = u32::MAX;
             let mut c_mesh = init!(camlux_mesh {
                 vertex_count: mesh.positions_m.len(),
                 triangle_count: mesh.triangles.len(),

@@ -120,7 +120,7 @@ fn a_lamp_from_arrays_is_that_of_the_engine() {
     let mut light = light_of("lamp");
     light.pattern = &pattern;
     let mut expected = engine_scene("lamp");
-    let Light::Pattern { pattern, .. } = &mut expected.lights[0] else {
+    let Light::Pattern { pattern, .. } = &mut expected.lights[0].light else {
         panic!("the scene has a lamp");
     };
     let turn = [0, 1, 2, 1, 0].map(|plane| intensities[plane].map(|value| value / 40.0));
@@ -155,7 +155,7 @@ fn a_projector_from_an_array_is_that_of_the_engine() {
     let Light::Pattern {
         pattern: RadiationPattern::Projected(of_file),
         ..
-    } = &expected.lights[0]
+    } = &expected.lights[0].light
     else {
         panic!("the scene has a projector");
     };

@@ -51,6 +51,35 @@ fn render_inside_a_render(renderer: *mut camlux_renderer, scene: *mut camlux_sce
     assert_eq!(status, CAMLUX_CANCELLED);
 }
 
+/// Moves a time-of-flight camera, once with a light that is relative to it and once away from its light.
+fn leave_a_light_behind(renderer: *mut camlux_renderer) {
+    let scene = load("tof_corner");
+    resize(scene, 9, 9);
+    for relative_to in [CAMLUX_RELATIVE_TO_CAMERA, CAMLUX_RELATIVE_TO_WORLD] {
+        let mut camera = init!(camlux_camera {});
+        // SAFETY: structs of their sizes.
+        unsafe {
+            ok(camlux_scene_set_indirect(scene, null()));
+            ok(camlux_scene_get_camera(scene, &mut camera));
+            let mut light = init!(camlux_light {
+                power_w: [1.0; 3],
+                relative_to: relative_to
+            });
+            if relative_to == CAMLUX_RELATIVE_TO_WORLD {
+                light.position_m = camera.position_m;
+            }
+            ok(camlux_scene_set_light(scene, 0, &light));
+            ok(camlux_frame_release(render(renderer, scene)));
+            for _ in 0..2 {
+                camera.position_m[0] -= 0.25;
+                ok(camlux_scene_set_camera(scene, &camera));
+                ok(camlux_frame_release(render(renderer, scene)));
+            }
+        }
+    }
+    ok(camlux_scene_release(scene));
+}
+
 #[test]
 fn the_log_has_what_its_level_asks_for() {
     let user = std::ptr::without_provenance_mut(1234);
@@ -73,6 +102,7 @@ fn the_log_has_what_its_level_asks_for() {
         "NULL",
     );
     render_inside_a_render(renderer, scene);
+    leave_a_light_behind(renderer);
     // SAFETY: no callback.
     ok(unsafe { camlux_set_log(CAMLUX_LOG_DEBUG, None, null_mut()) });
     ok(camlux_frame_release(render(renderer, scene)));
@@ -89,6 +119,11 @@ fn the_log_has_what_its_level_asks_for() {
     assert_eq!(
         count(CAMLUX_LOG_WARNING, "light 1 (point) emits nothing"),
         1
+    );
+    assert_eq!(
+        count(CAMLUX_LOG_WARNING, "light 0 was at the lens"),
+        1,
+        "{messages:?}"
     );
     assert!(count(CAMLUX_LOG_DEBUG, "pass gbuffer") >= 2);
     assert!(

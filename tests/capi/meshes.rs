@@ -234,6 +234,10 @@ fn textures_are_checked_and_decoded() {
     let mut real = of_16_bits;
     (real.component, real.pixels) = (CAMLUX_COMPONENT_F32, nan.as_ptr().cast());
     fails(add(real), SCENE, "texel 0");
+    let transparent = [0.5_f32, 0.5, 0.5, 2.0];
+    (real.channels, real.pixels) = (4, transparent.as_ptr().cast());
+    fails(add(real), SCENE, "alpha of texel 0 is 2.0");
+    real.channels = 3;
     // Linear, the texel stays 2.0. Decoded from sRGB it is 4.95.
     let double = [2.0_f32; 3];
     real.pixels = double.as_ptr().cast();

@@ -20,10 +20,13 @@ fn noisy_corner() -> Scene {
     let path = Path::new(path.to_str().expect("a UTF-8 path"));
     let mut scene = Scene::load(path).expect("a demo scene loads");
     scene.camera.resolution_px = [16, 12];
-    scene.lights.push(Light::Directional {
-        direction: DVec3::new(-1.0, -2.0, -1.5),
-        irradiance_w_m2: [0.01; 3],
-    });
+    scene.lights.push(
+        Light::Directional {
+            direction: DVec3::new(-1.0, -2.0, -1.5),
+            irradiance_w_m2: [0.01; 3],
+        }
+        .into(),
+    );
     let tof = scene.tof.as_mut().expect("it has one");
     tof.ambient_lights = vec![1];
     tof.phase_count = 3;
@@ -60,7 +63,7 @@ fn layers_are_those_of_the_engine() {
         let mut renderer = Renderer::new(&device).expect("a renderer");
         [0, 9].map(|frame_index| {
             let mut options = camlux::RenderOptions {
-                frame_index,
+                frame_index: Some(frame_index),
                 ..Default::default()
             };
             let frame = renderer.render(&scene, &mut options);
@@ -84,6 +87,61 @@ fn layers_are_those_of_the_engine() {
     }
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(built));
+}
+
+/// Frames count up, cameras of one frame share its index, and each camera and seed has its own noise.
+#[test]
+fn no_two_frames_share_their_noise() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let scene = from_arrays(&noisy_corner());
+    let taps = |frame| {
+        let mut taps = layers(frame);
+        taps.retain(|(layer, _)| *layer == CAMLUX_LAYER_TOF_TAPS);
+        let stats = stats(frame);
+        ok(camlux_frame_release(frame));
+        ((stats.frame_index, stats.camera_index), taps)
+    };
+    let mut camera = init!(camlux_camera {});
+    // SAFETY: it points to a struct of that size.
+    ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
+    let of_cameras = |options: camlux_render_options| {
+        let mut frames = [null_mut(); 2];
+        let (cameras, bytes) = ([camera; 2], size_of::<camlux_camera>());
+        // SAFETY: the arrays have that length.
+        ok(unsafe {
+            camlux_renderer_render_cameras(
+                renderer,
+                scene,
+                cameras.as_ptr(),
+                2,
+                bytes,
+                &options,
+                frames.as_mut_ptr(),
+            )
+        });
+        frames.map(taps)
+    };
+    let one = |options| taps(render_frame(renderer, scene, options));
+    let counted = init!(camlux_render_options {});
+    let fixed = init!(camlux_render_options { frame_index: 0 });
+    let seeded = init!(camlux_render_options {
+        frame_index: 0,
+        seed: 7
+    });
+    let mut all: Vec<_> = vec![one(counted), one(counted)];
+    all.extend(of_cameras(counted));
+    all.push(one(seeded));
+    let keys: Vec<_> = all.iter().map(|(key, _)| *key).collect();
+    assert_eq!(keys, [(0, 0), (1, 0), (2, 0), (2, 1), (0, 0)]);
+    for (i, (_, taps)) in all.iter().enumerate() {
+        assert!(all[..i].iter().all(|(_, others)| others != taps), "{i}");
+    }
+    assert!(one(fixed) == all[0] && one(seeded) == all[4]);
+    let again = of_cameras(init!(camlux_render_options { frame_index: 2 }));
+    assert!(again[..] == all[2..4]);
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
 }
 
 #[test]
@@ -172,13 +230,29 @@ fn what_does_not_go_together_is_refused() {
     };
     ok(set(with_ambient(2)));
     fails(validate(), problem, "ambient light 7");
-    ok(set(camlux_tof {
+    // What does not depend on the rest of the scene is checked at once.
+    let without_gain = camlux_tof {
         output: CAMLUX_CHARGE_DN,
         ..with_ambient(1)
-    }));
-    fails(validate(), problem, "there is no gain");
-    ok(set(init!(camlux_tof {})));
-    fails(validate(), problem, "there are 0 frequencies");
+    };
+    fails(set(without_gain), problem, "there is no gain");
+    fails(
+        set(init!(camlux_tof {})),
+        problem,
+        "there are 0 frequencies",
+    );
+    let strong = camlux_tof {
+        contrasts: [2.0; 4],
+        ..one
+    };
+    fails(set(strong), problem, "contrast 0 is 2");
+    let empty_well = init!(camlux_tof_noise {});
+    let empty_well = camlux_tof {
+        noise: &empty_well,
+        ..one
+    };
+    fails(set(empty_well), problem, "full_well_e is 0");
+    fails(validate(), problem, "ambient light 7");
     ok(set(with_ambient(1)));
     ok(validate());
     let sensor = init!(camlux_sensor {

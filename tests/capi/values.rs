@@ -243,7 +243,7 @@ fn values_are_checked() {
             "shininess",
         );
         fails(
-            material(init!(camlux_material { kd_texture: 0 })),
+            material(init!(camlux_material { kd_texture: 1 })),
             SCENE,
             "kd_texture",
         );
@@ -376,7 +376,6 @@ fn an_instance_too_far_out_is_named() {
 #[test]
 fn messages_have_the_words_of_c() {
     let scene = new_scene();
-    fails(camlux_scene_validate(scene), SCENE, "no light; add a light");
     let textured = init!(camlux_material { kd_texture: 3 });
     let intrinsics = init!(camlux_camera {
         lens: CAMLUX_LENS_INTRINSICS
@@ -386,7 +385,7 @@ fn messages_have_the_words_of_c() {
         fails(
             camlux_scene_add_material(scene, &textured, null_mut()),
             SCENE,
-            "kd_texture is 3, but the number of textures is 0",
+            "kd_texture is 3, but the number of textures is 0; give what camlux_scene_add_texture gave",
         );
         fails(
             camlux_scene_set_camera(scene, &intrinsics),
@@ -509,19 +508,12 @@ fn frames_are_checked() {
             ARGUMENT,
             "frame is NULL",
         );
-        let empty = new_scene();
-        fails(
-            camlux_renderer_render(renderer, empty, null(), &mut frame),
-            SCENE,
-            "no light",
-        );
         resize(scene, 100_000, 8);
         fails(
             camlux_renderer_render(renderer, scene, null(), &mut frame),
             CAMLUX_ERROR_DEVICE_LIMIT,
             "100000",
         );
-        ok(camlux_scene_release(empty));
         assert!(frame.is_null());
         resize(scene, 8, 8);
         ok(camlux_scene_set_sensor(scene, null()));

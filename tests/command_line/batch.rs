@@ -495,7 +495,7 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\nframes = 2\n[[material]]\nname = \"white\"\nkd_min = 1\nkd_max = 0\n",
-            "job.toml:4: [1.0, 1.0, 1.0] is above",
+            "job.toml:6: \"kd_min\" in [[material]] is above \"kd_max\"; swap them",
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 0\npower_factor_range = [1, 2]\n",

@@ -13,6 +13,8 @@ mod exr_attributes;
 mod jobs;
 mod lens;
 mod motion;
+mod pairs;
+mod plain;
 mod reference;
 mod render;
 mod report;

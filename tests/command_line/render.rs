@@ -497,16 +497,10 @@ fn an_image_over_the_devices_limits_leaves_no_file() {
 /// Starts a render and waits until it has reached the gather. Returns it and its further stderr lines.
 fn render_at_work(folder: &Path, name: &str) -> (Child, Lines<BufReader<ChildStderr>>) {
     let scene = scene_file("cornell");
-    // About 30 G pairs, far more than can be computed before a signal.
-    let arguments = [
-        "render",
-        scene.to_str().unwrap(),
-        "-o",
-        name,
-        "--rsm-size",
-        "256",
-    ];
+    let arguments = ["render", scene.to_str().unwrap(), "-o", name];
+    // About 270 G pairs, far more than can be computed before a signal.
     let mut child = program(folder, &arguments)
+        .args(["--size", "2048", "2048", "--rsm-size", "256"])
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();

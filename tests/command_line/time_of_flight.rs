@@ -310,3 +310,108 @@ fn times_that_cannot_be_are_refused() {
         "{stderr}"
     );
 }
+
+const TOF: &str = r#"
+[sensor]
+pixel_pitch_um = [10.0, 10.0]
+exposure_time_s = 1.0e-3
+duty_cycle = 0.5
+wavelength_nm = 850.0
+quantum_efficiency = 0.5
+[tof]
+frequencies_mhz = [20.0]
+contrast = 0.9
+band = "R"
+"#;
+
+/// A job that moves the camera away from the light at its lens is probably wrong; one with two devices, or one that moves the light too, is not.
+#[test]
+fn a_job_that_leaves_the_light_of_the_camera_behind_says_so() {
+    let camera = "[job]\nscene = \"scene.toml\"\n[camera]\nposes = [{ position = [0.0, 0.0, 3.0] }, { position = [0.5, 0.0, 3.0] }]\n";
+    let jobs = Jobs::new(camera);
+    let at = |light: &str| SCENE.replace("position = [0.5, 1.0, 2.0]", light) + TOF;
+    let both = format!(
+        "{camera}[[light]]\nindex = 0\nposes = [{{ position = [0.0, 0.0, 3.0] }}, {{ position = [0.5, 0.0, 3.0] }}]\n"
+    );
+    let at_lens = "position = [0.0, 0.0, 3.0]";
+    for (light, job, is_said) in [
+        (at_lens, camera, true),
+        ("position = [0.0, 0.01, 3.0]", camera, true),
+        (
+            "relative_to = \"camera\"\nposition = [0, 0, 0]",
+            camera,
+            false,
+        ),
+        ("position = [0.3, 0.0, 3.0]", camera, false),
+        (at_lens, &both[..], false),
+        (at_lens, "[job]\nscene = \"scene.toml\"\n", false),
+    ] {
+        jobs.write("scene.toml", &at(light));
+        jobs.write("job.toml", job);
+        let _ = std::fs::remove_dir_all(jobs.path("set"));
+        let stderr = jobs.succeed("set", &[]);
+        let said = stderr.contains("light 0 is at the lens of the time-of-flight camera");
+        assert_eq!(said, is_said, "{light}: {stderr}");
+    }
+}
+
+/// All lamps off: black frames with depth, in the plan no pass for light, and a data set.
+#[test]
+fn lamps_that_are_off_render_black() {
+    let jobs = Jobs::new(
+        "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 0\npower_factors = [0.0, 1.0]\n",
+    );
+    let indirect = "[indirect]\nestimator = \"final-gather\"\ntarget_error = 0.2\n";
+    let lit = format!("{SCENE}{TOF}{indirect}");
+    jobs.write("scene.toml", &lit);
+    jobs.succeed("set", &[]);
+    let read = |file: &str| LayeredImage::read(jobs.path(file)).unwrap();
+    let [dark, bright] = ["set/frames/000000.exr", "set/frames/000001.exr"].map(read);
+    let values = |image: &LayeredImage, name: &str| image.layer(name).unwrap().values.clone();
+    assert!(values(&dark, "radiance").iter().all(|&value| value == 0.0));
+    assert!(
+        values(&dark, "tof0.range")
+            .iter()
+            .all(|value| value.is_nan())
+    );
+    assert_eq!(values(&dark, "depth"), values(&bright, "depth"));
+    assert!(values(&bright, "radiance").iter().any(|&value| value > 0.0));
+    assert_eq!(
+        jobs.manifest("set/manifest.jsonl")[0]["estimated_error"],
+        serde_json::Value::Null
+    );
+
+    let begin = lit.find("[[light]]").unwrap();
+    let end = lit.find("[[mesh]]").unwrap();
+    jobs.write("none.toml", &format!("{}{}", &lit[..begin], &lit[end..]));
+    jobs.write("off.toml", &lit.replace("power_w = 50.0", "power_w = 0.0"));
+    for scene in ["none.toml", "off.toml"] {
+        let plan = jobs.program(&["render", scene, "--plan"]).output().unwrap();
+        let plan = String::from_utf8(plan.stdout).unwrap();
+        assert!(plan.contains("lights: none emits anything"), "{plan}");
+        assert!(
+            !plan.contains("  direct  ") && !plan.contains("final_gather"),
+            "{plan}"
+        );
+        let output = jobs
+            .program(&["render", scene, "-o", "one.exr"])
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            output.status.success() && stderr.contains("black"),
+            "{stderr}"
+        );
+        assert_eq!(values(&read("one.exr"), "depth"), values(&bright, "depth"));
+        let _ = std::fs::remove_file(jobs.path("reference.exr"));
+        let reference = ["reference", scene, "-o", "reference.exr", "--spp", "32"];
+        let output = jobs.program(&reference).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{stderr}");
+        assert!(
+            values(&read("reference.exr"), "radiance")
+                .iter()
+                .all(|&value| value == 0.0)
+        );
+    }
+}

@@ -193,8 +193,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         },
         sensor: None,
         tof: None,
-        carried_lights: Vec::new(),
-        lights: vec![light],
+        lights: vec![light.into()],
         materials: (0..count)
             .map(|i| {
                 // All differ, and all are exact in f32.

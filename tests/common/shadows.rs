@@ -54,7 +54,7 @@ impl Shadows {
 /// Renders the direct light of one of the scene's lights and compares it with rays.
 pub fn shadows_of(gpu: &mut Gpu, scene: &Scene, light: &Light) -> Shadows {
     let alone = Scene {
-        lights: vec![light.clone()],
+        lights: vec![light.clone().into()],
         indirect: None,
         left_out: Vec::new(),
         ..scene.clone()

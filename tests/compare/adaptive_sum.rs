@@ -81,7 +81,7 @@ fn lights_are_summed_together() {
             direction: DVec3::new(-0.3, -0.8, -0.6),
             irradiance_w_m2: [1.0, 2.0, 3.0],
         };
-        scene.lights.push(more);
+        scene.lights.push(more.into());
         check(&mut gpu, &format!("{name}, two lights"), &scene);
     }
 }
@@ -94,7 +94,7 @@ fn a_weak_light_is_treated_like_a_strong_one() {
     let strong = gpu.render(&scene);
     assert_is_lit(&strong, Layer::Indirect);
     let factor = f64::exp2(-24.0);
-    let Light::Point { power_w, .. } = &mut scene.lights[0] else {
+    let Light::Point { power_w, .. } = &mut scene.lights[0].light else {
         panic!("the scene has a point light");
     };
     *power_w = power_w.map(|power| factor * power);

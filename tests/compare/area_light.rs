@@ -86,7 +86,7 @@ fn soft_shadows_and_their_bounce_are_those_of_the_reference() {
     for (name, shape, target) in [("cornell", RECTANGLE, 0.02), ("glossy", DISC, 0.03)] {
         let mut scene = demo_scene(name, [48, 48]);
         let position_m = scene.lights[0].position_m().expect("it has one");
-        scene.lights = vec![area(position_m, DVec3::new(0.1, -1.0, 0.05), shape)];
+        scene.lights = vec![area(position_m, DVec3::new(0.1, -1.0, 0.05), shape).into()];
         scene.indirect = Some(IndirectLight::final_gather(target));
         let truth = reference_frame(&scene, 256, 12);
         for frame in gpu.render_by_each_ray_kernel(&scene) {
@@ -137,11 +137,14 @@ fn claims_hold_for_most_seeds() {
     let mut gpu = Gpu::open();
     for shape in [RECTANGLE, DISC] {
         let mut scene = demo_scene("cornell", [32, 32]);
-        scene.lights = vec![area(
-            DVec3::new(0.0, 1.6, 0.0),
-            DVec3::new(0.4, -1.0, -0.2),
-            shape,
-        )];
+        scene.lights = vec![
+            area(
+                DVec3::new(0.0, 1.6, 0.0),
+                DVec3::new(0.4, -1.0, -0.2),
+                shape,
+            )
+            .into(),
+        ];
         scene.indirect = None;
         let truth = reference_frame(&scene, 256, 0);
         let ratios = (0..24).map(|seed| {
@@ -164,11 +167,11 @@ fn claims_hold_for_most_seeds() {
 #[test]
 fn phasors_and_pixel_samples_are_those_of_the_reference() {
     let mut gpu = Gpu::open();
-    let mut scene = demo_scene("tof_corner", [40, 40]);
+    let mut scene = demo_scene("tof_corner", [40, 40]).in_world().into_owned();
     let position_m = scene.lights[0].position_m().expect("it has one");
     let direction = scene.lights[0].direction().unwrap_or(-position_m);
     scene.lights.truncate(1);
-    scene.lights[0] = area(position_m, direction, DISC);
+    scene.lights[0] = area(position_m, direction, DISC).into();
     scene.indirect = Some(IndirectLight::final_gather(0.03));
     for samples in [None, Some(8)] {
         scene.camera.pixel_sampling = samples.map(|samples| PixelSampling {

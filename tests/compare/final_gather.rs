@@ -9,7 +9,7 @@ use camlux::{
     Error, Progress, RenderOptions, Scene,
     doctor::torture::visible_strip,
     metrics::{self, Comparison, Pixels},
-    output::{Frame, Layer, StopReason},
+    output::{Frame, FrameStats, Layer, StopReason},
     reference::Reference,
     scene::{ErrorNorm, IndirectLight, Light, SpotCone},
 };
@@ -125,7 +125,7 @@ fn many_lights_on_a_mesh_are_their_sum() {
     let one = demo_scene("knot", [24, 24]);
     let mut many = one.clone();
     let twentieth = one.lights[0].emission().map(|watts| watts / 20.0);
-    many.lights = vec![one.lights[0].with_emission(twentieth); 20];
+    many.lights = vec![one.lights[0].with_emission(twentieth).into(); 20];
     let truth = reference_of(&one, 512);
     let mut gpu = Gpu::open();
     for (name, scene) in [("one", one), ("many", many)] {
@@ -182,32 +182,42 @@ fn the_local_norm_counts_dark_parts() {
     assert!((*dark as f64) < 0.002 * reference.len() as f64, "{dark}");
 }
 
-/// If the rays run out before the target is met, the frame is the best image so far, and its estimated error is right.
+/// If the rays run out before the target is met, the frame is the best image so far: every ray is in it, and its estimated error is right.
 #[test]
 fn a_budget_ends_with_an_honest_image() {
     let mut gpu = Gpu::open();
-    let mut scene = demo_scene("cornell", [64, 64]);
-    let truth = reference_of(&scene, 64);
-    for max_rays in [1, 20_000_000] {
-        scene.indirect = Some(IndirectLight::FinalGather {
-            target_error: 0.002,
-            error_norm: ErrorNorm::Image,
-            rsm_size: None,
-            max_ms: None,
-            max_rays: Some(max_rays),
-            stderr_layer: false,
-        });
-        let frame = gpu.render(&scene);
-        let (error, bias) = error_and_bias(&frame, &truth);
-        let estimated = frame.stats.estimated_error.expect("it is estimated");
-        let rays = frame.stats.ray_count;
-        println!(
-            "{max_rays} rays allowed, {rays} sent: estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}"
-        );
-        assert_eq!(frame.stats.stop, Some(StopReason::BudgetSpent));
-        assert!(estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005);
-        assert!(max_rays == 1 || rays <= max_rays * 11 / 10, "{rays}");
-        assert!(max_rays > 1 || rays < 5_000_000, "{rays}");
+    for name in ["cornell", "glossy"] {
+        let mut scene = demo_scene(name, [96, 96]);
+        let truth = reference_of(&scene, 64);
+        let mut last: Option<FrameStats> = None;
+        for max_rays in [1, 6_000_000, 9_000_000, 14_000_000, 20_000_000] {
+            scene.indirect = Some(IndirectLight::FinalGather {
+                target_error: 0.002,
+                error_norm: ErrorNorm::Image,
+                rsm_size: None,
+                max_ms: None,
+                max_rays: Some(max_rays),
+                stderr_layer: false,
+            });
+            let frame = gpu.render(&scene);
+            let (error, bias) = error_and_bias(&frame, &truth);
+            let stats = &frame.stats;
+            let estimated = stats.estimated_error.expect("it is estimated");
+            let rays = stats.ray_count;
+            println!(
+                "{name}: {max_rays} rays allowed, {rays} sent: estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}"
+            );
+            assert_eq!(stats.stop, Some(StopReason::BudgetSpent));
+            assert!(estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005);
+            let least = stats.least_rays.expect("there was a first image");
+            assert!(least < 6_000_000 && least <= rays, "{least} of {rays}");
+            assert!(rays <= least.max(max_rays * 13 / 10), "{rays}");
+            if let Some(last) = &last {
+                assert!(rays > last.ray_count);
+                assert_ne!(stats.estimated_error, last.estimated_error);
+            }
+            last = Some(frame.stats);
+        }
     }
 }
 
@@ -395,21 +405,25 @@ fn lights_of_every_kind_and_together() {
                 outer_half_angle_deg: 30.0,
             },
             power_w: [5.0, 10.0, 20.0],
-        },
+        }
+        .into(),
         Light::Directional {
             direction: DVec3::new(-0.5, -0.4, -1.0),
             irradiance_w_m2: [6.0, 4.0, 2.0],
-        },
+        }
+        .into(),
         measured(
             DVec3::new(-0.2, 0.6, 0.4),
             DVec3::new(0.2, -1.0, -0.4),
             [20.0, 10.0, 5.0],
-        ),
+        )
+        .into(),
         projector(
             DVec3::new(-0.3, 0.5, 0.5),
             DVec3::new(0.3, -0.9, -0.4),
             [20.0, 10.0, 5.0],
-        ),
+        )
+        .into(),
     ];
     let mut gpu = Gpu::open();
     let mut scene = room();
@@ -432,15 +446,18 @@ fn lights_of_every_kind_and_together() {
 fn light_comes_from_afar() {
     let mut scene = room();
     let position_m = DVec3::new(20.0, 40.0, 295.0);
-    scene.lights = vec![Light::Spot {
-        position_m,
-        direction: -position_m,
-        cone: SpotCone {
-            inner_half_angle_deg: 0.3,
-            outer_half_angle_deg: 0.4,
-        },
-        power_w: [20.0; 3],
-    }];
+    scene.lights = vec![
+        Light::Spot {
+            position_m,
+            direction: -position_m,
+            cone: SpotCone {
+                inner_half_angle_deg: 0.3,
+                outer_half_angle_deg: 0.4,
+            },
+            power_w: [20.0; 3],
+        }
+        .into(),
+    ];
     let truth = reference_of(&scene, 512);
     check(&mut Gpu::open(), "from afar", &scene, &truth, 0.03);
 }

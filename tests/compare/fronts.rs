@@ -267,7 +267,7 @@ fn in_a_mirror(mut scene: Scene) -> Scene {
         instance.to_world = mirror * instance.to_world;
     }
     for light in &mut scene.lights {
-        match light {
+        match &mut light.light {
             Light::Point { position_m, .. } => position_m.x = -position_m.x,
             Light::Directional { direction, .. } => direction.x = -direction.x,
             _ => panic!("the room has no other light"),

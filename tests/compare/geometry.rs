@@ -12,7 +12,7 @@ use camlux::{
     internals::{Intermediates, LightIntermediates, SurfacePoint},
     model::spot_falloff,
     output::{Frame, Layer},
-    scene::{IndirectLight, Lens, Light, SpotCone, VplSum},
+    scene::{IndirectLight, Lens, Light, PlacedLight, SpotCone, VplSum},
 };
 use glam::DVec3;
 
@@ -274,15 +274,18 @@ fn points_seen_from_afar_lie_on_their_surfaces() {
     let away = DVec3::new(0.0, 60.0, 300.0);
     scene.camera.position_m += away;
     scene.camera.lens = Lens::FovY { fov_y_deg: 0.5 };
-    scene.lights = vec![Light::Spot {
-        position_m: away,
-        direction: -away,
-        cone: SpotCone {
-            inner_half_angle_deg: 0.2,
-            outer_half_angle_deg: 0.25,
-        },
-        power_w: [1.0; 3],
-    }];
+    scene.lights = vec![
+        Light::Spot {
+            position_m: away,
+            direction: -away,
+            cone: SpotCone {
+                inner_half_angle_deg: 0.2,
+                outer_half_angle_deg: 0.25,
+            },
+            power_w: [1.0; 3],
+        }
+        .into(),
+    ];
     let (frame, kept) = render(&mut Gpu::open(), &scene);
     for errors in [
         camera_errors(&scene, &frame, &kept),
@@ -359,20 +362,25 @@ fn spots_and_parallel_light_lie_right() {
             (170.0, 180.0),
         ];
         scene.lights = cones
-            .map(|(inner, outer)| Light::Spot {
-                position_m,
-                direction,
-                cone: SpotCone {
-                    inner_half_angle_deg: inner,
-                    outer_half_angle_deg: outer,
-                },
-                power_w: [1.0; 3],
+            .map(|(inner, outer)| {
+                PlacedLight::from(Light::Spot {
+                    position_m,
+                    direction,
+                    cone: SpotCone {
+                        inner_half_angle_deg: inner,
+                        outer_half_angle_deg: outer,
+                    },
+                    power_w: [1.0; 3],
+                })
             })
             .to_vec();
-        scene.lights.push(Light::Directional {
-            direction,
-            irradiance_w_m2: [1.0; 3],
-        });
+        scene.lights.push(
+            Light::Directional {
+                direction,
+                irradiance_w_m2: [1.0; 3],
+            }
+            .into(),
+        );
         compare(
             &mut gpu,
             &format!("marked room along {direction}"),

@@ -231,6 +231,7 @@ fn nodes_place_meshes_lights_and_cameras() {
 
     // The scene file's light comes first, then the nodes' lights. 683 lm are 1 W.
     let four_pi = 4.0 * std::f64::consts::PI;
+    let lights: Vec<&Light> = scene.lights.iter().map(|placed| &placed.light).collect();
     let [
         _,
         Light::Point {
@@ -247,7 +248,7 @@ fn nodes_place_meshes_lights_and_cameras() {
             direction: sun,
             irradiance_w_m2,
         },
-    ] = &scene.lights[..]
+    ] = &lights[..]
     else {
         panic!("{:?}", scene.lights);
     };

@@ -83,7 +83,7 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
         for (is_smooth, is_specular) in [(false, false), (true, false), (false, true), (true, true)]
         {
             let mut scene = demo_scene("textured", SIZE);
-            scene.lights = vec![light.clone()];
+            scene.lights = vec![light.clone().into()];
             scene.indirect = None;
             for mesh in scene.meshes.iter_mut().filter(|_| is_smooth) {
                 // Normals as if the room were a sphere, never opposite to a face.

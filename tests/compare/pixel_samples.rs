@@ -172,6 +172,6 @@ fn progress_goes_forward_only() {
             .render(&scene, &mut options)
             .expect("the scene renders");
         assert!(told.len() > 5 && told.is_sorted(), "{told:?}");
-        assert!(told.iter().all(|fraction| (0.0..=1.0).contains(fraction)));
+        assert!(told[0] >= 0.0 && told.last() == Some(&1.0), "{told:?}");
     }
 }

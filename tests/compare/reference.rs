@@ -419,12 +419,15 @@ fn other_lights_bounce_too() {
         inner_half_angle_deg: 10.0,
         outer_half_angle_deg: 25.0,
     };
-    scene.lights = vec![Light::Spot {
-        position_m,
-        direction: DVec3::NEG_X,
-        cone,
-        power_w: [2.0; 3],
-    }];
+    scene.lights = vec![
+        Light::Spot {
+            position_m,
+            direction: DVec3::NEG_X,
+            cone,
+            power_w: [2.0; 3],
+        }
+        .into(),
+    ];
     let [inner, outer] = [10.0, 25.0].map(f64::to_radians);
     let falloff = |theta: f64| match theta {
         t if t <= inner => 1.0,

@@ -29,7 +29,7 @@ pub fn modulated(scene: Scene, frequencies_hz: &[f64]) -> Scene {
 pub fn modulated_demo_scene(name: &str, resolution_px: [u32; 2], frequencies_hz: &[f64]) -> Scene {
     let mut scene = demo_scene(name, resolution_px);
     let beside = scene.camera.position_m + DVec3::new(0.3, 0.1, 0.0);
-    scene.lights.push(lamp(beside));
+    scene.lights.push(lamp(beside).into());
     modulated(scene, frequencies_hz)
 }
 
@@ -192,7 +192,7 @@ fn full_taps_are_said() {
             let mut scene = scene.clone();
             if output == ChargeUnit::DigitalNumbers && !is_full {
                 // So that 24 bits are enough for the charge.
-                scene.lights = vec![scene.lights[0].with_emission([1e-3; 3])];
+                scene.lights = vec![scene.lights[0].with_emission([1e-3; 3]).into()];
             }
             let warnings = gpu.render(&scene).warnings();
             let has = warnings
@@ -219,23 +219,35 @@ fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
         black_level_dn: 32.0,
         bits: 16,
     });
-    let mut render = |scene: &Scene, frame_index| {
+    let mut render = |scene: &Scene, (frame_index, seed, camera_index)| {
         let mut options = RenderOptions {
             frame_index,
+            seed,
+            camera_index,
             ..RenderOptions::default()
         };
         let frame = gpu.renderer.render(scene, &mut options);
-        frame.expect("the scene renders").layers
-    };
-    let taps = |layers: &[(Layer, LayerData)]| {
+        let frame = frame.expect("the scene renders");
         let taps =
             |(layer, _): &&(Layer, LayerData)| matches!(layer, Layer::Tof(_, TofQuantity::Taps(_)));
-        layers.iter().filter(taps).cloned().collect::<Vec<_>>()
+        let taps = frame.layers.iter().filter(taps).cloned();
+        (taps.collect::<Vec<_>>(), frame.description.key)
     };
-    let first = taps(&render(&scene, 0));
+    let (first, _) = render(&scene, (Some(0), 0, 0));
     assert_eq!(first.len(), 8);
-    assert_eq!(first, taps(&render(&scene, 0)));
-    assert_ne!(first, taps(&render(&scene, 1)));
+    let others = [(0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 1, 1)];
+    let others = others.map(|(index, seed, camera)| render(&scene, (Some(index), seed, camera)).0);
+    for (i, other) in others.iter().enumerate() {
+        assert!(first != *other && !others[..i].contains(other), "{i}");
+    }
+    assert!(first == render(&scene, (Some(0), 0, 0)).0);
+    assert!(others[3] == render(&scene, (Some(0), 1, 1)).0);
+    // Frames count up, and go on after the largest index that was given.
+    for (given, due) in [(None, 2), (None, 3), (Some(9), 9), (Some(1), 1), (None, 10)] {
+        let (counted, key) = render(&scene, (given, 0, 0));
+        assert_eq!(key.index, due);
+        assert!(counted == render(&scene, (Some(due), 0, 0)).0, "{due}");
+    }
     // The numbers scatter around their expected values.
     for (layer, data) in &first {
         let expected = clean.values(*layer).expect("it is there");

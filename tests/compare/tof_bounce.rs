@@ -214,15 +214,18 @@ fn ambient_light_is_no_noise_of_z() {
     scene.indirect = Some(IndirectLight::final_gather(0.05));
     let without = gpu.render(&scene);
     // Points away from the box.
-    scene.lights.push(Light::Spot {
-        position_m: scene.camera.position_m,
-        direction: DVec3::Z,
-        cone: SpotCone {
-            inner_half_angle_deg: 10.0,
-            outer_half_angle_deg: 20.0,
-        },
-        power_w: [1.0; 3],
-    });
+    scene.lights.push(
+        Light::Spot {
+            position_m: scene.camera.position_m,
+            direction: DVec3::Z,
+            cone: SpotCone {
+                inner_half_angle_deg: 10.0,
+                outer_half_angle_deg: 20.0,
+            },
+            power_w: [1.0; 3],
+        }
+        .into(),
+    );
     let mut scene = with_tof(scene, &[20e6]);
     scene.tof.as_mut().expect("it was given").ambient_lights = vec![0];
     let frame = gpu.render(&scene);

@@ -42,7 +42,7 @@ numbers_in_c!(c_char, i32, u64, usize, f64);
 impl InC for u32 {
     fn in_c(&self) -> String {
         match *self {
-            CAMLUX_NONE => "CAMLUX_NONE".into(),
+            camlux::capi::CAMLUX_NEXT_FRAME => "CAMLUX_NEXT_FRAME".into(),
             number => number.to_string(),
         }
     }
@@ -165,7 +165,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_light {
             kind, position_m, direction, power_w, irradiance_w_m2, inner_half_angle_deg,
-            outer_half_angle_deg, up, size_m, radius_m, pattern, image,
+            outer_half_angle_deg, up, size_m, radius_m, pattern, image, relative_to, reserved,
         }
         camlux_pattern {
             encoding, path, gammas_deg, gamma_count, planes_deg, plane_count, intensities,
@@ -185,7 +185,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_render_options {
             submission_target_ms, progress, progress_user, on_device, frame_index, cancel_token,
-            targets, target_count,
+            targets, target_count, seed, reserved,
         }
         camlux_vulkan_device {
             queue_family, get_instance_proc_addr, instance, physical_device, device,
@@ -203,12 +203,13 @@ pub fn layouts() -> Vec<Layout> {
             unit,
         }
         camlux_exr_options {
-            half, layers, tof_layers,
+            half, layers, tof_layers, plain,
         }
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,
             estimated_error, estimated_error_upper, estimated_interpolation_error, submissions, stop,
-            device, driver, estimated_area_light_error, preparation_ms,
+            device, driver, estimated_area_light_error, least_ms, least_rays, preparation_ms,
+            frame_index, camera_index,
         }
         camlux_pass_time {
             reserved, ms, name,

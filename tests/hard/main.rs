@@ -13,6 +13,7 @@ mod device_limits;
 mod device_memory;
 mod geometry;
 mod host_device;
+mod lamps_off;
 mod lights;
 mod material;
 #[cfg(feature = "reference")]

@@ -118,10 +118,10 @@ fn a_layer_that_a_scene_does_not_have_is_refused() {
     let mut scene = demo_scene("cornell", [8, 8]);
     (scene.sensor, scene.indirect) = (None, None);
     for (layer, hint) in [
-        (Layer::Energy, "add [sensor]"),
-        (Layer::Indirect, "add [indirect]"),
-        (Layer::MeanDepth, "add samples"),
-        (Layer::HalfPath, "add [tof]"),
+        (Layer::Energy, "give the scene a sensor"),
+        (Layer::Indirect, "give the scene indirect light"),
+        (Layer::MeanDepth, "set samples"),
+        (Layer::HalfPath, "give the scene time of flight"),
         (Layer::Edge, "take it from a reference or a sequence"),
     ] {
         let options = &mut RenderOptions {

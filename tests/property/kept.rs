@@ -24,18 +24,22 @@ fn refined(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The prediction scales gathering passes with the rays that more pixels or less error need, accurate to a factor of 2. It scales the
-/// other passes with the pixels.
+/// The prediction scales gathering passes with the rays that more pixels, less error or a limit need, accurate to a factor of 2. It scales
+/// the other passes with the pixels.
 #[test]
 fn the_time_of_a_frame_is_foretold_by_the_last_one() {
     let mut gpu = Gpu::open();
     for name in ["glossy", "knot"] {
-        let scene_of = |size: u32, target_error| {
+        let scene_of = |size: u32, target: f64, limit: Option<u64>| {
             let mut scene = demo_scene(name, [size, size]);
-            scene.indirect = Some(IndirectLight::final_gather(target_error));
+            let mut indirect = IndirectLight::final_gather(target);
+            if let IndirectLight::FinalGather { max_rays, .. } = &mut indirect {
+                *max_rays = limit;
+            }
+            scene.indirect = Some(indirect);
             scene
         };
-        let first = scene_of(128, 0.06);
+        let first = scene_of(128, 0.06, None);
         assert_eq!(gpu.renderer.foretell_ms(&first), None);
         let stats = gpu.render(&first).stats;
         let [gather_ms, other_ms] = [true, false].map(|gathers| -> f64 {
@@ -46,9 +50,18 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
         });
         let foretold_ms = gpu.renderer.foretell_ms(&first).expect("it was rendered");
         assert!((foretold_ms / (gather_ms + other_ms) - 1.0).abs() < 1e-9);
-        let others = [(64, 0.06), (256, 0.06), (128, 0.03)];
-        let foretold = others.map(|(size, target_error)| {
-            let scene = scene_of(size, target_error);
+        let others = [
+            (64, 0.06, None),
+            (256, 0.06, None),
+            (128, 0.03, None),
+            // Every frame has a first image, whatever is asked.
+            (128, 0.5, None),
+            (128, 0.01, Some(1)),
+            (256, 0.01, Some(100_000)),
+            (128, 0.01, Some(8_000_000)),
+        ];
+        let foretold = others.map(|(size, target_error, limit)| {
+            let scene = scene_of(size, target_error, limit);
             let foretold_ms = gpu.renderer.foretell_ms(&scene).expect("it is alike");
             let pixels = f64::from(size * size) / (128.0 * 128.0);
             (scene, (foretold_ms - other_ms * pixels) / gather_ms)

@@ -45,7 +45,7 @@ fn assert_near(found: f64, due: f64) {
 }
 
 fn pattern(scene: &Scene) -> &Pattern {
-    match &scene.lights[0] {
+    match &scene.lights[0].light {
         Light::Pattern {
             pattern: RadiationPattern::Measured(pattern),
             ..

@@ -35,12 +35,14 @@ mod output_file;
 mod pattern;
 #[cfg(feature = "reference")]
 mod phasor;
+mod plain_exr;
 mod polygons;
 mod projector;
 mod reference;
 #[cfg(feature = "reference")]
 mod relations;
 mod rotation;
+mod saved_scene;
 mod scene_file;
 mod scene_hash;
 mod scenes;

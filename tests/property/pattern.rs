@@ -25,7 +25,7 @@ fn load_from(folder: &SceneFolder, name: &str, power: &str) -> Result<Light, Str
     );
     let scene = folder.load(&format!("{CAMERA}{light}{MESH}"));
     scene
-        .map(|scene| scene.lights[0].clone())
+        .map(|scene| scene.lights[0].light.clone())
         .map_err(|error| error.to_string())
 }
 

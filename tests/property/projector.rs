@@ -15,7 +15,7 @@ use image::{GrayImage, Luma, Rgb, RgbImage};
 fn load(folder: &SceneFolder, light: &str) -> Result<Light, String> {
     let scene = folder.load(&format!("{CAMERA}[[light]]\n{light}{MESH}"));
     scene
-        .map(|scene| scene.lights[0].clone())
+        .map(|scene| scene.lights[0].light.clone())
         .map_err(|error| error.to_string())
 }
 

@@ -161,7 +161,7 @@ pub fn of_pieces() -> Nearness {
 /// cosine: three times that rounding over the distance to the nearest surface. 4e-6 is the error bound of the engine's direct light.
 fn rounding(room: &Scene, frame: &Frame) -> f64 {
     let nearest_m = room.lights.iter().flat_map(|light| {
-        let (Light::Point { position_m, .. } | Light::Spot { position_m, .. }) = *light else {
+        let (Light::Point { position_m, .. } | Light::Spot { position_m, .. }) = light.light else {
             unreachable!("rooms have no other lights");
         };
         let seen = values(frame, Layer::Position).as_chunks::<3>().0.iter();
@@ -258,7 +258,7 @@ pub fn on_random<S: Strategy>(rooms: S, relation: impl Fn(&mut Gpu, S::Value) ->
 pub fn brightened(scene: &Scene, factors: Bands) -> Scene {
     let mut scene = scene.clone();
     for light in &mut scene.lights {
-        *light = amplified(light, factors);
+        *light = amplified(light, factors).into();
     }
     scene
 }
@@ -271,7 +271,7 @@ pub fn with_bands_swapped(scene: &Scene) -> Scene {
         material.ks = swapped(material.ks);
     }
     for light in &mut scene.lights {
-        let (Light::Point { power_w, .. } | Light::Spot { power_w, .. }) = light else {
+        let (Light::Point { power_w, .. } | Light::Spot { power_w, .. }) = &mut light.light else {
             continue;
         };
         *power_w = swapped(*power_w);
@@ -355,7 +355,7 @@ pub fn on_a_grid(scene: &Scene) -> Scene {
     place(&mut scene.camera.position_m);
     place(&mut scene.camera.look_at_m);
     for light in &mut scene.lights {
-        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = light {
+        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = &mut light.light {
             place(position_m);
         }
     }

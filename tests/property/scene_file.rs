@@ -1,11 +1,53 @@
 //! What the keys of a scene file mean.
 
+use std::path::Path;
+
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
     AreaShape, Carrier, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Intrinsics, Lens, Light,
-    Scene, Shadow, SpotCone, VplSum,
+    MeshFile, MeshOptions, Scene, Shadow, SpotCone, VplSum,
 };
 use glam::DVec3;
+
+/// A mesh file without a scene file gives what a scene file with it has.
+#[test]
+fn a_mesh_file_is_read_alone() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.obj");
+    let scene = Scene::load(&path.with_extension("toml")).unwrap();
+    let file = MeshFile::load(&path, MeshOptions::default()).unwrap();
+    assert_eq!(file.materials, scene.materials);
+    assert_eq!(file.meshes.len(), 1);
+    assert_eq!(file.meshes[0].positions_m, scene.meshes[0].positions_m);
+    let counted = |first_material, material| {
+        let options = MeshOptions {
+            scale: 2.0,
+            first_material,
+            material,
+            ..MeshOptions::default()
+        };
+        MeshFile::load(&path, options).unwrap()
+    };
+    let after = counted(3, None);
+    assert_eq!(after.materials, scene.materials);
+    let theirs = scene.meshes[0].triangle_materials.iter();
+    assert!(
+        theirs
+            .map(|i| i + 3)
+            .eq(after.meshes[0].triangle_materials.iter().copied())
+    );
+    assert_eq!(
+        after.meshes[0].positions_m[5],
+        2.0 * file.meshes[0].positions_m[5]
+    );
+    let all_one = counted(0, Some(7));
+    assert!(all_one.materials.is_empty());
+    assert!(
+        all_one.meshes[0]
+            .triangle_materials
+            .iter()
+            .all(|&material| material == 7)
+    );
+}
 
 fn load(toml: &str) -> Scene {
     SceneFolder::new().load(toml).unwrap()
@@ -64,8 +106,9 @@ stderr_layer = true
     assert_eq!(scene.camera.lens, Lens::Intrinsics(intrinsics));
     assert_eq!(scene.sensor.unwrap().pixel_pitch_um, [12.0, 10.0]);
     assert_eq!(scene.sensor.unwrap().f_number, Some(2.8));
+    let lights = scene.lights.iter().map(|placed| placed.light.clone());
     assert_eq!(
-        scene.lights,
+        lights.collect::<Vec<_>>(),
         [
             Light::Spot {
                 position_m: DVec3::new(0.0, 2.0, 0.0),
@@ -317,10 +360,15 @@ fn lights_are_placed_relative_to_what_carries_them() {
         spot("relative_to = \"mesh\"\nmesh = 0"),
     );
     let mut scene = load(&format!("{camera}{by_camera}{by_mesh}{mesh}"));
+    let carriers = scene.lights.iter().map(|light| light.relative_to);
     assert_eq!(
-        scene.carried_lights,
-        [(0, Carrier::Camera), (1, Carrier::Mesh(0))]
+        carriers.collect::<Vec<_>>(),
+        [Some(Carrier::Camera), Some(Carrier::Mesh(0))]
     );
+    // The file's own numbers.
+    let position_m = scene.lights[0].position_m();
+    assert_eq!(position_m, Some(DVec3::new(0.5, 0.25, 0.125)));
+    assert_eq!(scene.lights[0].direction(), Some(DVec3::Z));
     let assert_at = |light: &Light, position_m: [f64; 3], direction: [f64; 3]| {
         let off_m = light.position_m().unwrap() - DVec3::from(position_m);
         let turned = light.direction().unwrap() - DVec3::from(direction);
@@ -329,19 +377,21 @@ fn lights_are_placed_relative_to_what_carries_them() {
             "{light:?}"
         );
     };
-    assert_at(&scene.lights[0], [1.125, 1.75, 3.5], [1.0, 0.0, 0.0]);
+    let world = scene.in_world();
+    assert_at(&world.lights[0], [1.125, 1.75, 3.5], [1.0, 0.0, 0.0]);
+    assert_eq!(world.lights[0].relative_to, None);
+    assert_eq!(world.hash(), scene.hash());
     // Scaled by 2, z turned to x and x to -z, then moved by 10 m.
     assert_at(&scene.lights[1], [10.25, 0.5, -1.0], [1.0, 0.0, 0.0]);
 
     // The camera steps back and looks along -x: its right is -z.
-    let mut camera = scene.camera;
-    camera.position_m = DVec3::new(-1.0, 2.0, 3.0);
-    camera.look_at_m = DVec3::new(-2.0, 2.0, 3.0);
-    scene.set_camera(camera);
-    assert_at(&scene.lights[0], [-1.125, 1.75, 2.5], [-1.0, 0.0, 0.0]);
+    scene.camera.position_m = DVec3::new(-1.0, 2.0, 3.0);
+    scene.camera.look_at_m = DVec3::new(-2.0, 2.0, 3.0);
+    let world = scene.in_world();
+    assert_at(&world.lights[0], [-1.125, 1.75, 2.5], [-1.0, 0.0, 0.0]);
     assert_at(&scene.lights[1], [10.25, 0.5, -1.0], [1.0, 0.0, 0.0]);
     let quarter = glam::DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2);
-    scene.carry_lights(Carrier::Mesh(0), quarter, DVec3::Z);
+    scene.carry_lights(0, quarter, DVec3::Z);
     assert_at(&scene.lights[1], [-0.5, 10.25, 0.0], [0.0, 1.0, 0.0]);
 }
 
@@ -365,11 +415,11 @@ fn area_lights_are_read() {
     let size_m = [0.6, 0.4];
     assert_eq!(
         rectangle,
-        light(DVec3::NEG_Z, AreaShape::Rectangle { size_m })
+        light(DVec3::NEG_Z, AreaShape::Rectangle { size_m }).into()
     );
     let radius_m = 0.1;
     let disc = load("up = [1, 0, 0]\nradius = 0.1").unwrap();
-    assert_eq!(disc, light(DVec3::X, AreaShape::Disc { radius_m }));
+    assert_eq!(disc, light(DVec3::X, AreaShape::Disc { radius_m }).into());
     // A disc needs no `up`.
     assert!(load("radius = 0.1").is_ok());
     for (more, part) in [

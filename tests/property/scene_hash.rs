@@ -46,10 +46,10 @@ fn hash_changes_with_everything_but_names() {
     assert_eq!(negative_zero.hash(), hash);
 
     let edits: [fn(&mut Scene); 70] = [
-        |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }),
-        |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }),
+        |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }).into(),
+        |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }).into(),
         |s| {
-            s.lights[0] = area(AreaShape::Rectangle { size_m: [0.1, 0.2] });
+            s.lights[0] = area(AreaShape::Rectangle { size_m: [0.1, 0.2] }).into();
         },
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
@@ -101,14 +101,14 @@ fn hash_changes_with_everything_but_names() {
             });
         },
         |s| s.lights.push(s.lights[0].clone()),
-        |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]),
-        |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]),
-        |s| s.lights[0] = directional(DVec3::Y, 50.0),
-        |s| s.lights[0] = directional(DVec3::X, 50.0),
-        |s| s.lights[0] = directional(DVec3::Y, 51.0),
-        |s| s.lights[0] = spot(DVec3::Y, 1.0, 2.0),
-        |s| s.lights[0] = spot(DVec3::Y, 1.0, 3.0),
-        |s| s.lights[0] = spot(DVec3::X, 1.0, 2.0),
+        |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]).into(),
+        |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]).into(),
+        |s| s.lights[0] = directional(DVec3::Y, 50.0).into(),
+        |s| s.lights[0] = directional(DVec3::X, 50.0).into(),
+        |s| s.lights[0] = directional(DVec3::Y, 51.0).into(),
+        |s| s.lights[0] = spot(DVec3::Y, 1.0, 2.0).into(),
+        |s| s.lights[0] = spot(DVec3::Y, 1.0, 3.0).into(),
+        |s| s.lights[0] = spot(DVec3::X, 1.0, 2.0).into(),
         |s| s.materials[0].kd[1] = 0.51,
         |s| s.materials[0].ks[2] = 0.01,
         |s| s.materials[0].shininess = 2.0,

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use camlux::model::{
-    PhaseSampling, Phasor, Reading, SPEED_OF_LIGHT_M_S, range_m, unambiguous_range_m,
+    FrameKey, PhaseSampling, Phasor, Reading, SPEED_OF_LIGHT_M_S, range_m, unambiguous_range_m,
 };
 use camlux::scene::SensorNoise;
 
@@ -22,7 +22,7 @@ const NOISE: SensorNoise = SensorNoise {
 
 fn reading(pixel: u32) -> Reading {
     Reading {
-        frame: 0,
+        frame: FrameKey::default(),
         pixel,
         frequency: 0,
         phase: 0,
@@ -145,7 +145,9 @@ fn readings_are_independent_of_each_other() {
     };
     let first = all(&|_| {});
     let others = [
-        ("frame", all(&|reading| reading.frame = 1)),
+        ("frame", all(&|reading| reading.frame.index = 1)),
+        ("camera", all(&|reading| reading.frame.camera = 1)),
+        ("seed", all(&|reading| reading.frame.seed = 1)),
         ("pixel", all(&|reading| reading.pixel += 1)),
         ("frequency", all(&|reading| reading.frequency = 1)),
         ("phase", all(&|reading| reading.phase = 1)),

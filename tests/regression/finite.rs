@@ -27,11 +27,13 @@ fn square(light_position_m: DVec3) -> Scene {
         },
         sensor: None,
         tof: None,
-        carried_lights: Vec::new(),
-        lights: vec![Light::Point {
-            position_m: light_position_m,
-            power_w: [1e10; 3],
-        }],
+        lights: vec![
+            Light::Point {
+                position_m: light_position_m,
+                power_w: [1e10; 3],
+            }
+            .into(),
+        ],
         meshes: vec![Mesh::from_slices("square", &corners, &[[0, 1, 2], [0, 2, 3]], 0).into()],
         materials: vec![Material::lambert("white", [0.8; 3])],
         textures: Vec::new(),

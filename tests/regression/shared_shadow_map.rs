@@ -2,7 +2,11 @@
 //! light's size.
 
 use crate::common::gpu::{Gpu, demo_scene};
-use camlux::{Scene, output::Layer, scene::Light};
+use camlux::{
+    Scene,
+    output::Layer,
+    scene::{Light, PlacedLight},
+};
 
 #[test]
 fn lights_of_different_kinds_share_a_shadow_map() {
@@ -15,7 +19,7 @@ fn lights_of_different_kinds_share_a_shadow_map() {
         direction,
         power_w,
         ..
-    }) = scene.lights.first()
+    }) = scene.lights.first().map(|placed| &placed.light)
     else {
         panic!("the knot is lit by a spot");
     };
@@ -23,13 +27,15 @@ fn lights_of_different_kinds_share_a_shadow_map() {
         Light::Point {
             position_m,
             power_w,
-        },
+        }
+        .into(),
         Light::Directional {
             direction,
             irradiance_w_m2: [1.0; 3],
-        },
+        }
+        .into(),
     ];
-    let mut direct = |lights: &[Light]| -> Vec<f32> {
+    let mut direct = |lights: &[PlacedLight]| -> Vec<f32> {
         let scene = Scene {
             lights: lights.to_vec(),
             ..scene.clone()

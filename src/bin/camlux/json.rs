@@ -49,6 +49,8 @@ pub fn text(run: &RunSummary) -> String {
         "estimated_error": stats.estimated_error,
         "estimated_error_upper": stats.estimated_error_upper,
         "stop": stats.stop.map(StopReason::name),
+        "least_rays": stats.least_rays,
+        "least_ms": stats.least_milliseconds,
         "estimated_interpolation_error": stats.estimated_interpolation_error,
         "estimated_area_light_error": stats.estimated_area_light_error,
         "submissions": stats.submissions,

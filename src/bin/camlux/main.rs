@@ -24,6 +24,7 @@ mod summary;
 mod tof_picture;
 mod torture;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -67,8 +68,20 @@ enum Command {
 /// Why the program ends early: one of the library's errors, or a text of the program's own.
 type Failure = Box<dyn std::error::Error>;
 
-fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+pub fn main() -> ExitCode {
+    ExitCode::from(run(std::env::args_os()))
+}
+
+/// Runs the program with these arguments, the first of which is its name. Returns its exit code. The Python package calls it.
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let code = run_command(arguments);
+    // The number in an exit code cannot be read.
+    let is_code = |number: &u8| ExitCode::from(*number) == code;
+    (0..=u8::MAX).find(is_code).unwrap_or(1)
+}
+
+fn run_command(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let cli = match Cli::try_parse_from(arguments) {
         Ok(cli) => cli,
         Err(usage) if usage.use_stderr() => {
             tell(&format!("camlux: {}", usage.to_string().trim_end()));

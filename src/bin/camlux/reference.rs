@@ -117,6 +117,7 @@ pub fn refine(
             saved = (reference.rounds(), Instant::now());
         }
     }
+    bar.show(1.0);
     save(&reference, path)?;
     Ok(reference)
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use camlux::output::{ExrOptions, Frame, Layer, OutputFile, PngView, write_exr, write_png};
+use camlux::output::{ExrOptions, Frame, Layer, OutputFile, PngView, write_exr_files, write_png};
 use camlux::{Device, Plan, RayKernel, RenderOptions, Renderer, Scene};
 
 use crate::indirect::IndirectArgs;
@@ -50,6 +50,9 @@ pub struct Args {
     /// Store light and normals as 16-bit floats
     #[arg(long, requires = "output")]
     pub half: bool,
+    /// Write FILE.LAYER.exr for each layer, with channels R, G, B or Y
+    #[arg(long, requires = "output")]
+    pub plain: bool,
     /// Write only these layers, such as radiance,depth
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
     pub layers: Option<Vec<Layer>>,
@@ -123,13 +126,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let exr_options = ExrOptions {
         half: args.half,
         layers: args.layers.clone(),
+        plain: args.plain,
         ..ExrOptions::default()
     };
     let of_frame = [frame.warnings(), exr_options.warnings(&frame)].concat();
     of_frame.iter().for_each(warn);
     warnings.extend(of_frame);
-    written.push(("OpenEXR".to_owned(), outputs.exr.path().to_owned()));
-    write_exr(outputs.exr, &frame, &exr_options)?;
+    let files = write_exr_files(outputs.exr.path(), &frame, &exr_options)?.files;
+    written.extend(files.into_iter().map(|path| ("OpenEXR".to_owned(), path)));
     end_step("write_exr");
 
     if let Some(file) = outputs.png {
@@ -174,6 +178,7 @@ fn write_preview(file: OutputFile, frame: &Frame) -> Result<String, Failure> {
 
 /// The files to write. Each is under construction next to its final name.
 struct Outputs {
+    /// Only its name is used: plain files have other names.
     exr: OutputFile,
     png: Option<OutputFile>,
     /// `None` also if they go to stdout.

@@ -113,7 +113,7 @@ pub fn unequal_lamps() -> Subject {
     };
     let mut subject = Subject::behind(vec![hole], LAMP_M, SIDE_WALL);
     let weak = watts(point_light(dvec3(0.4, 0.5, 0.35)), 0.01);
-    subject.scene.lights.push(weak);
+    subject.scene.lights.push(weak.into());
     subject
 }
 

@@ -68,7 +68,7 @@ impl Truth {
         if let Some(&Light::Point {
             position_m,
             power_w,
-        }) = behind
+        }) = behind.map(|lamp| &lamp.light)
         {
             let lamp = BehindOpenings {
                 openings,

@@ -37,6 +37,8 @@ const SCATTERED: f64 = 4.0;
 const LEAST_GAIN: f64 = 2.0;
 /// Most samples of pixels for judging an attempt.
 const MAX_PIXEL_SAMPLES: usize = 4;
+/// Least growth of an attempt for which a limit must leave room.
+const LEAST_GROWTH: f64 = 0.25;
 /// First aim, over the target error. If the target is missed, the samples taken so far still count.
 const FIRST_AIM: f64 = 1.3;
 
@@ -49,7 +51,8 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         gather_every_pixel(refiner)?;
         return Ok(ErrorEstimates::default());
     };
-    let limits = Limits::new(refiner, plan);
+    let start = Spent::so_far(refiner);
+    let limits = Limits::new(plan);
     let mut samples = vec![PixelSample::new(refiner, plan.error_norm, 0)?];
     let mut pilot = pilot(refiner, &mut samples[0], FIRST_AIM * target)?;
     if pilot.is_dark() {
@@ -58,6 +61,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         }
         return Ok(ErrorEstimates::default());
     }
+    let of_pilots = Spent::so_far(refiner).since(&start);
     let mut resources = refiner.resources(plan.coarsest_stride, pilot.error_scales())?;
     let mut found = ErrorEstimates::default();
     let mut aim = if is_exact { target } else { FIRST_AIM * target };
@@ -81,26 +85,27 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         };
         let spent_before = Spent::so_far(refiner);
         let criteria = budget.criteria(pilot.light().radiance, plan.error_norm);
-        let is_complete = refiner.refine(
+        let took_all_samples = refiner.refine(
             &mut resources,
             Attempt {
                 samples: budget.samples(),
                 criteria,
                 number: attempt,
-                limits: limits.as_ref(),
+                limits: limits.as_ref().map(|limits| (limits, &start)),
             },
         )?;
-        if !is_complete {
-            found.stop = Some(StopReason::BudgetSpent);
-            return Ok(found);
-        }
-        let estimate = judge(
-            refiner,
-            &mut samples,
-            plan,
-            &resources.images,
-            (criteria, budget.samples()),
-        )?;
+        let is_cut_short = !took_all_samples && attempt > 0;
+        let estimate = if is_cut_short {
+            judge_again(refiner, &samples)?
+        } else {
+            judge(
+                refiner,
+                &mut samples,
+                plan,
+                &resources.images,
+                (criteria, budget.samples()),
+            )?
+        };
         let (error, upper) = (estimate.relative_error(), estimate.upper_bound());
         if is_exact {
             if error <= target || is_last {
@@ -114,8 +119,18 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
             refiner.fill_stderr(estimate.light().error_factors())?;
             found.error = Some(error);
             found.error_upper = Some(upper);
+            if attempt == 0 {
+                // The coarsest image has one packet of samples a pixel.
+                let of_image = Spent::so_far(refiner).since(&spent_before);
+                let least = of_pilots.plus(&of_image, 1.0 / budget.mean_packets.max(1.0));
+                found.least = Some((least.rays as u64, 1e3 * least.seconds));
+            }
             if upper <= target {
                 found.stop = Some(StopReason::TargetMet);
+                return Ok(found);
+            }
+            if is_cut_short {
+                found.stop = Some(StopReason::BudgetSpent);
                 return Ok(found);
             }
             if is_last || budget.is_largest() {
@@ -125,16 +140,16 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
             // The error that was aimed at, corrected by the noise that was observed.
             let aimed = aim * pilot.observe_noise(&estimate);
             aim = next_aim(aimed, target, upper.min(4.0 * error), is_exact);
-            let next = SampleBudget::for_rays(aim, pilot.hardest());
-            // The samples taken so far still count.
-            let growth = next.mean_packets / budget.mean_packets - 1.0;
-            let spent = Spent::so_far(refiner).since(&spent_before);
-            if limits
-                .as_ref()
-                .is_some_and(|limits| !limits.allow(refiner, &spent, growth))
-            {
-                found.stop = Some(StopReason::BudgetSpent);
-                return Ok(found);
+            if let Some(limits) = &limits {
+                let spent = Spent::so_far(refiner).since(&spent_before);
+                let room = limits.room(refiner, &start, &spent);
+                if room < LEAST_GROWTH {
+                    found.stop = Some(StopReason::BudgetSpent);
+                    return Ok(found);
+                }
+                // The samples taken so far still count.
+                let most_packets = budget.mean_packets * (1.0 + room);
+                aim = SampleBudget::aim_within(aim, most_packets, pilot.hardest());
             }
         }
         attempt += 1;
@@ -210,6 +225,15 @@ fn judge(
     Ok(estimate)
 }
 
+/// Estimates the image's error with the gathers of earlier estimates, without further rays.
+fn judge_again(refiner: &Refiner, samples: &[PixelSample]) -> Result<ImageEstimate> {
+    let mut estimate = samples[0].estimate_again(refiner)?;
+    for sample in &samples[1..] {
+        estimate.add(sample.estimate_again(refiner)?);
+    }
+    Ok(estimate)
+}
+
 fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
     refiner.progress.begin_attempt(0, true);
     let mut resources = refiner.resources(1, [1.0; MAX_FREQUENCIES])?;
@@ -225,37 +249,37 @@ fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
 
 /// Limits of the cost of indirect light.
 pub(super) struct Limits {
-    start: Spent,
     seconds: f64,
     rays: f64,
 }
 
 /// The cost of indirect light.
-struct Spent {
+pub(super) struct Spent {
     at: Instant,
     seconds: f64,
     rays: f64,
 }
 
 impl Limits {
-    fn new(refiner: &Refiner, plan: RefinementPlan) -> Option<Limits> {
+    fn new(plan: RefinementPlan) -> Option<Limits> {
         (plan.max_ms.is_some() || plan.max_rays.is_some()).then(|| Limits {
-            start: Spent::so_far(refiner),
             seconds: plan.max_ms.map_or(f64::INFINITY, |ms| ms * 1e-3),
             rays: plan.max_rays.map_or(f64::INFINITY, |rays| rays as f64),
         })
     }
 
     /// Whether a limit is reached.
-    pub fn are_reached(&self, refiner: &Refiner) -> bool {
-        !self.allow(refiner, &Spent::so_far(refiner), 0.0)
+    pub fn are_reached(&self, refiner: &Refiner, start: &Spent) -> bool {
+        let all = Spent::so_far(refiner).since(start);
+        all.seconds > self.seconds || all.rays > self.rays
     }
 
-    /// Whether the limits leave room for `times` times what was spent.
-    fn allow(&self, refiner: &Refiner, spent: &Spent, times: f64) -> bool {
-        let all = Spent::so_far(refiner).since(&self.start);
-        all.seconds + times * spent.seconds <= self.seconds
-            && all.rays + times * spent.rays <= self.rays
+    /// What the limits leave, over what was spent on an attempt.
+    fn room(&self, refiner: &Refiner, start: &Spent, spent: &Spent) -> f64 {
+        let all = Spent::so_far(refiner).since(start);
+        let of_seconds = (self.seconds - all.seconds) / spent.seconds;
+        let of_rays = (self.rays - all.rays) / spent.rays;
+        of_seconds.min(of_rays)
     }
 }
 
@@ -274,6 +298,14 @@ impl Spent {
             at: self.at,
             seconds: (self.at - earlier.at).as_secs_f64(),
             rays: self.rays - earlier.rays,
+        }
+    }
+
+    fn plus(&self, other: &Spent, times: f64) -> Spent {
+        Spent {
+            at: self.at,
+            seconds: self.seconds + times * other.seconds,
+            rays: self.rays + times * other.rays,
         }
     }
 }

@@ -29,6 +29,8 @@ pub(crate) struct ErrorEstimates {
     pub error_upper: Option<f64>,
     /// Why final gathering stopped; `None` if the light is too dark to be estimated.
     pub stop: Option<StopReason>,
+    /// Rays and milliseconds of pilots, one packet of samples a pixel, and the estimate: no limit lowers them.
+    pub least: Option<(u64, f64)>,
     /// Error of interpolation against the sum at every pixel, if a target was requested for it.
     pub interpolation_error: Option<f64>,
     /// Error of the direct light of lights with an area: the largest of any of them.

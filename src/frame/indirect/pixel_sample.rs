@@ -151,6 +151,11 @@ impl PixelSample {
         estimate
     }
 
+    /// Compares the image with the gathers of the last estimate.
+    pub fn estimate_again(&self, refiner: &Refiner) -> Result<ImageEstimate> {
+        self.compare(refiner, self.counts.as_ref(), 0)
+    }
+
     /// Gathers twice with independent samples, or once exactly. Reports meanwhile that `fraction` of the attempt is done.
     fn gather(
         &mut self,

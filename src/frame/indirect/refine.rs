@@ -3,7 +3,7 @@
 //! A gathered pixel shows how wrong its prediction from coarser pixels was. Where the prediction was good, the finer pixels around it
 //! are interpolated. If the grid's stride is 1, every pixel is gathered.
 
-use super::adaptive::Limits;
+use super::adaptive::{Limits, Spent};
 use crate::{
     Result,
     frame::ProgressReport,
@@ -15,7 +15,7 @@ use crate::{
         receivers::{self, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
         resolve,
-        sample_counts::SampleCounts,
+        sample_counts::{PACKET_SAMPLES, SampleCounts},
         scatter, smooth, stderr,
     },
     plan::{GridStep, Plan},
@@ -50,8 +50,8 @@ pub(super) struct Attempt<'l> {
     pub samples: u32,
     pub criteria: RefinementCriteria,
     pub number: u32,
-    /// `None` if there are no limits.
-    pub limits: Option<&'l Limits>,
+    /// With what was spent before the gather; `None` if there are no limits.
+    pub limits: Option<(&'l Limits, &'l Spent)>,
 }
 
 /// The images, lists and buffers of the refinement.
@@ -125,8 +125,8 @@ impl Refiner<'_, '_> {
 
     /// Gathers and interpolates all pixels. Samples of earlier attempts still count; exact gathers are kept.
     ///
-    /// Returns whether the image is complete. If an attempt reaches its limits, the image of the previous attempt stays;
-    /// the first attempt interpolates what is left.
+    /// Returns whether all samples were taken. Once the limits are reached, pixels keep the samples that they have, and the others are
+    /// interpolated. So every sample counts.
     pub fn refine(
         &mut self,
         resources: &mut RefinementResources,
@@ -147,24 +147,23 @@ impl Refiner<'_, '_> {
         }
         // Every pixel of these steps is gathered.
         let grid_steps = resources.steps.len().min(GRID_STEPS);
+        let mut is_spent = false;
         for index in usize::from(!starts_anew)..resources.steps.len() {
-            let is_spent = attempt
-                .limits
-                .is_some_and(|limits| limits.are_reached(self));
-            if is_spent && attempt.number > 0 {
-                return Ok(false);
+            is_spent = is_spent
+                || attempt
+                    .limits
+                    .is_some_and(|(limits, start)| limits.are_reached(self, start));
+            let mut criteria = criteria;
+            let mut samples = attempt.samples;
+            if is_spent {
+                criteria.tolerance = Some(f64::INFINITY);
+                // A pixel without samples that cannot be interpolated takes one packet.
+                criteria.allocation.packets_scale = 0.0;
+                samples = PACKET_SAMPLES;
             }
-            let tolerance = if is_spent {
-                Some(f64::INFINITY)
-            } else {
-                criteria.tolerance
-            };
-            let criteria = RefinementCriteria {
-                tolerance: tolerance.filter(|_| index >= grid_steps),
-                ..criteria
-            };
+            criteria.tolerance = criteria.tolerance.filter(|_| index >= grid_steps);
             self.list(resources, index, criteria)?;
-            self.gather(resources, index, &attempt, criteria)?;
+            self.gather(resources, index, (attempt.number, samples), criteria)?;
             if [grid_steps, resources.steps.len()].contains(&(index + 1)) {
                 self.smooth(resources, index, criteria)?;
             }
@@ -185,7 +184,7 @@ impl Refiner<'_, '_> {
             Ok(())
         })?;
         self.samples_of_pixel = Some(attempt.samples);
-        Ok(true)
+        Ok(!is_spent)
     }
 
     /// Lowers the noise on the grid that a step completes. Does nothing if gathers are exact.
@@ -238,7 +237,7 @@ impl Refiner<'_, '_> {
         &mut self,
         resources: &RefinementResources,
         step: usize,
-        attempt: &Attempt,
+        (attempt, samples_each): (u32, u32),
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let (context, gbuffer) = (self.context, self.gbuffer);
@@ -252,7 +251,7 @@ impl Refiner<'_, '_> {
         let total: u32 = ranges.iter().map(|range| range.count).sum();
         let pass = self.gatherer.pass();
         let most = match counts {
-            Some(_) => LightRaySets::max_receivers(attempt.samples).min(resources.max_results),
+            Some(_) => LightRaySets::max_receivers(samples_each).min(resources.max_results),
             None => resources.max_results,
         };
         let parts = ranges.into_iter().flat_map(|range| range.split(most));
@@ -262,9 +261,9 @@ impl Refiner<'_, '_> {
                 seed: 0,
                 light_rays: LightRaySets {
                     // Different from the seeds of other parts, steps and attempts.
-                    seed: part as u32 + ((step as u32 + (attempt.number << 4)) << 16),
+                    seed: part as u32 + ((step as u32 + (attempt << 4)) << 16),
                     gathered_for: GatheredFor::Image,
-                    samples: attempt.samples,
+                    samples: samples_each,
                     set_count: 1,
                 },
             });

@@ -74,6 +74,24 @@ impl SampleBudget {
         one_packet.max(MAX_TOLERANCE / TOLERANCE_OVER_AIM)
     }
 
+    /// The least error to aim at, from `aim` on, that takes at most that many packets of a pixel.
+    pub fn aim_within(aim: f64, most_packets: f64, pilot: &ErrorEstimate) -> f64 {
+        let fits = |aim| SampleBudget::for_rays(aim, pilot).mean_packets <= most_packets;
+        let (mut low, mut high) = (aim, aim.max(SampleBudget::coarsest_aim(pilot)));
+        if fits(low) {
+            return low;
+        }
+        for _ in 0..20 {
+            let middle = (low * high).sqrt();
+            if fits(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    }
+
     /// The budget for sums, which have no noise.
     pub fn for_sums(aim: f64, is_last: bool) -> SampleBudget {
         SampleBudget {

@@ -1,11 +1,14 @@
 //! Radiation patterns of lamps, from files.
 
+mod angles;
 mod eulumdat;
 mod ies;
 mod types_a_b;
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
+
+pub(crate) use angles::text as pattern_text;
 
 use super::grey_image::GreyImage;
 use super::unused::Unused;
@@ -27,7 +30,7 @@ pub(super) fn read(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pa
         extension.to_str(),
         Some("png" | "jpg" | "jpeg" | "webp" | "exr")
     ) {
-        let map = GreyImage::load(path, encoding, named_at)?;
+        let map = GreyImage::load(path, encoding, None, named_at)?;
         let pattern = Pattern::of_map(&map)
             .map_err(|problem| Error::scene(named_at, problem, "give another image"))?;
         let path = path.display();
@@ -40,6 +43,7 @@ pub(super) fn read(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pa
     let parse = match extension.to_str() {
         Some("ies") => ies::parse,
         Some("ldt") => eulumdat::parse,
+        Some("json") => angles::parse,
         _ => {
             return Err(Error::scene(
                 named_at,

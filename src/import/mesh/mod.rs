@@ -16,7 +16,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 
 use super::lines::resolved;
 use super::unused::Unused;
-use crate::scene::{Instance, Light, Material, Mesh, Shared, Texture};
+use crate::scene::{Instance, Light, Material, Mesh, MeshFile, MeshOptions, Shared, Texture};
 use crate::{Error, Result};
 
 /// A `[[mesh]]` of the scene file.
@@ -33,6 +33,16 @@ pub(super) struct MeshRequest {
     pub flat: bool,
     /// Whether the scene file places the same mesh again elsewhere.
     pub is_repeated: bool,
+    /// Takes the place of `transform`, `material_override` and `flat`.
+    pub as_is: Option<AsIs>,
+}
+
+/// How a mesh that stays as its file has it is placed: [`Scene::save`](crate::Scene::save) writes such meshes.
+#[derive(Clone)]
+pub(super) struct AsIs {
+    pub to_world: DAffine3,
+    /// Those that the faces of the file number.
+    pub materials: Vec<u32>,
 }
 
 /// Identifies a mesh: the file, the index of the mesh in it (for glTF), and the options in the scene file.
@@ -85,6 +95,8 @@ pub(super) struct Assets {
     pub left_out: Vec<String>,
     /// Meshes that are placed several times, in their own space.
     pub shared_meshes: HashMap<MeshKey, Shared<Mesh>>,
+    /// Meshes that stay as their files have them, by file and materials.
+    as_is_meshes: HashMap<(PathBuf, Vec<u32>), Shared<Mesh>>,
     /// `None`: an alpha texture that cuts nothing out.
     texture_of_file: HashMap<(PathBuf, TextureUse), Option<usize>>,
 }
@@ -101,6 +113,62 @@ pub(super) enum TextureUse {
     Factor,
 }
 
+impl MeshFile {
+    /// Reads a glTF, OBJ, PLY or STL file, with its materials and textures.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] with file and line for what cannot be read, and for triangles without a material.
+    pub fn load(path: &Path, options: MeshOptions) -> Result<MeshFile> {
+        let at = path.display().to_string();
+        let MeshOptions {
+            scale,
+            flat,
+            material,
+            first_material,
+        } = options;
+        if !(scale > 0.0 && scale.is_finite()) {
+            let problem = format!("scale is {scale}");
+            return Err(Error::scene(at, problem, "give a number above 0"));
+        }
+        let request = MeshRequest {
+            name: at.clone(),
+            path: path.to_owned(),
+            named_at: at,
+            transform: Transform {
+                scale,
+                ..Transform::IDENTITY
+            },
+            material_override: material,
+            flat,
+            is_repeated: false,
+            as_is: None,
+        };
+        // Stand for the materials before the first one, so that the file's own are counted from there.
+        let before = vec![Material::lambert("", [0.0; 3]); first_material as usize];
+        let mut assets = Assets {
+            materials: before,
+            ..Assets::default()
+        };
+        let loaded = assets.load_mesh(request).map_err(|error| match error {
+            Error::Scene { at, problem, hint } => {
+                let hint = match hint.contains("[[mesh]]") {
+                    true => "give material, the index of one of the scene's materials".into(),
+                    false => hint,
+                };
+                Error::scene(at, problem, hint)
+            }
+            other => other,
+        });
+        Ok(MeshFile {
+            lights: loaded?,
+            meshes: assets.meshes,
+            materials: assets.materials.split_off(first_material as usize),
+            textures: assets.textures,
+            left_out: assets.left_out,
+        })
+    }
+}
+
 fn unknown_format(request: &MeshRequest) -> Error {
     Error::scene(
         &request.named_at,
@@ -112,6 +180,9 @@ fn unknown_format(request: &MeshRequest) -> Error {
 impl Assets {
     /// Loads a file as one mesh (glTF: one per node), with the materials and textures that its faces use. Returns its lights.
     pub fn load_mesh(&mut self, request: MeshRequest) -> Result<Vec<Light>> {
+        if let Some(as_is) = &request.as_is {
+            return self.load_as_is(&request, as_is);
+        }
         let extension = request.path.extension().unwrap_or_default();
         let load = match extension.to_ascii_lowercase().to_str() {
             Some("glb" | "gltf") => return self.load_gltf(&request),
@@ -141,6 +212,21 @@ impl Assets {
             name: request.name,
             mesh,
             to_world: DAffine3::from_mat4(request.transform.matrix()),
+        });
+        Ok(Vec::new())
+    }
+
+    fn load_as_is(&mut self, request: &MeshRequest, as_is: &AsIs) -> Result<Vec<Light>> {
+        let key = (resolved(&request.path), as_is.materials.clone());
+        let mesh = match self.as_is_meshes.get(&key) {
+            Some(mesh) => mesh.clone(),
+            None => Shared::from(self.load_ply(request)?),
+        };
+        self.as_is_meshes.insert(key, mesh.clone());
+        self.meshes.push(Instance {
+            name: request.name.clone(),
+            mesh,
+            to_world: as_is.to_world,
         });
         Ok(Vec::new())
     }

@@ -34,6 +34,8 @@ pub(super) struct Polygons {
     pub face_ends: Vec<u32>,
     /// The material of each face, or one for all.
     pub materials: Vec<u32>,
+    /// Whether normals and tangents keep every bit, instead of being made unit vectors.
+    pub stay_as_is: bool,
 }
 
 impl Polygons {
@@ -118,7 +120,9 @@ impl Polygons {
             mesh.tangents = self.tangents;
         }
         mesh.name = name.to_owned();
-        place(&mut mesh, to_world);
+        if !self.stay_as_is {
+            place(&mut mesh, to_world);
+        }
         Ok(mesh)
     }
 

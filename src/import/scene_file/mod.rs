@@ -2,16 +2,17 @@
 
 mod indirect;
 mod parts;
+mod surfaces;
 mod tof;
 
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::DMat3;
+use glam::{DAffine3, DMat3};
 
-use super::mesh::{Assets, MeshRequest, Transform};
+use super::mesh::{AsIs, Assets, MeshRequest, Transform};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
-use crate::scene::{Carrier, Places, Scene, Shared};
+use crate::scene::{Carrier, PlacedLight, Places, Scene, Shared};
 use crate::{Error, Result};
 
 impl Scene {
@@ -32,8 +33,8 @@ impl Scene {
     /// The same as for [`Scene::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
         let known = [
-            "version", "camera", "lens", "sensor", "tof", "light", "mesh", "material", "direct",
-            "indirect",
+            "version", "camera", "lens", "sensor", "tof", "light", "mesh", "material", "texture",
+            "direct", "indirect",
         ];
         let mut keys = Keys::parse(text, file, "scene file", &known)?;
         let mut places = Places::new(file.display().to_string());
@@ -68,9 +69,10 @@ impl Scene {
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert_table("light", i, &light);
             let read = parts::light(light, folder)?;
-            lights.push(read.light);
+            lights.push(PlacedLight::from(read.light));
             modulated.push(read.modulated);
-            carriers.extend(read.carrier.map(|carrier| (i, carrier)));
+            let is_in_world = read.is_in_world;
+            carriers.extend(read.carrier.map(|carrier| (i, carrier, is_in_world)));
             let is_new = |warning: &String| !left_out.contains(warning);
             left_out.extend(read.warning.filter(is_new));
         }
@@ -84,15 +86,21 @@ impl Scene {
 
         let mut assets = Assets::default();
         assets.left_out.extend(left_out);
+        for (i, texture) in keys.tables("texture")?.into_iter().enumerate() {
+            places.insert_table("texture", i, &texture);
+            assets.textures.push(surfaces::texture(texture, folder)?);
+        }
+        let mut own = Vec::new();
         if let Some(mut materials) = keys.table("material")? {
             for (name, value) in materials.take_all() {
                 let material = value.table(format!("[material.{name}]"))?;
                 places.insert_table("material", assets.materials.len(), &material);
                 let at = material.at.clone();
-                assets.push_material(parts::material(material, name)?, at);
+                own.push(name.clone());
+                let textures = assets.textures.len();
+                assets.push_material(surfaces::material(material, name, textures)?, at);
             }
         }
-        let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();
         let mut transforms = Vec::new();
         let mut of_files = Vec::new();
         let mut requests = Vec::new();
@@ -115,23 +123,24 @@ impl Scene {
             }
             transforms.extend(loaded.map(|_| transform));
         }
-        for (light, (carrier, named)) in &carriers {
+        for (light, (carrier, named), is_in_world) in &carriers {
             let light = &mut lights[*light];
-            match *carrier {
-                Carrier::Camera => light.place_by_camera(&camera),
-                Carrier::Mesh(mesh) => {
-                    let count = transforms.len();
-                    let transform = transforms.get(mesh).ok_or_else(|| {
-                        let problem = format!("is {mesh}, and there are {count} meshes");
-                        named.error(problem, "count from 0 in the order of this file")
-                    })?;
-                    let Transform {
-                        scale,
-                        rotation,
-                        translation_m,
-                    } = *transform;
-                    light.place_by_mesh(scale, rotation, translation_m);
+            light.relative_to = Some(*carrier);
+            if let Carrier::Mesh(mesh) = *carrier {
+                let count = transforms.len();
+                let transform = transforms.get(mesh).ok_or_else(|| {
+                    let problem = format!("is {mesh}, and there are {count} meshes");
+                    named.error(problem, "count from 0 in the order of this file")
+                })?;
+                if *is_in_world {
+                    continue;
                 }
+                let Transform {
+                    scale,
+                    rotation,
+                    translation_m,
+                } = *transform;
+                light.place_by_mesh(scale, rotation, translation_m);
             }
         }
 
@@ -144,17 +153,13 @@ impl Scene {
             tof.ambient_lights
                 .extend(parallel.map(|(i, _)| lights.len() + i));
         }
-        lights.extend(of_files);
+        lights.extend(of_files.into_iter().map(PlacedLight::from));
 
         let scene = Scene {
             camera,
             sensor,
             tof,
             lights,
-            carried_lights: carriers
-                .iter()
-                .map(|(i, (carrier, _))| (*i, *carrier))
-                .collect(),
             meshes: assets.meshes,
             materials: assets.materials,
             textures: assets.textures.into_iter().map(Shared::from).collect(),
@@ -179,18 +184,52 @@ fn mesh_request(mut keys: Keys, folder: &Path, own: &[String]) -> Result<MeshReq
         "translate",
         "material",
         "flat",
+        "to_world",
+        "materials",
+        "name",
     ])?;
     let path = keys.need("path", "path = \"mesh.obj\"")?;
-    let name = path.text()?.to_owned();
+    let file = path.text()?.to_owned();
+    let as_is = as_is(&mut keys, &file, own)?;
+    let name = match &as_is {
+        Some(_) => keys.optional("name", |name| Ok(name.text()?.to_owned()))?,
+        None => None,
+    };
     Ok(MeshRequest {
-        path: folder.join(&name),
-        name,
+        path: folder.join(&file),
+        name: name.unwrap_or(file),
+        as_is,
         named_at: path.at,
         material_override: keys.optional("material", |value| named_material(value, own))?,
         transform: transform(&mut keys)?,
         flat: keys.optional("flat", Value::flag)?.unwrap_or(false),
         is_repeated: false,
     })
+}
+
+/// Reads how a mesh that stays as its file has it is placed; `None` for other meshes.
+fn as_is(keys: &mut Keys, file: &str, own: &[String]) -> Result<Option<AsIs>> {
+    let Some(to_world) = keys.take("to_world") else {
+        for key in ["materials", "name"] {
+            let problem = "belongs to a mesh with \"to_world\"";
+            keys.refuse(key, problem, "add to_world, or remove it")?;
+        }
+        return Ok(None);
+    };
+    if !file.to_ascii_lowercase().ends_with(".ply") {
+        let hint = "use scale, rotate_deg and translate, or give a PLY file";
+        return Err(to_world.error("is for PLY files", hint));
+    }
+    for key in ["scale", "rotate_deg", "translate", "material", "flat"] {
+        let hint = "remove it, or to_world and materials";
+        keys.refuse(key, "is not allowed beside \"to_world\"", hint)?;
+    }
+    let named = keys.need("materials", "materials = [\"white\"]")?.list()?;
+    let materials = named.iter().map(|value| named_material(value, own));
+    Ok(Some(AsIs {
+        to_world: DAffine3::from_cols_array(&to_world.numbers()?),
+        materials: materials.collect::<Result<_>>()?,
+    }))
 }
 
 fn named_material(value: &Value, own: &[String]) -> Result<u32> {

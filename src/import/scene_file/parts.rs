@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::import::{lamp, mesh::gltf};
 use crate::keys::{Keys, Value};
 use crate::scene::{
-    AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material,
+    AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light,
     PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor, Shadow,
     SpotCone,
 };
@@ -203,30 +203,36 @@ fn photodetector(keys: &mut Keys) -> Result<Option<Photodetector>> {
     }
 }
 
-/// A light with coordinates relative to its carrier.
+/// A light with coordinates relative to its carrier, unless they are in the world.
 pub(super) struct ReadLight<'t> {
     pub light: Light,
     /// The value of the key `modulated`.
     pub modulated: Option<Value<'t>>,
     /// The carrier, and the value that names it.
     pub carrier: Option<(Carrier, Value<'t>)>,
+    /// Whether the coordinates are in the world, although the light has a carrier.
+    pub is_in_world: bool,
     /// What its file holds and camlux does not use.
     pub warning: Option<String>,
 }
 
-fn carrier<'t>(keys: &mut Keys<'t>) -> Result<Option<(Carrier, Value<'t>)>> {
-    let Some(named) = keys.take("relative_to") else {
+/// The carrier, the value that names it, and whether coordinates are in the world.
+fn carrier<'t>(keys: &mut Keys<'t>) -> Result<Option<(Carrier, Value<'t>, bool)>> {
+    let Some((key, named)) = keys.take_one(&["relative_to", "moves_with"])? else {
         return Ok(None);
     };
-    Ok(Some(
-        match named.choice(&["camera", "mesh"], |name| name)? {
-            "camera" => (Carrier::Camera, named),
-            _ => {
-                let mesh = keys.need("mesh", "mesh = 0, its place in this file")?;
-                (Carrier::Mesh(mesh.count()? as usize), mesh)
-            }
-        },
-    ))
+    let is_in_world = key == "moves_with";
+    let carriers: &[&str] = match is_in_world {
+        true => &["mesh"],
+        false => &["camera", "mesh"],
+    };
+    Ok(Some(match named.choice(carriers, |name| name)? {
+        "camera" => (Carrier::Camera, named, is_in_world),
+        _ => {
+            let mesh = keys.need("mesh", "mesh = 0, its place in this file")?;
+            (Carrier::Mesh(mesh.count()? as usize), mesh, is_in_world)
+        }
+    }))
 }
 
 /// Reads a light. `folder`: the folder of the scene file.
@@ -316,6 +322,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
                 "up",
                 "image",
                 "encoding",
+                "white",
                 "fov_y_deg",
                 "intrinsics_px",
                 "power_w",
@@ -323,9 +330,10 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             let named = keys.need("image", "image = \"stripes.png\"")?;
             let encoding = encoding(&mut keys)?;
             let path = folder.join(named.text()?);
+            let white = white(&mut keys)?;
             // A projector's lens is described like a camera's.
             let lens = lens(&mut keys, "[[light]]")?;
-            let (image, unused) = ProjectedImage::load(&path, encoding, lens, &named.at)?;
+            let (image, unused) = ProjectedImage::load(&path, (encoding, white), lens, &named.at)?;
             warning = unused;
             Light::Pattern {
                 position_m: keys.need("position", POSITION)?.vec3()?,
@@ -373,10 +381,12 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             }
         }
     };
+    let is_in_world = carrier.as_ref().is_some_and(|(.., is)| *is);
     Ok(ReadLight {
         light,
         modulated,
-        carrier,
+        carrier: carrier.map(|(carrier, named, _)| (carrier, named)),
+        is_in_world,
         warning,
     })
 }
@@ -387,6 +397,14 @@ fn encoding(keys: &mut Keys) -> Result<Encoding> {
         value.choice(&Encoding::ALL, Encoding::name)
     })?;
     Ok(chosen.unwrap_or(Encoding::Srgb))
+}
+
+/// The value of an OpenEXR image that stands for 1.
+fn white(keys: &mut Keys) -> Result<Option<f32>> {
+    keys.optional("white", |value| match value.number()? as f32 {
+        white if white > 0.0 && white.is_finite() => Ok(white),
+        white => Err(value.error(format!("is {white}"), "give a number above 0")),
+    })
 }
 
 /// The opening of a spot light that limits a pattern, if it is given.
@@ -428,19 +446,4 @@ pub(super) fn direct(mut keys: Keys) -> Result<Direct> {
     Ok(Direct {
         shadow: Some(shadow.choice(&Shadow::ALL, Shadow::name)?),
     })
-}
-
-pub(super) fn material(mut keys: Keys, name: String) -> Result<Material> {
-    keys.only(&["kd", "ks", "shininess"])?;
-    let kd = keys.need("kd", "kd = 0.8 or kd = [r, g, b]")?.bands()?;
-    let mut material = Material::lambert(name, kd);
-    material.ks = keys.optional("ks", Value::bands)?.unwrap_or_default();
-    // A default exponent of 1 would silently give a very wide lobe.
-    if material.is_specular() {
-        let shininess = keys.need("shininess", "shininess = 20.0, the exponent of ks")?;
-        material.shininess = shininess.number()?;
-    } else if let Some(shininess) = keys.optional("shininess", Value::number)? {
-        material.shininess = shininess;
-    }
-    Ok(material)
 }

@@ -8,6 +8,7 @@ use crate::scene::{Bands, ChargeUnit, SensorNoise, TimeOfFlight};
 pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<TimeOfFlight> {
     keys.only(&[
         "frequencies_mhz",
+        "frequencies_hz",
         "phases",
         "contrast",
         "band",
@@ -16,9 +17,16 @@ pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<T
         "noise",
     ])?;
     let noise = keys.table("noise")?;
-    let frequencies = keys.need("frequencies_mhz", "frequencies_mhz = [20.0, 100.0]")?;
+    let (factor, frequencies) = match keys.take_one(&["frequencies_mhz", "frequencies_hz"])? {
+        Some(("frequencies_hz", frequencies)) => (1.0, frequencies),
+        Some((_, frequencies)) => (1e6, frequencies),
+        None => {
+            let example = "frequencies_mhz = [20.0, 100.0]";
+            (1e6, keys.need("frequencies_mhz", example)?)
+        }
+    };
     let frequencies = frequencies.filled("give at least one frequency")?.list()?;
-    let in_hz = |value: Value| Ok(1e6 * value.number()?);
+    let in_hz = |value: Value| Ok(factor * value.number()?);
     let frequencies_hz = frequencies
         .into_iter()
         .map(in_hz)

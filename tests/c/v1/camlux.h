@@ -197,9 +197,6 @@
 /** And the times of every pass. */
 #define CAMLUX_LOG_DEBUG 4
 
-/** No element: what an optional index is set to. */
-#define CAMLUX_NONE UINT32_C(0xffffffff)
-
 /** Components are 32-bit floating-point numbers. */
 #define CAMLUX_FORMAT_F32 1
 
@@ -451,7 +448,7 @@ typedef struct camlux_device_options {
 typedef struct camlux_scene_counts {
   /** sizeof(camlux_scene_counts) */
   uint32_t struct_size;
-  /** Textures: their indices are from 0 to below this number, and so on. */
+  /** Textures count from 1: the last one has this number. Other parts have indices from 0 to below their number. */
   uint32_t textures;
   /** Materials. */
   uint32_t materials;
@@ -601,7 +598,7 @@ typedef struct camlux_texture {
 typedef struct camlux_material {
   /** sizeof(camlux_material) */
   uint32_t struct_size;
-  /** The index of a texture, which multiplies kd; CAMLUX_NONE: no texture. */
+  /** The number of a texture, which multiplies kd, from 1; 0: no texture. */
   uint32_t kd_texture;
   /** Diffuse reflectance of the bands R, G, B, 0 to 1. */
   double kd[3];
@@ -1492,7 +1489,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0} }
 
-#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL }
+#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL }
 
 #define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 

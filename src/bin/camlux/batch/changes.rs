@@ -6,6 +6,7 @@ use camlux::Scene;
 use camlux::keys::{Keys, Value, did_you_mean};
 
 use super::draws::Draws;
+use super::materials::{EVERY, JobTextures, MaterialDraws};
 use super::motion::{self, Motion};
 use crate::Failure;
 
@@ -20,6 +21,10 @@ pub struct Changes {
     pub meshes: Vec<(usize, Motion)>,
     /// One value per frame.
     pub values: Vec<Change>,
+    /// Drawn in each frame.
+    pub materials: Vec<MaterialDraws>,
+    /// What the materials draw from.
+    pub textures: JobTextures,
     /// The whole sequence runs once for each value.
     pub sweeps: Vec<Change>,
     /// What every scene must contain, and the line of the job that names it.
@@ -65,13 +70,16 @@ impl Changes {
             changes.meshes.push((index, motion));
         }
         for mut material in keys.tables("material")? {
-            material.only(&["name", "kd_min", "kd_max"])?;
-            let name = material.need("name", "name = \"white\", as in the scene")?;
-            let name = changes.material(name)?;
-            let least = material.need("kd_min", "kd_min = 0.2")?.bands()?;
-            let most = material.need("kd_max", "kd_max = 0.8")?.bands()?;
-            let kd = Values::between(&material, least, most)?;
-            changes.values.push(Change::Kd(name, kd));
+            let name = material.need(
+                "name",
+                "name = \"white\", as in the scene; or \"*\" for all",
+            )?;
+            let name = match name.text()? {
+                EVERY => EVERY.to_owned(),
+                _ => changes.material(name)?,
+            };
+            let drawn = MaterialDraws::read(&mut material, name, folder, &mut changes.textures)?;
+            changes.materials.push(drawn);
         }
         for sweep in keys.tables("sweep")? {
             changes.read_sweep(sweep)?;
@@ -142,11 +150,18 @@ impl Changes {
 
     /// Rejects a scene that lacks something the job changes, or in which something else moves it.
     pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
-        let carried = |light: &usize| scene.carried_lights.iter().any(|(i, _)| i == light);
-        if let Some((light, _)) = self.lights.iter().find(|(light, _)| carried(light)) {
+        let is_carried = |&light: &usize| {
+            let light = scene.lights.get(light);
+            light.is_some_and(|light| light.relative_to.is_some())
+        };
+        if let Some((light, _)) = self.lights.iter().find(|(light, _)| is_carried(light)) {
             Err(format!(
                 "[[light]] {light} of this job has a motion, but its scene moves it with relative_to; remove one of them"
             ))?;
+        }
+        for drawn in &self.materials {
+            let mut materials = scene.materials.iter().filter(|m| drawn.is_of(m));
+            materials.try_for_each(|material| drawn.check(material))?;
         }
         for (at, named) in &self.named {
             let (what, index, count) = match named {
@@ -172,7 +187,7 @@ impl Changes {
         let motions = self.camera.iter().chain(moved.map(|(_, motion)| motion));
         let mut lists: Vec<usize> = self.values.iter().map(Change::len).collect();
         lists.retain(|&length| length > 0);
-        let mut is_random = lists.len() < self.values.len();
+        let mut is_random = lists.len() < self.values.len() || !self.materials.is_empty();
         let mut keyed = None;
         for motion in motions {
             match motion {
@@ -227,7 +242,7 @@ impl Change {
             Change::Power(light, factors) => {
                 let [factor] = factors.value(index, draws(&format!("power {light}")));
                 let light = &mut scene.lights[*light];
-                *light = light.with_emission(light.emission().map(|value| value * factor));
+                light.light = light.with_emission(light.emission().map(|value| value * factor));
             }
             Change::Kd(name, values) => {
                 let kd = values.value(index, draws(&format!("kd {name}")));

@@ -33,7 +33,8 @@ impl ContactSheet {
 
     /// Shows finished frames, picked evenly from these. All have the same exposure.
     pub fn write(self, frames: &Frames, indices: &[u64], folder: &Path) -> Result<(), Failure> {
-        let paths = indices.iter().map(|&index| frames.plan(index).path(folder));
+        let path = |&index: &u64| frames.plan(index).path_of(Layer::Radiance, folder);
+        let paths = indices.iter().map(path);
         let there: Vec<_> = paths.filter(|path| path.exists()).collect();
         let count = there.len().min(MOST_FRAMES);
         let mut shown = Vec::with_capacity(count);

@@ -2,14 +2,11 @@
 
 use std::path::Path;
 
-use camlux::model::PhaseSampling;
-use camlux::output::{Layer, TOF_CONVENTION};
-use camlux::scene::TimeOfFlight;
+use camlux::output::{DATASET_FORMAT, dataset_conventions, describe_scene};
 use camlux::{Scene, engine_hash};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::frames::Frames;
-use super::job::Job;
 use super::manifest::replace_text;
 use super::timing::{self, Timing};
 use crate::Failure;
@@ -23,21 +20,21 @@ fn object(frames: &Frames) -> Value {
     let job = &frames.job;
     let name = job.file.file_name().unwrap_or_default().to_string_lossy();
     let scenes = frames.scenes.iter().map(|loaded| {
-        let scene = &loaded.scene;
-        json!({
+        let starts_s = phase_image_starts_s(&loaded.scene, job.timing.as_ref());
+        let mut scene = json!({
             "file": loaded.name,
             "hash": loaded.hash,
             "frames": format!("frames/{}", loaded.folder),
-            "resolution_px": scene.camera.resolution_px,
-            "meshes": scene.meshes.iter().map(|m| &m.name).collect::<Vec<_>>(),
-            "materials": scene.materials.iter().map(|m| &m.name).collect::<Vec<_>>(),
-            "layers": layers(scene, job),
-            "time_of_flight": scene.tof.as_ref().map(|tof| time_of_flight(scene, tof, job.timing.as_ref())),
-        })
+        });
+        let described = describe_scene(&loaded.scene, &job.exr, job.has_flow, starts_s);
+        described
+            .into_iter()
+            .for_each(|(key, value)| scene[key] = value);
+        scene
     });
     let scenes: Vec<Value> = scenes.collect();
     json!({
-        "format": "camlux dataset 1",
+        "format": DATASET_FORMAT,
         "camlux_version": env!("CARGO_PKG_VERSION"),
         "engine_hash": engine_hash(),
         "job": {
@@ -51,50 +48,20 @@ fn object(frames: &Frames) -> Value {
         "seed": job.seed,
         "compression": job.exr.compression.name(),
         "half": job.exr.half,
+        "plain": job.exr.plain,
         "time": job.timing.map(|timing| json!({
             "frame_interval_s": timing.frame_interval_s,
             "readout_time_s": timing.readout_time_s,
             "temporal_samples": timing.temporal_samples,
         })),
-        "conventions": {
-            "length": "m",
-            "camera": "position_m and rotation_xyzw take points from the camera's axes (x right, y down, z forward) to the world",
-            "mesh": "position_m and rotation_xyzw take points from where the scene file has the mesh to the world",
-            "pixels": "x right, y down; the centre of the first is at (0.5, 0.5)",
-        },
+        "conventions": dataset_conventions(),
     })
 }
 
-/// How phase images are taken and what they mean, as in the header of each file.
-fn time_of_flight(scene: &Scene, tof: &TimeOfFlight, timing: Option<&Timing>) -> Value {
-    let exposure_s = scene.sensor.map(|sensor| sensor.exposure_time_s);
-    let starts_s = timing.zip(exposure_s).map(|(timing, exposure_s)| {
-        let images = timing::images(tof).map(|image| timing.start_s(tof, exposure_s, image));
-        images.collect::<Vec<f64>>()
-    });
-    let delays_rad = (0..tof.phase_count).map(|i| PhaseSampling::delay_rad(i, tof.phase_count));
-    json!({
-        "frequencies_hz": tof.frequencies_hz,
-        "contrasts": tof.contrasts,
-        "delays_rad": delays_rad.collect::<Vec<f64>>(),
-        "phase_offset_deg": tof.phase_offset_deg,
-        "band_weights": tof.band_weights,
-        "exposure_time_s": exposure_s,
-        "phase_image_starts_s": starts_s,
-        "convention": TOF_CONVENTION,
-    })
-}
-
-/// The layers in the files, with their channels and units.
-fn layers(scene: &Scene, job: &Job) -> Map<String, Value> {
-    let is_made = |layer: Layer| {
-        layer.is_made_for(scene) || job.has_flow && Layer::OF_SEQUENCE.contains(&layer)
-    };
-    let written = Layer::all().filter(|layer| is_made(*layer) && job.exr.picks(*layer));
-    let described = written.map(|layer| {
-        let value =
-            json!({ "channels": layer.channel_names(), "unit": layer.unit_by(scene.tof.as_ref()) });
-        (layer.name().to_owned(), value)
-    });
-    described.collect()
+/// When the phase images of a job with times begin.
+fn phase_image_starts_s(scene: &Scene, timing: Option<&Timing>) -> Option<Vec<f64>> {
+    let (timing, tof, sensor) = (timing?, scene.tof.as_ref()?, scene.sensor?);
+    let images = timing::images(tof);
+    let starts_s = images.map(|image| timing.start_s(tof, sensor.exposure_time_s, image));
+    Some(starts_s.collect())
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 use camlux::DeviceOptions;
-use camlux::output::{OutputFile, write_exr_hashed};
+use camlux::output::write_exr_files;
 
 use serde_json::json;
 
@@ -101,9 +101,14 @@ fn describe(frames: &Frames, index: u64) -> (String, BTreeMap<String, String>) {
             json!({ "position_m": mesh["position_m"], "rotation_xyzw": mesh["rotation_xyzw"] });
         (format!("mesh {}", mesh["index"]), pose.to_string())
     });
-    let materials = planned.description["materials_kd"].as_object();
-    let materials = materials.into_iter().flatten();
-    let materials = materials.map(|(name, kd)| (format!("kd of {name}"), kd.to_string()));
+    let materials = ["kd", "ks", "shininess", "texture"]
+        .iter()
+        .flat_map(|quantity| {
+            let of_materials = planned.description[format!("materials_{quantity}")].as_object();
+            let of_materials = of_materials.into_iter().flatten();
+            of_materials
+                .map(move |(name, value)| (format!("{quantity} of {name}"), value.to_string()))
+        });
     (camera, lights.chain(meshes).chain(materials).collect())
 }
 
@@ -115,7 +120,9 @@ fn take(index: u64, frames: &Frames, engine: &mut Engine) -> Result<(Duration, u
     let mut exr = frames.job.exr.clone();
     exr.attributes = planned.attributes();
     let path = std::env::temp_dir().join(format!("camlux-dry-run-{}.exr", std::process::id()));
-    let written = write_exr_hashed(OutputFile::create(&path)?, &frame, &exr);
-    let _ = std::fs::remove_file(&path);
-    Ok((start.elapsed(), written?.bytes))
+    let written = write_exr_files(&path, &frame, &exr)?;
+    for file in &written.files {
+        let _ = std::fs::remove_file(file);
+    }
+    Ok((start.elapsed(), written.bytes))
 }

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
-use camlux::output::Attribute;
-use camlux::scene::{Camera, Carrier, Intrinsics};
+use camlux::output::{Attribute, Layer, dataset_layers, describe_frame, plain_path};
+use camlux::scene::{Camera, IndirectLight};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
@@ -12,8 +12,8 @@ use super::draws::Draws;
 use super::job::Job;
 use super::pose::{Aim, Pose, rotation_of};
 use super::timing::{self, Image};
-use crate::Failure;
 use crate::options::warn_of;
+use crate::{Failure, warn};
 
 /// A job with its scenes.
 pub struct Frames {
@@ -29,8 +29,9 @@ pub struct LoadedScene {
     pub hash: String,
     /// The folder of its frames, below the data set's folder; empty if the job has only one scene.
     pub folder: String,
-    /// The scene from its file, at the job's size.
+    /// The scene from its file, at the job's size, and after its own textures those of the job.
     pub scene: Scene,
+    own_textures: usize,
 }
 
 /// One frame, before it is rendered.
@@ -38,8 +39,10 @@ pub struct Planned {
     pub index: u64,
     /// Position and attitude, metres and a unit quaternion.
     pub camera_pose: (DVec3, DQuat),
-    /// Path below the data set's folder.
+    /// Path below the data set's folder. Plain files have the names of their layers as well.
     pub file: String,
+    /// The layers with plain files; empty: all layers are in one file.
+    plain_layers: Vec<Layer>,
     /// BLAKE3 of everything that the image and its file depend on.
     pub inputs: String,
     /// Its description in the manifest.
@@ -89,6 +92,9 @@ impl Frames {
             if let Some(size_px) = job.size_px {
                 scene.camera = scene.camera.resized(size_px);
             }
+            if let Some(target_error) = job.target_error {
+                set_target_error(&mut scene, target_error, name)?;
+            }
             warn_of(&scene, name);
             let layers = job.exr.layers.iter().flatten();
             for layer in layers.filter(|layer| layer.is_rendered()) {
@@ -103,12 +109,19 @@ impl Frames {
                 1 => String::new(),
                 _ => format!("{stem}/"),
             };
-            scenes.push(LoadedScene {
+            let hash = scene.hash();
+            let own_textures = scene.textures.len();
+            let textures = &job.changes.textures.textures;
+            scene.textures.extend(textures.iter().cloned());
+            let loaded = LoadedScene {
                 name: name.clone(),
-                hash: scene.hash(),
+                hash,
                 folder,
                 scene,
-            });
+                own_textures,
+            };
+            loaded.warn_of_draws(&job);
+            scenes.push(loaded);
         }
         let mut shared_hash = blake3::Hasher::new();
         shared_hash.update(engine_hash().as_bytes());
@@ -116,14 +129,47 @@ impl Frames {
         if job.has_flow {
             shared_hash.update(b"flow");
         }
+        if !job.changes.textures.textures.is_empty() {
+            let textures = job.changes.textures.hasher.finalize();
+            shared_hash.update(textures.as_bytes());
+        }
         if let Some(timing) = &job.timing {
             shared_hash.update(format!("{timing:?}").as_bytes());
         }
-        Ok(Frames {
+        let frames = Frames {
             job,
             scenes,
             shared_hash,
-        })
+        };
+        frames.warn_of_left_lights();
+        Ok(frames)
+    }
+
+    /// Warns of a time-of-flight camera that leaves a light behind which its scene has at the lens.
+    fn warn_of_left_lights(&self) {
+        /// Frames of each scene to check, evenly spread.
+        const CHECKED: u64 = 16;
+        let count = self.count_in_scene();
+        let step = count.div_ceil(CHECKED).max(1) as usize;
+        for (number, loaded) in self.scenes.iter().enumerate() {
+            let mut lights = loaded.scene.fixed_lights_at_lens();
+            let moved = &self.job.changes.lights;
+            lights.retain(|light| moved.iter().all(|(moved, _)| moved != light));
+            if lights.is_empty() {
+                continue;
+            }
+            let first = number as u64 * count;
+            let mut left = (first..first + count).step_by(step).filter_map(|frame| {
+                let still_there = self.moment(frame, 0.0).scene.fixed_lights_at_lens();
+                lights.iter().find(|light| !still_there.contains(light))
+            });
+            if let Some(light) = left.next() {
+                warn(format_args!(
+                    "{}: light {light} is at the lens of the time-of-flight camera, and stays there when this job moves the camera; if it is part of the camera, give it relative_to = \"camera\" and its position in the camera's axes",
+                    loaded.name
+                ));
+            }
+        }
     }
 
     /// Number of frames of one scene.
@@ -144,7 +190,13 @@ impl Frames {
         let number = index % self.count_in_scene();
         let frame = (number % u64::from(self.job.frame_count)) as u32;
         let loaded = &self.scenes[scene_index];
-        let draws = |purpose: &str| Draws::new(self.job.seed, index, purpose);
+        // Scenes of one job show the same thing in the same frame, such as to a colour and to a time-of-flight camera.
+        let drawn_for = if self.job.draws_per_scene {
+            index
+        } else {
+            number
+        };
+        let draws = |purpose: &str| Draws::new(self.job.seed, drawn_for, purpose);
 
         let mut scene = loaded.scene.clone();
         let mut step = (number / u64::from(self.job.frame_count)) as usize;
@@ -155,14 +207,18 @@ impl Frames {
         for change in &changes.values {
             change.apply(&mut scene, frame as usize, draws);
         }
+        for drawn in &changes.materials {
+            let materials = scene.materials.iter_mut().filter(|m| drawn.is_of(m));
+            materials.for_each(|material| drawn.apply(material, loaded.own_textures, draws));
+        }
         for (light, motion) in &changes.lights {
             let pose = motion.pose(frame, later, draws(&format!("light {light}")));
-            scene.lights[*light] = pose.light(&scene.lights[*light]);
+            scene.lights[*light].light = pose.light(&scene.lights[*light]);
         }
         let camera = changes.camera.as_ref();
         let camera_pose = camera.map(|motion| motion.pose(frame, later, draws("camera")));
         if let Some(pose) = &camera_pose {
-            scene.set_camera(pose.camera(&scene.camera));
+            scene.camera = pose.camera(&scene.camera);
         }
         let meshes = changes.meshes.iter().map(|(mesh, motion)| {
             let pose = motion.pose(frame, later, draws(&format!("mesh {mesh}")));
@@ -171,13 +227,13 @@ impl Frames {
         let mesh_poses: Vec<_> = meshes.collect();
         for &(mesh, position_m, rotation) in &mesh_poses {
             let rotation = DMat3::from_quat(rotation);
-            scene.carry_lights(Carrier::Mesh(mesh), rotation, position_m);
+            scene.carry_lights(mesh, rotation, position_m);
         }
         Moment {
             scene_index,
             mesh_poses,
             camera_pose,
-            scene,
+            scene: scene.in_world().into_owned(),
         }
     }
 
@@ -219,33 +275,16 @@ impl Frames {
             exposed = Exposed::default();
         }
 
-        let varied = loaded.scene.materials.iter().zip(&scene.materials);
-        let varied = varied.filter(|(before, now)| before.kd != now.kd);
-        let materials_kd = varied.map(|(_, now)| (now.name.clone(), json!(now.kd)));
-        let Intrinsics { fx, fy, cx, cy } = scene.camera.intrinsics_px();
-        let description = json!({
+        let mut description = json!({
             "scene": loaded.name,
             "frame": number,
             "time_s": camera.and_then(|pose| pose.time_s),
-            "camera": {
-                "position_m": scene.camera.position_m.to_array(),
-                "rotation_xyzw": rotation.to_array(),
-                "look_at_m": scene.camera.look_at_m.to_array(),
-                "up": scene.camera.up.to_array(),
-                "resolution_px": scene.camera.resolution_px,
-                "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy },
-                "samples": scene.camera.pixel_sampling.map_or(1, |sampling| sampling.samples),
-                "filter": scene.camera.pixel_sampling.map(|sampling| sampling.filter.name()),
-                "distortion": scene.camera.distortion().map(|distortion| json!({
-                    "model": distortion.model(),
-                    "coefficients": distortion.coefficients(),
-                })),
-            },
-            "lights": (0..scene.lights.len()).map(|i| describe_light(scene, i)).collect::<Vec<_>>(),
-            "meshes": mesh_poses.iter().map(describe_mesh).collect::<Vec<_>>(),
-            "materials_kd": Map::from_iter(materials_kd),
-            "seed": self.job.seed,
         });
+        let described = describe_frame(scene, &loaded.scene, rotation, mesh_poses);
+        described
+            .into_iter()
+            .for_each(|(key, value)| description[key] = value);
+        description["seed"] = json!(self.job.seed);
         let length = u64::from(self.job.frame_count);
         let is_last = number % length == length - 1;
         let next = (self.job.has_flow && !is_last).then(|| self.moment(index + 1, 0.0));
@@ -259,6 +298,10 @@ impl Frames {
             index,
             camera_pose: (scene.camera.position_m, rotation),
             file: format!("frames/{}{number:06}.exr", loaded.folder),
+            plain_layers: match self.job.exr.plain {
+                true => dataset_layers(&loaded.scene, &self.job.exr, self.job.has_flow),
+                false => Vec::new(),
+            },
             inputs: hasher.finalize().to_hex().to_string(),
             description,
             begin,
@@ -268,6 +311,37 @@ impl Frames {
             phase_starts_s,
         }
     }
+}
+
+impl LoadedScene {
+    /// Warns of probable mistakes in the brightest values that a job draws, such as materials that reflect more than they receive.
+    fn warn_of_draws(&self, job: &Job) {
+        let mut scene = self.scene.clone();
+        for drawn in &job.changes.materials {
+            let materials = scene.materials.iter_mut().filter(|m| drawn.is_of(m));
+            materials.for_each(|material| drawn.apply_brightest(material, self.own_textures));
+        }
+        let known = self.scene.warnings();
+        for warning in scene.warnings().iter().filter(|w| !known.contains(w)) {
+            warn(format_args!("{}: {warning}", self.name));
+        }
+    }
+}
+
+/// As `camlux render --target-error`.
+fn set_target_error(scene: &mut Scene, requested: f64, name: &str) -> Result<(), Failure> {
+    match &mut scene.indirect {
+        None => scene.indirect = Some(IndirectLight::final_gather(requested)),
+        Some(IndirectLight::FinalGather { target_error, .. }) => *target_error = requested,
+        Some(other) => {
+            return Err(format!(
+                "[job] has a target_error, but {name} computes indirect light by {}, which has none; leave it out, or set estimator = \"final-gather\" there",
+                other.name()
+            )
+            .into());
+        }
+    }
+    Ok(())
 }
 
 impl Moment {
@@ -321,30 +395,33 @@ impl Planned {
         [frame].into_iter().chain(meshes).chain(starts).collect()
     }
 
-    pub fn path(&self, folder: &Path) -> PathBuf {
-        folder.join(&self.file)
+    /// The plain file of each layer, below the data set's folder; none if all layers are in one file.
+    pub fn plain_files(&self) -> Map<String, Value> {
+        let files = self.plain_layers.iter().map(|&layer| {
+            let file = plain_path(self.file.as_ref(), layer);
+            (layer.name().to_owned(), json!(file.to_string_lossy()))
+        });
+        files.collect()
     }
-}
 
-fn describe_mesh((mesh, position_m, rotation): &(usize, DVec3, DQuat)) -> Value {
-    json!({
-        "index": mesh,
-        "position_m": position_m.to_array(),
-        "rotation_xyzw": rotation.to_array(),
-    })
-}
+    /// The files of the frame, in the order in which they are hashed.
+    pub fn paths(&self, folder: &Path) -> Vec<PathBuf> {
+        let path = folder.join(&self.file);
+        match &self.plain_layers[..] {
+            [] => vec![path],
+            layers => {
+                let paths = layers.iter().map(|&layer| plain_path(&path, layer));
+                paths.collect()
+            }
+        }
+    }
 
-fn describe_light(scene: &Scene, index: usize) -> Value {
-    let light = &scene.lights[index];
-    let mut object = json!({ "kind": light.kind() });
-    if let Some(tof) = &scene.tof {
-        object["modulated"] = json!(tof.is_modulated(index));
+    /// The file that holds the layer.
+    pub fn path_of(&self, layer: Layer, folder: &Path) -> PathBuf {
+        let path = folder.join(&self.file);
+        match self.plain_layers.is_empty() {
+            true => path,
+            false => plain_path(&path, layer),
+        }
     }
-    for (name, numbers) in light.parameters() {
-        object[name] = match numbers[..] {
-            [number] => json!(number),
-            _ => json!(numbers),
-        };
-    }
-    object
 }

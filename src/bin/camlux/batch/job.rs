@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use camlux::keys::{self, Keys, Value};
 use camlux::output::{ExrCompression, ExrOptions, Layer};
+use camlux::scene::TARGET_ERRORS;
 
 use super::changes::Changes;
 use super::timing::Timing;
@@ -20,6 +21,10 @@ pub struct Job {
     /// Frames of one sequence: the same number for each scene and each step of the sweeps.
     pub frame_count: u32,
     pub seed: u32,
+    /// Whether each scene draws its own values, instead of the same in the same frame.
+    pub draws_per_scene: bool,
+    /// Of final gathering, whatever the scenes set.
+    pub target_error: Option<f64>,
     pub size_px: Option<[u32; 2]>,
     pub exr: ExrOptions,
     /// Whether frames have the layers of flow.
@@ -47,15 +52,20 @@ impl Job {
             "scenes",
             "frames",
             "seed",
+            "draws_per_scene",
+            "target_error",
             "size",
             "layers",
             "half",
             "compression",
+            "plain",
             "flow",
         ])?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let scenes = scenes(&mut job, folder)?;
         let seed = job.optional("seed", Value::count)?.unwrap_or(0);
+        let draws_per_scene = job.optional("draws_per_scene", Value::flag)?;
+        let target_error = job.optional("target_error", target_error)?;
         let size_px = job.optional("size", size)?;
         let mut exr = exr_options(&mut job)?;
         let has_flow = job.optional("flow", Value::flag)?.unwrap_or(false);
@@ -72,6 +82,8 @@ impl Job {
             scenes,
             frame_count,
             seed,
+            draws_per_scene: draws_per_scene.unwrap_or(false),
+            target_error,
             size_px,
             exr,
             has_flow,
@@ -115,6 +127,17 @@ fn size(value: &Value) -> camlux::Result<[u32; 2]> {
     }
 }
 
+fn target_error(value: &Value) -> camlux::Result<f64> {
+    match value.number()? {
+        error if TARGET_ERRORS.contains(&error) => Ok(error),
+        error => {
+            let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
+            let hint = format!("give a relRMSE from {least} to {most}, such as 0.02");
+            Err(value.error(format!("is {error}"), hint))
+        }
+    }
+}
+
 fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
     let layers = keys.take("layers").map(|value| {
         let names = value.filled("name one or more")?.list()?;
@@ -132,6 +155,7 @@ fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
         half: keys.optional("half", Value::flag)?.unwrap_or(false),
         layers: layers.transpose()?,
         compression: compression?.unwrap_or(COMPRESSION),
+        plain: keys.optional("plain", Value::flag)?.unwrap_or(false),
         attributes: Vec::new(),
     })
 }

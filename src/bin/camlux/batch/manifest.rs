@@ -52,11 +52,13 @@ impl Line {
         let Some(expected) = self.blake3.as_ref().filter(|_| self.is_of(planned)) else {
             return false;
         };
-        let Ok(file) = File::open(planned.path(folder)) else {
-            return false;
-        };
         let mut hasher = blake3::Hasher::new();
-        hasher.update_reader(file).is_ok() && hasher.finalize().to_hex().as_str() == expected
+        let mut files = planned.paths(folder).into_iter();
+        let is_there = files.all(|path| {
+            let file = File::open(path);
+            file.is_ok_and(|file| hasher.update_reader(file).is_ok())
+        });
+        is_there && hasher.finalize().to_hex().as_str() == expected
     }
 }
 

@@ -10,6 +10,7 @@ mod flow;
 mod frames;
 mod job;
 mod manifest;
+mod materials;
 mod merge;
 mod motion;
 mod pose;
@@ -215,7 +216,9 @@ fn sort_out(
 
 /// Removes unfinished files that a killed run left for these frames and this manifest. Other runs may be working on other frames.
 fn remove_unfinished(frames: &Frames, missing: &[u64], folder: &Path, manifest: &Path) {
-    let paths = missing.iter().map(|&index| frames.plan(index).path(folder));
+    let paths = missing
+        .iter()
+        .flat_map(|&index| frames.plan(index).paths(folder));
     let own: HashSet<PathBuf> = paths.chain([manifest.to_owned()]).collect();
     let of_scenes = frames.scenes.iter();
     let of_scenes = of_scenes.map(|scene| folder.join("frames").join(&scene.folder));

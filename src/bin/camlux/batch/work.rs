@@ -7,9 +7,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use camlux::output::{
-    Exposure, ExrOptions, Frame, FrameDescription, OutputFile, StopReason, write_exr_hashed,
-};
+use camlux::output::{Exposure, ExrOptions, Frame, FrameDescription, StopReason, write_exr_files};
 use camlux::scene::ChargeUnit;
 use camlux::{
     Device, DeviceInfo, DeviceKind, DeviceOptions, Error, RenderOptions, Renderer, Scene,
@@ -89,7 +87,7 @@ impl Engine {
             ..begin.clone()
         };
         let mut options = RenderOptions {
-            frame_index: planned.index as u32,
+            frame_index: Some(planned.index as u32),
             ..RenderOptions::default()
         };
         let mut frame = self.renderer.render(&scene, &mut options)?;
@@ -106,7 +104,7 @@ impl Engine {
         if !samples.is_empty() {
             mean.put_into(&mut frame);
             frame.description = FrameDescription {
-                frame_index: options.frame_index,
+                key: frame.description.key,
                 ..FrameDescription::new(&begin, begin.hash())
             };
         }
@@ -288,9 +286,12 @@ impl Writer<'_> {
             Ok(frame) => {
                 let start = Instant::now();
                 self.exr.attributes = planned.attributes();
-                let output = OutputFile::create(planned.path(self.folder))?;
-                let written = write_exr_hashed(output, &frame, &self.exr)?;
-                line["file"] = json!(planned.file);
+                let path = self.folder.join(&planned.file);
+                let written = write_exr_files(&path, &frame, &self.exr)?;
+                match self.exr.plain {
+                    false => line["file"] = json!(planned.file),
+                    true => line["files"] = json!(planned.plain_files()),
+                }
                 line["blake3"] = json!(written.blake3);
                 line["bytes"] = json!(written.bytes);
                 line["ms"] = json!(ms);
@@ -387,7 +388,7 @@ mod tests {
             assert!(is_whole && written == 5);
             indices
                 .iter()
-                .map(|&i| std::fs::read(frames.plan(i).path(folder.path())).expect("a frame"))
+                .map(|&i| std::fs::read(folder.path().join(frames.plan(i).file)).expect("a frame"))
                 .collect::<Vec<_>>()
         };
         assert!(written_by(2) == written_by(1));

@@ -4,7 +4,7 @@ use super::map::Map;
 use super::mtl::LibraryMaterial;
 use crate::import::mesh::{Assets, TextureUse};
 use crate::import::texture::{self, NormalMap};
-use crate::scene::{Encoding, Material, Texels, Texture, TextureLookup};
+use crate::scene::{Material, Texture, TextureLookup};
 use crate::{Error, Result};
 
 impl Assets {
@@ -69,25 +69,13 @@ impl Assets {
                 texture::load_normals(&map.file, &normals).map(Some)
             }
             TextureUse::Alpha(_) => texture::load_alpha(&map.file, &map.named_at),
-            TextureUse::Factor => texture::load(&map.file, &map.named_at).map(|t| Some(factors(t))),
+            TextureUse::Factor => {
+                let texture = texture::load(&map.file, &map.named_at);
+                texture.map(Texture::into_brightness).map(Some)
+            }
             TextureUse::Reflectance => texture::load(&map.file, &map.named_at).map(Some),
         };
         let texture = self.texture(&map.file, use_of, load)?;
         Ok(texture.map(|texture| map.lookup(texture)))
     }
-}
-
-/// The brightness of each texel as a factor, without a transfer function.
-fn factors(mut texture: Texture) -> Texture {
-    let texels = texture.texels.encoded_as(Encoding::Linear);
-    let is_grey = texels.reflectances().all(|[r, g, b]| r == g && g == b);
-    texture.texels = match is_grey {
-        true => texels,
-        false => {
-            // Luma of BT.709.
-            let luma = |[r, g, b]: [f32; 3]| [0.2126 * r + 0.7152 * g + 0.0722 * b; 3];
-            Texels::F32(texels.reflectances().map(luma).collect())
-        }
-    };
-    texture
 }

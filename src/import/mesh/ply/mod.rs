@@ -59,13 +59,18 @@ impl Assets {
     /// Loads a PLY file as one mesh.
     pub(super) fn load_ply(&mut self, request: &MeshRequest) -> Result<Mesh> {
         let path = &request.path;
-        let material = request.only_material()?;
+        let of_faces = request.as_is.as_ref().map(|as_is| &as_is.materials[..]);
+        let material = match of_faces {
+            // Without faces it does not matter.
+            Some(materials) => materials.first().copied().unwrap_or_default(),
+            None => request.only_material()?,
+        };
         let (stream, file_bytes) = open(path, &request.named_at, "mesh")?;
         let mut lines = Lines::new(path, stream);
         let mut unused = Unused::default();
         let header = Header::read(&mut lines, path, &mut unused)?;
         let mut body = Body::new(lines, &header);
-        let mut reader = Reader::new(path, &header, file_bytes)?;
+        let mut reader = Reader::new(path, &header, file_bytes, of_faces)?;
         for element in &header.elements {
             match element.name.as_str() {
                 "vertex" => reader.vertices(element, &mut body, &mut unused)?,
@@ -88,18 +93,23 @@ impl Assets {
             mut polygons,
             corners,
             texture_of_face,
+            material_of_face,
             ..
         } = reader;
         if corners.positions.is_empty() && !polygons.positions.is_empty() {
             unused.add("the points of a file without faces");
         }
-        polygons.materials = self.materials_of_ply(
-            &header,
-            (material, &texture_of_face),
-            !corners.texcoords.is_empty() || !polygons.texcoords.is_empty(),
-            request,
-            &mut unused,
-        )?;
+        polygons.stay_as_is = of_faces.is_some();
+        polygons.materials = match material_of_face.is_empty() {
+            false => material_of_face,
+            true => self.materials_of_ply(
+                &header,
+                (material, &texture_of_face),
+                !corners.texcoords.is_empty() || !polygons.texcoords.is_empty(),
+                request,
+                &mut unused,
+            )?,
+        };
         as_unit_colors(&mut polygons.colors);
         polygons.corners = match [&corners.texcoords, &corners.colors] {
             [texcoords, colors] if texcoords.is_empty() && colors.is_empty() => {
@@ -175,10 +185,19 @@ struct Reader<'h> {
     corners: Columns,
     /// The number of the texture of each face; empty: all have the first.
     texture_of_face: Vec<f64>,
+    /// The materials that the faces number, for a mesh that stays as it is.
+    materials: Option<&'h [u32]>,
+    /// Empty: all faces have one material.
+    material_of_face: Vec<u32>,
 }
 
 impl<'h> Reader<'h> {
-    fn new(file: &'h Path, header: &Header, file_bytes: u64) -> Result<Self> {
+    fn new(
+        file: &'h Path,
+        header: &Header,
+        file_bytes: u64,
+        materials: Option<&'h [u32]>,
+    ) -> Result<Self> {
         let Some(vertex) = header.element("vertex") else {
             let problem = "it has no element \"vertex\"";
             return Err(Error::scene(file.display().to_string(), problem, HINT));
@@ -191,6 +210,8 @@ impl<'h> Reader<'h> {
             polygons: Polygons::default(),
             corners: Columns::default(),
             texture_of_face: Vec::new(),
+            materials,
+            material_of_face: Vec::new(),
         })
     }
 
@@ -201,8 +222,8 @@ impl<'h> Reader<'h> {
     }
 
     fn vertices(&mut self, element: &Element, body: &mut Body, unused: &mut Unused) -> Result<()> {
-        // x y z, nx ny nz, u v, red green blue, alpha.
-        let mut slots = Slots::<12>::new(element);
+        // x y z, nx ny nz, u v, red green blue, alpha, u2 v2, tangent.
+        let mut slots = Slots::<18>::new(element);
         if slots.take(element, 0, ["x", "y", "z"]).is_none() {
             let problem = "its vertices have no x, y and z";
             return Err(element.error(self.file, problem, HINT));
@@ -212,6 +233,8 @@ impl<'h> Reader<'h> {
         let colors = slots.take_one(element, 8, &COLORS);
         let alphas = ALPHAS.map(|name| [name]);
         let alpha = slots.take_one(element, 11, &alphas);
+        let has_texcoords_1 = slots.take(element, 12, ["u2", "v2"]).is_some();
+        let has_tangents = slots.take(element, 14, ["tx", "ty", "tz", "tw"]).is_some();
         slots.report(element, |_| false, unused);
         let mut transparent = 0;
         let room = self.room(element);
@@ -241,6 +264,7 @@ impl<'h> Reader<'h> {
             if !values[..3]
                 .iter()
                 .chain(&values[6..8])
+                .chain(&values[12..18])
                 .all(|v| v.is_finite())
             {
                 return Err(body.error("a vertex has a coordinate that is not a finite number"));
@@ -255,6 +279,13 @@ impl<'h> Reader<'h> {
             }
             if has_texcoords {
                 polygons.texcoords.push([values[6], values[7]]);
+            }
+            if has_texcoords_1 {
+                polygons.texcoords_1.push([values[12], values[13]]);
+            }
+            if has_tangents {
+                let tangent = [values[14], values[15], values[16], values[17]];
+                polygons.tangents.push(tangent.map(|value| value as f32));
             }
             if let Some(kinds) = colors {
                 polygons.colors.push(color(&values[8..11], kinds));
@@ -271,8 +302,8 @@ impl<'h> Reader<'h> {
         let texcoords = element.find(&["texcoord"]);
         let is_list = |index: &usize| element.properties[*index].length.is_some();
         let texcoords = texcoords.filter(is_list);
-        // red green blue, texnumber, alpha.
-        let mut slots = Slots::<5>::new(element);
+        // red green blue, texnumber, alpha, material_index.
+        let mut slots = Slots::<6>::new(element);
         let of_vertices = !self.polygons.colors.is_empty();
         let colors = match of_vertices {
             true => None,
@@ -280,6 +311,8 @@ impl<'h> Reader<'h> {
         };
         let has_numbers = slots.take(element, 3, ["texnumber"]).is_some();
         let alpha = slots.take_one(element, 4, &ALPHAS.map(|name| [name]));
+        let has_materials =
+            self.materials.is_some() && slots.take(element, 5, ["material_index"]).is_some();
         let mut transparent = 0;
         let is_used = |property: &Property| {
             let is_one = |index: usize| std::ptr::eq(property, &element.properties[index]);
@@ -330,6 +363,10 @@ impl<'h> Reader<'h> {
                 let color_index = self.polygons.colors.len() as u32;
                 self.polygons.colors.push(color(&slots.values, kinds));
                 self.corners.colors.resize(end, color_index);
+            }
+            if has_materials {
+                let material = self.material(slots.values[5], body)?;
+                self.material_of_face.push(material);
             }
             if has_numbers {
                 self.texture_of_face.push(slots.values[3]);
@@ -446,6 +483,17 @@ impl<'h> Reader<'h> {
                 Err(element.error(self.file, &problem, HINT))
             }
         }
+    }
+
+    fn material(&self, index: f64, body: &Body) -> Result<u32> {
+        let materials = self.materials.unwrap_or_default();
+        let found = materials.get(index as usize).filter(|_| index >= 0.0);
+        found.copied().ok_or_else(|| {
+            let count = materials.len();
+            let problem =
+                format!("a face has material_index {index}, but the [[mesh]] lists {count}");
+            body.error(&problem)
+        })
     }
 
     fn vertex(&self, index: f64, body: &Body) -> Result<u32> {

@@ -4,7 +4,7 @@ use super::header::{Element, Property, Type};
 use crate::import::unused::Unused;
 
 /// Names that programs write, and that camlux reads or knows to be of no use to it.
-const PROPERTIES: [&str; 44] = [
+const PROPERTIES: [&str; 50] = [
     "x",
     "y",
     "z",
@@ -49,6 +49,12 @@ const PROPERTIES: [&str; 44] = [
     "vertex1",
     "vertex2",
     "opacity",
+    "u2",
+    "v2",
+    "tx",
+    "ty",
+    "tz",
+    "tw",
 ];
 
 /// Where the values of an element's properties go: an index of a list of `N` values, or nowhere.

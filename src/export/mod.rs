@@ -1,0 +1,324 @@
+//! Writes a scene to a folder, from which [`Scene::load`] reads the same scene again, bit by bit.
+
+mod images;
+mod ply;
+mod toml;
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::Path;
+
+use crate::import::pattern_text;
+use crate::output::OutputFile;
+use crate::scene::{
+    Camera, Carrier, Distortion, Light, Material, Parameter, PixelSampling, RadiationPattern,
+    Scene, Texels, TextureLookup, TimeOfFlight,
+};
+use crate::{Error, Result};
+use toml::Toml;
+
+/// Where the parts of a scene are, below its folder.
+const MESHES: &str = "meshes";
+const TEXTURES: &str = "textures";
+const PATTERNS: &str = "patterns";
+
+impl Scene {
+    /// Writes `scene.toml` to a folder, with the meshes (PLY), textures (PNG, OpenEXR) and patterns (JSON, OpenEXR) that it names below. The
+    /// folder is made if it is missing; files of these names are replaced.
+    ///
+    /// [`Scene::load`] of `scene.toml` gives a scene with the same [`Scene::hash`] and the same names. Warnings about files that the scene was loaded
+    /// from are not kept.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for a scene that is not valid, [`Error::Output`] if a file cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<()> {
+        self.validate()?;
+        if let Some(PixelSampling { samples: 1, .. }) = self.camera.pixel_sampling {
+            let hint = "leave it out for one point in the centre, or give 2 or more";
+            let problem = "samples is 1, which no scene file has";
+            return Err(Error::scene("camera", problem, hint));
+        }
+        let mut toml = Toml::default();
+        self.write_camera(&mut toml);
+        let saved = Saved {
+            scene: self,
+            folder,
+        };
+        saved.lights(&mut toml)?;
+        saved.textures(&mut toml)?;
+        let keys = saved.materials(&mut toml);
+        saved.meshes(&mut toml, &keys)?;
+        self.write_indirect(&mut toml);
+        // Last, so that it names only files that are there.
+        OutputFile::create(make_folder(folder)?.join("scene.toml"))?
+            .commit_with(toml.text().as_bytes())
+    }
+
+    fn write_camera(&self, toml: &mut Toml) {
+        let Camera {
+            resolution_px: [width, height],
+            position_m,
+            look_at_m,
+            up,
+            lens: _,
+            pixel_sampling,
+        } = self.camera;
+        toml.table("[camera]");
+        toml.count_list("resolution", &[width, height]);
+        toml.numbers("position", &position_m.to_array());
+        toml.numbers("look_at", &look_at_m.to_array());
+        toml.numbers("up", &up.to_array());
+        toml.lens(&self.camera.lens);
+        if let Some(distortion) = self.camera.distortion() {
+            let names = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
+            match distortion {
+                Distortion::Rational(values) => toml.named("distortion", names, &values),
+                Distortion::Fisheye(values) => {
+                    toml.named("fisheye", ["k1", "k2", "k3", "k4"], &values);
+                }
+            }
+        }
+        if let Some(sampling) = pixel_sampling {
+            toml.count("samples", sampling.samples.into());
+            toml.string("filter", sampling.filter.name());
+        }
+        if let Some(sensor) = &self.sensor {
+            toml.table("[sensor]");
+            toml.numbers("pixel_pitch_um", &sensor.pixel_pitch_um);
+            toml.number("exposure_time_s", sensor.exposure_time_s);
+            toml.number("duty_cycle", sensor.duty_cycle);
+            if let Some(detector) = sensor.photodetector {
+                toml.number("wavelength_nm", detector.wavelength_nm);
+                toml.number("quantum_efficiency", detector.quantum_efficiency);
+            }
+            if let Some(f_number) = sensor.f_number {
+                toml.table("[lens]");
+                toml.number("f_number", f_number);
+            }
+        }
+        if let Some(tof) = &self.tof {
+            write_tof(toml, tof);
+        }
+    }
+
+    fn write_indirect(&self, toml: &mut Toml) {
+        if let Some(shadow) = self.direct.shadow {
+            toml.table("[direct]");
+            toml.string("shadow", shadow.name());
+        }
+        let Some(indirect) = &self.indirect else {
+            return;
+        };
+        toml.table("[indirect]");
+        toml.string("estimator", indirect.name());
+        if let Some(size) = indirect.rsm_size() {
+            toml.count("rsm_size", size.into());
+        }
+        for (key, value) in indirect.parameters() {
+            match value {
+                None => {}
+                Some(Parameter::Number(number)) => toml.number(key, number),
+                Some(Parameter::Count(count)) => toml.count(key, count),
+                Some(Parameter::Name(name)) => toml.string(key, name),
+                Some(Parameter::Flag(flag)) => toml.flag(key, flag),
+            }
+        }
+    }
+}
+
+fn write_tof(toml: &mut Toml, tof: &TimeOfFlight) {
+    let TimeOfFlight {
+        frequencies_hz,
+        phase_count,
+        contrasts,
+        band_weights,
+        phase_offset_deg,
+        // Written with the lights.
+        ambient_lights: _,
+        output,
+        noise,
+    } = tof;
+    toml.table("[tof]");
+    toml.numbers("frequencies_hz", frequencies_hz);
+    toml.count("phases", (*phase_count).into());
+    toml.numbers("contrast", contrasts);
+    toml.numbers("band", band_weights);
+    toml.number("phase_offset_deg", *phase_offset_deg);
+    toml.string("output", output.name());
+    if let Some(noise) = noise {
+        toml.table("[tof.noise]");
+        toml.count("seed", noise.seed);
+        toml.number("dark_e_per_s", noise.dark_e_per_s);
+        toml.number("read_noise_e", noise.read_noise_e);
+        toml.number("full_well_e", noise.full_well_e);
+        toml.number("gain_dn_per_e", noise.gain_dn_per_e);
+        toml.number("black_level_dn", noise.black_level_dn);
+        toml.count("bits", noise.bits.into());
+    }
+}
+
+/// The parts of a scene with files of their own.
+struct Saved<'s> {
+    scene: &'s Scene,
+    folder: &'s Path,
+}
+
+impl Saved<'_> {
+    /// Writes a file below the folder.
+    fn write(&self, part: &str, name: &str, bytes: &[u8]) -> Result<String> {
+        let folder = make_folder(&self.folder.join(part))?.to_owned();
+        OutputFile::create(folder.join(name))?.commit_with(bytes)?;
+        Ok(format!("{part}/{name}"))
+    }
+
+    fn lights(&self, toml: &mut Toml) -> Result<()> {
+        for (index, light) in self.scene.lights.iter().enumerate() {
+            toml.table("[[light]]");
+            toml.string("kind", light.kind());
+            for (name, values) in light.parameters() {
+                // Scene files have the units of lengths in no name.
+                let key = name.strip_suffix("_m").unwrap_or(name);
+                match values[..] {
+                    [number] => toml.number(key, number),
+                    _ => toml.numbers(key, &values),
+                }
+            }
+            if let Light::Pattern { pattern, .. } = &light.light {
+                self.pattern(toml, index, pattern)?;
+            }
+            if let Some(tof) = &self.scene.tof {
+                toml.flag("modulated", tof.is_modulated(index));
+            }
+            match light.relative_to {
+                None => {}
+                Some(Carrier::Camera) => toml.string("relative_to", "camera"),
+                Some(Carrier::Mesh(mesh)) => {
+                    toml.string("moves_with", "mesh");
+                    toml.count("mesh", mesh as u64);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn pattern(&self, toml: &mut Toml, index: usize, pattern: &RadiationPattern) -> Result<()> {
+        match pattern {
+            RadiationPattern::Measured(pattern) => {
+                let text = pattern_text(pattern);
+                let file = self.write(PATTERNS, &format!("{index}.json"), text.as_bytes())?;
+                toml.string("pattern", &file);
+            }
+            RadiationPattern::Projected(image) => {
+                let bytes = images::grey_exr(image.size_px, &image.values).map_err(internal)?;
+                let file = self.write(PATTERNS, &format!("{index}.exr"), &bytes)?;
+                toml.string("image", &file);
+                toml.number("white", 1.0);
+                toml.intrinsics(&image.intrinsics);
+            }
+        }
+        Ok(())
+    }
+
+    fn textures(&self, toml: &mut Toml) -> Result<()> {
+        for (index, texture) in self.scene.textures.iter().enumerate() {
+            let (extension, encoding) = match &texture.texels {
+                Texels::U8(_, encoding) | Texels::U16(_, encoding) => ("png", Some(*encoding)),
+                Texels::F32(_) => ("exr", None),
+            };
+            let bytes = images::of_texture(texture).map_err(internal)?;
+            let file = self.write(TEXTURES, &format!("{index}.{extension}"), &bytes)?;
+            toml.table("[[texture]]");
+            toml.string("path", &file);
+            toml.string("name", &texture.name);
+            if let Some(encoding) = encoding {
+                toml.string("encoding", encoding.name());
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the key of each material: its name, if no other has it.
+    fn materials(&self, toml: &mut Toml) -> Vec<String> {
+        let mut keys: HashMap<String, usize> = HashMap::new();
+        let mut of_materials = Vec::new();
+        for (index, material) in self.scene.materials.iter().enumerate() {
+            let mut key = material.name.clone();
+            // The number makes it another key, unless a name ends in it.
+            while keys.contains_key(&key) {
+                key = format!("{key} {index}");
+            }
+            keys.insert(key.clone(), index);
+            write_material(toml, &key, material);
+            of_materials.push(key);
+        }
+        of_materials
+    }
+
+    fn meshes(&self, toml: &mut Toml, material_keys: &[String]) -> Result<()> {
+        let mut files: HashMap<usize, (String, Vec<u32>)> = HashMap::new();
+        for instance in &self.scene.meshes {
+            let id = instance.mesh.id();
+            if !files.contains_key(&id) {
+                let materials = ply::materials(&instance.mesh);
+                let name = format!("{}.ply", files.len());
+                let bytes = ply::bytes(&instance.mesh, &materials);
+                let file = self.write(MESHES, &name, &bytes)?;
+                files.insert(id, (file, materials));
+            }
+            let (file, materials) = &files[&id];
+            let materials = materials.iter().map(|&m| &material_keys[m as usize][..]);
+            toml.table("[[mesh]]");
+            toml.string("path", file);
+            toml.string("name", &instance.name);
+            toml.numbers("to_world", &instance.to_world.to_cols_array());
+            toml.strings("materials", materials);
+        }
+        Ok(())
+    }
+}
+
+fn write_material(toml: &mut Toml, key: &str, material: &Material) {
+    let Material {
+        name,
+        kd,
+        ks,
+        shininess,
+        // Written below, with the other textures.
+        kd_texture: _,
+        ks_texture: _,
+        shininess_texture: _,
+        normal_texture: _,
+        alpha_texture: _,
+        alpha_cutoff,
+    } = material;
+    toml.table_of("material", key);
+    if name != key {
+        toml.string("name", name);
+    }
+    toml.numbers("kd", kd);
+    toml.numbers("ks", ks);
+    toml.number("shininess", *shininess);
+    toml.number("alpha_cutoff", *alpha_cutoff);
+    for (role, lookup) in material.textures() {
+        let name = role.field();
+        if lookup == TextureLookup::from(lookup.texture) {
+            toml.count(name, lookup.texture as u64);
+        } else {
+            toml.lookup(name, &lookup);
+        }
+    }
+}
+
+fn make_folder(folder: &Path) -> Result<&Path> {
+    fs::create_dir_all(folder).map_err(|error| Error::Output {
+        path: folder.to_owned(),
+        problem: format!("cannot create the folder: {error}"),
+        hint: "name another folder, or check the permissions".into(),
+    })?;
+    Ok(folder)
+}
+
+/// An image in memory that cannot be encoded.
+fn internal(problem: String) -> Error {
+    Error::internal(problem)
+}

@@ -1,0 +1,134 @@
+//! The textures and materials of a scene file.
+
+use std::path::Path;
+
+use crate::exr_decode::decode_file;
+use crate::import::texture;
+use crate::keys::{Keys, Value};
+use crate::scene::{Encoding, Filter, Material, Texels, Texture, TextureLookup, Wrap};
+use crate::{Error, Result};
+
+/// Reads a `[[texture]]` table.
+pub(super) fn texture(mut keys: Keys, folder: &Path) -> Result<Texture> {
+    keys.only(&["path", "encoding", "name"])?;
+    let named = keys.need("path", "path = \"wood.png\"")?;
+    let path = folder.join(named.text()?);
+    let extension = path.extension().unwrap_or_default();
+    let mut texture = if extension.eq_ignore_ascii_case("exr") {
+        let hint = "remove it, or give a PNG, JPEG or WebP image";
+        keys.refuse("encoding", "is given for OpenEXR, which is linear", hint)?;
+        float_texture(&path, &named.at)?
+    } else {
+        let mut texture = texture::load(&path, &named.at)?;
+        let encoding = keys.optional("encoding", |value| {
+            value.choice(&Encoding::ALL, Encoding::name)
+        })?;
+        texture.texels = texture
+            .texels
+            .encoded_as(encoding.unwrap_or(Encoding::Srgb));
+        texture
+    };
+    if let Some(name) = keys.take("name") {
+        texture.name = name.text()?.to_owned();
+    }
+    Ok(texture)
+}
+
+/// Loads the channels R, G and B of an OpenEXR file as they are.
+fn float_texture(path: &Path, named_at: &str) -> Result<Texture> {
+    let unusable = |(problem, hint): (String, &str)| {
+        let problem = format!("cannot read the texture {}: {problem}", path.display());
+        Error::scene(named_at, problem, hint)
+    };
+    let image = decode_file(path, &|_| None).map_err(unusable)?;
+    match &image.layers[..] {
+        [layer] if layer.channel_names == ["R", "G", "B"] => Ok(Texture {
+            name: path.display().to_string(),
+            size_px: image.size_px,
+            texels: Texels::F32(layer.values.as_chunks().0.to_vec()),
+        }),
+        _ => {
+            let problem = "it has other channels than R, G and B".into();
+            Err(unusable((problem, "save it with these three")))
+        }
+    }
+}
+
+/// Reads a `[material.KEY]` table. `textures`: the number of `[[texture]]` tables.
+pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<Material> {
+    keys.only(&[
+        "kd",
+        "ks",
+        "shininess",
+        "name",
+        "kd_texture",
+        "ks_texture",
+        "shininess_texture",
+        "normal_texture",
+        "alpha_texture",
+        "alpha_cutoff",
+    ])?;
+    let name = keys.optional("name", |name| Ok(name.text()?.to_owned()))?;
+    let kd = keys.need("kd", "kd = 0.8 or kd = [r, g, b]")?.bands()?;
+    let mut material = Material::lambert(name.unwrap_or(key), kd);
+    material.ks = keys.optional("ks", Value::bands)?.unwrap_or_default();
+    // A default exponent of 1 would silently give a very wide lobe.
+    if material.is_specular() {
+        let shininess = keys.need("shininess", "shininess = 20.0, the exponent of ks")?;
+        material.shininess = shininess.number()?;
+    } else if let Some(shininess) = keys.optional("shininess", Value::number)? {
+        material.shininess = shininess;
+    }
+    let mut lookup = |key| keys.take(key).map(|v| lookup(v, textures)).transpose();
+    material.kd_texture = lookup("kd_texture")?;
+    material.ks_texture = lookup("ks_texture")?;
+    material.shininess_texture = lookup("shininess_texture")?;
+    material.normal_texture = lookup("normal_texture")?;
+    material.alpha_texture = lookup("alpha_texture")?;
+    if let Some(cutoff) = keys.optional("alpha_cutoff", Value::number)? {
+        material.alpha_cutoff = cutoff;
+    }
+    Ok(material)
+}
+
+/// The index of a texture, or a table with more.
+fn lookup(value: Value, textures: usize) -> Result<TextureLookup> {
+    let index = |value: &Value| match value.count()? as usize {
+        index if index < textures => Ok(index),
+        index => {
+            let problem = format!("is {index}, and there are {textures} [[texture]] tables");
+            Err(value.error(problem, "count from 0 in the order of this file"))
+        }
+    };
+    let mut keys = match value.count() {
+        Ok(_) => return Ok(index(&value)?.into()),
+        Err(_) => value.table("the texture of a material")?,
+    };
+    keys.only(&["texture", "texcoord_set", "transform", "wrap", "filter"])?;
+    let mut lookup = TextureLookup::from(index(&keys.need("texture", "texture = 0")?)?);
+    if let Some(set) = keys.optional("texcoord_set", Value::count)? {
+        lookup.texcoord_set = set;
+    }
+    if let Some(rows) = keys.take("transform") {
+        lookup.transform = two(rows, |row| row.numbers())?;
+    }
+    if let Some(wraps) = keys.take("wrap") {
+        lookup.wrap = two(wraps, |wrap| wrap.choice(&Wrap::ALL, Wrap::name))?;
+    }
+    if let Some(filter) = keys.take("filter") {
+        lookup.filter = filter.choice(&Filter::ALL, Filter::name)?;
+    }
+    Ok(lookup)
+}
+
+/// The values along u and v.
+fn two<T: Copy>(value: Value, read: impl Fn(&Value) -> Result<T>) -> Result<[T; 2]> {
+    let at = value.at.clone();
+    match &value.list()?[..] {
+        [along_u, along_v] => Ok([read(along_u)?, read(along_v)?]),
+        other => {
+            let problem = format!("there are {} values", other.len());
+            Err(Error::scene(at, problem, "give two: along u and along v"))
+        }
+    }
+}
