@@ -97,7 +97,8 @@
  * - A frame is the result: layers of pixels in the host's memory, and what they cost.
  *
  * Lengths are in metres, angles in degrees, powers in watts, radiances in W/sr/m^2. The camlux_view of a layer has its unit. Bands are
- * R, G, B. World space is right-handed; any axis may be up.
+ * R, G, B. World space is right-handed; any axis may be up, and +y is if nothing is said. docs/names.md says what a parameter is called in scene
+ * files and in Python.
  *
  *
  * HANDLES AND MEMORY
@@ -645,7 +646,7 @@ typedef struct camlux_bounds {
 } camlux_bounds;
 
 /**
- * A camera. Initialise with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
+ * A camera. Initialise with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with +y up, 45 degrees.
  *
  * Pixel (0, 0) is the upper left one, and its centre is at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
  */
@@ -679,7 +680,7 @@ typedef struct camlux_camera {
   double cy_px;
   /** Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE (first four). Coefficients that fold the image over are refused. */
   double distortion[8];
-  /** Number of samples averaged per pixel, 2 to 4096; 0 or 1: the pixel shows what is at its centre. */
+  /** Number of samples averaged per pixel, up to 4096; 0 or 1: the pixel shows what is at its centre. */
   uint32_t samples;
   /** Weight of the samples: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN. */
   int32_t filter;
@@ -687,7 +688,7 @@ typedef struct camlux_camera {
 
 /**
  * A sensor, which turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Initialise with
- * CAMLUX_SENSOR_INIT, and set every member.
+ * CAMLUX_SENSOR_INIT, and set at least pixel_pitch_um and exposure_time_s.
  */
 typedef struct camlux_sensor {
   /** sizeof(camlux_sensor) */
@@ -720,10 +721,7 @@ typedef struct camlux_indirect {
   uint32_t struct_size;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER, CAMLUX_ESTIMATOR_RSM_AVERAGE or CAMLUX_ESTIMATOR_INSTANT_RADIOSITY. */
   int32_t estimator;
-  /**
-   * Texels along an edge of a face of the reflective shadow map. 0: camlux chooses, for
-   * CAMLUX_ESTIMATOR_FINAL_GATHER only.
-   */
+  /** Texels along an edge of a face of the reflective shadow map. 0: camlux chooses for CAMLUX_ESTIMATOR_FINAL_GATHER, and 64 for the others. */
   uint32_t rsm_size;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error applies to, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL. */
   int32_t error_norm;
@@ -740,7 +738,7 @@ typedef struct camlux_indirect {
    * 0: no limit.
    */
   double max_ms;
-  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms. 0: no limit. */
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms; a first image is always made. 0: no limit. */
   uint64_t max_rays;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR. */
   int32_t stderr_layer;
@@ -779,7 +777,7 @@ camlux_status camlux_scene_load_file(const char *path,
 
 /**
  * Checks everything that a render needs, without a device. Each part was already checked when it was set. This call also checks that
- * there is a light, and that the parts go together.
+ * the parts go together.
  *
  * \errors CAMLUX_ERROR_SCENE; CAMLUX_ERROR_INVALID_HANDLE.
  * \threads any.
@@ -805,12 +803,13 @@ camlux_status camlux_scene_get_counts(camlux_scene *scene, camlux_scene_counts *
 camlux_status camlux_scene_get_bounds(camlux_scene *scene, camlux_bounds *bounds);
 
 /**
- * Sets the camera. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
+ * Sets the camera. Lights with CAMLUX_RELATIVE_TO_CAMERA move with it. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
  *
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_set_camera(camlux_scene *scene, const camlux_camera *camera);
+camlux_status camlux_scene_set_camera(camlux_scene *scene,
+                                      const camlux_camera *camera);
 
 /**
  * Reads the camera as it was set or last moved.
@@ -908,7 +907,7 @@ typedef struct camlux_tof_noise {
   uint32_t struct_size;
   /** Bits, 1 to 24: DN are from 0 to 2^bits - 1. */
   uint32_t bits;
-  /** Seed of the noise. The noise also differs for each frame_index of camlux_render_options. */
+  /** Seed of the noise. The noise also differs for each frame_index and seed of camlux_render_options, and for each camera. */
   uint64_t seed;
   /** Dark current of a tap, electrons per second. */
   double dark_e_per_s;
@@ -931,7 +930,7 @@ typedef struct camlux_tof {
   uint32_t struct_size;
   /** Number of frequencies, 1 to 4. */
   uint32_t frequency_count;
-  /** Modulation frequencies, Hz, 1 to 1e12; only the first frequency_count are used. */
+  /** Modulation frequencies, Hz (20 MHz are 20e6), 1e3 to 1e12; only the first frequency_count are used. */
   double frequencies_hz[4];
   /** Contrast K of each frequency: the difference between the taps as a fraction of the light, 0 to 1. */
   double contrasts[4];
@@ -956,8 +955,10 @@ typedef struct camlux_tof {
  * CAMLUX_LAYER_TOF_TAPS of each frequency. It needs camlux_scene_set_sensor with wavelength_nm and quantum_efficiency.
  *
  * \param tof NULL: none, the default. The noise and the indices that it points to are copied.
- * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT. Settings that do not go together with the rest of the scene, such as
- * a modulated directional light, are CAMLUX_ERROR_SCENE at the next render or camlux_scene_validate.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range. Settings that do not go
+ * together with the rest of the scene, such as a modulated directional light, are CAMLUX_ERROR_SCENE at the next render or
+ * camlux_scene_validate.
+ * The index of a removed light counts for no light that takes it later.
  * \threads any; calls on the same scene are serialised.
  */
 camlux_status camlux_scene_set_tof(camlux_scene *scene,
@@ -1121,6 +1122,15 @@ camlux_status camlux_scene_get_material(camlux_scene *scene, uint32_t index, cam
 /** An instance of a mesh. */
 #define CAMLUX_PART_INSTANCE 2
 
+/**
+ * The axes of a camera as camlux and OpenCV have them: x right, y down, z forward. Also for instances, whose axes are their mesh's, and
+ * for lights, which shine along z.
+ */
+#define CAMLUX_AXES_OPENCV 0
+
+/** The axes of a camera as OpenGL and Blender have them: x right, y up, z backward. */
+#define CAMLUX_AXES_OPENGL 1
+
 /** Elements of an array in the host's memory. */
 typedef struct camlux_array {
   /** The first element. It must be aligned to the size of a component: 8 bytes for CAMLUX_FORMAT_F64, and so on. */
@@ -1216,9 +1226,11 @@ camlux_status camlux_scene_set_mesh(camlux_scene *scene,
  * Moves the camera, a light or an instance. The next frame of a renderer recomputes only what this changes. After a camera
  * move it reuses the surfaces, reflective shadow maps and virtual point lights of the previous frame.
  *
- * - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change.
+ * - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens do not change. Lights with
+ *   CAMLUX_RELATIVE_TO_CAMERA move with it.
  * - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position. A point light has no orientation. A directional
- *   light travels along +z, and has no position.
+ *   light travels along +z, and has no position. A light that was relative to the camera stays where the pose puts it: it is then
+ *   relative to the world.
  * - CAMLUX_PART_INSTANCE: maps the mesh's own space to world space. It replaces the previous pose.
  *
  * \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
@@ -1231,6 +1243,22 @@ camlux_status camlux_scene_set_pose(camlux_scene *scene,
                                     int32_t part,
                                     uint32_t index,
                                     const camlux_pose *pose);
+
+/**
+ * Turns a matrix into a pose for camlux_scene_set_pose and camlux_scene_add_instance.
+ *
+ * \param rows 12 or 16 numbers, row by row: each row has three numbers of the rotation (times a scale) and one of the position, m. The matrix
+ * maps own space to world space, as camera-to-world does. The extrinsics of OpenCV map the other way: invert them first.
+ * \param count 12 (3 x 4), or 16 (4 x 4, whose last row is 0, 0, 0, 1).
+ * \param axes of the own space: CAMLUX_AXES_OPENCV or CAMLUX_AXES_OPENGL.
+ * \param pose initialise with CAMLUX_POSE_INIT.
+ * \errors CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a matrix that is no rotation with one scale, within 0.001.
+ * \threads any.
+ */
+camlux_status camlux_pose_from_matrix(const double *rows,
+                                      size_t count,
+                                      int32_t axes,
+                                      camlux_pose *pose);
 
 /**
  * Moves many lights or instances at once. If one pose is refused, none is moved.
@@ -1250,7 +1278,7 @@ camlux_status camlux_scene_set_poses(camlux_scene *scene,
                                      size_t stride_bytes);
 
 /**
- * Reads the pose of the camera, a light or an instance, in the form of camlux_scene_set_pose.
+ * Reads the pose of the camera, a light or an instance in world space, in the form of camlux_scene_set_pose.
  *
  * \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
  * \param index of the light or instance; 0 for the camera.
@@ -1319,10 +1347,10 @@ camlux_status camlux_scene_remove(camlux_scene *scene,
 /** Parallel light: direction, irradiance_w_m2. */
 #define CAMLUX_LIGHT_DIRECTIONAL 2
 
-/** A lamp with a measured pattern, from a scene file only: camlux_scene_get_light reads it, camlux_scene_set_pose moves it. */
+/** A lamp with a measured pattern: position_m, direction (gamma = 0), up (towards the plane C = 0), pattern, power_w. */
 #define CAMLUX_LIGHT_PATTERN 3
 
-/** A projector, from a scene file only, like CAMLUX_LIGHT_PATTERN. */
+/** A projector: position_m, direction (its axis), up (up in the image), image, power_w. */
 #define CAMLUX_LIGHT_PROJECTOR 4
 
 /**
@@ -1331,6 +1359,76 @@ camlux_status camlux_scene_remove(camlux_scene *scene,
  */
 #define CAMLUX_LIGHT_AREA 5
 
+/** Position and directions of a light are in world space. */
+#define CAMLUX_RELATIVE_TO_WORLD 0
+
+/**
+ * Position and directions of a light are in the camera's axes: x right, y down, z forward, from the camera's centre. The light moves with
+ * the camera.
+ */
+#define CAMLUX_RELATIVE_TO_CAMERA 1
+
+/**
+ * The measured pattern of a lamp, in the C-gamma system of the CIE: gamma is the angle from the direction of the light, C the angle about it,
+ * counterclockwise for a viewer who looks along it. Initialise with CAMLUX_PATTERN_INIT, and give either a file or arrays.
+ */
+typedef struct camlux_pattern {
+  /** sizeof(camlux_pattern) */
+  uint32_t struct_size;
+  /** How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
+  int32_t encoding;
+  /** An IES (.ies) or EULUMDAT (.ldt) file, or a grey map of all directions (.png, .jpg, .webp, .exr), UTF-8; NULL: from the arrays. */
+  const char *path;
+  /** Angles gamma, degrees, increasing, within 0 and 180; at least two. */
+  const double *gammas_deg;
+  /** Number of these angles. */
+  size_t gamma_count;
+  /**
+   * Angles C, degrees, increasing: 0 alone for a lamp that is symmetric about its direction; 0 to 90 or 0 to 180, which are mirrored; or the
+   * whole turn.
+   */
+  const double *planes_deg;
+  /** Number of these angles. */
+  size_t plane_count;
+  /** Radiant intensities of 0 or more, of which only the ratios matter: for each plane gamma_count values. */
+  const double *intensities;
+} camlux_pattern;
+
+/**
+ * The image of a projector, grey: the irradiance of each pixel on a screen across its axis. Initialise with CAMLUX_PROJECTED_IMAGE_INIT, and
+ * give either a file or an array, and a lens.
+ */
+typedef struct camlux_projected_image {
+  /** sizeof(camlux_projected_image) */
+  uint32_t struct_size;
+  /** How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
+  int32_t encoding;
+  /** A grey PNG, JPEG, WebP or OpenEXR file, UTF-8; NULL: from the array. */
+  const char *path;
+  /** Width of the array, pixels; 0 with a file. */
+  uint32_t width_px;
+  /** Height of the array, pixels; 0 with a file. */
+  uint32_t height_px;
+  /** Relative irradiances from 0 to 1, rows from the top. */
+  const float *values;
+  /** Bytes from one row to the next, a multiple of 4; 0: rows are contiguous. */
+  size_t row_stride_bytes;
+  /** CAMLUX_LENS_FOV_Y or CAMLUX_LENS_INTRINSICS, as for a camera. */
+  int32_t lens;
+  /** 0. */
+  uint32_t reserved;
+  /** With CAMLUX_LENS_FOV_Y: full angle from the upper to the lower edge, degrees above 0 and below 180. */
+  double fov_y_deg;
+  /** With CAMLUX_LENS_INTRINSICS: focal lengths in pixels, above 0. */
+  double fx_px;
+  /** See fx_px. */
+  double fy_px;
+  /** Principal point in pixels, from the upper left corner of the image. */
+  double cx_px;
+  /** See cx_px. */
+  double cy_px;
+} camlux_projected_image;
+
 /**
  * A light. Initialise with CAMLUX_LIGHT_INIT: a point light without power at the origin. Members that its kind does not use are
  * ignored.
@@ -1338,14 +1436,11 @@ camlux_status camlux_scene_remove(camlux_scene *scene,
 typedef struct camlux_light {
   /** sizeof(camlux_light) */
   uint32_t struct_size;
-  /**
-   * CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL or CAMLUX_LIGHT_AREA. When read, it can also be CAMLUX_LIGHT_PATTERN
-   * or CAMLUX_LIGHT_PROJECTOR.
-   */
+  /** CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL, CAMLUX_LIGHT_PATTERN, CAMLUX_LIGHT_PROJECTOR or CAMLUX_LIGHT_AREA. */
   int32_t kind;
-  /** Position in world space, m. */
+  /** Position in the space that relative_to says, m. */
   double position_m[3];
-  /** Direction in which the light travels, in world space; of any length but zero. */
+  /** Direction in which the light travels, in that space; of any length but zero. */
   double direction[3];
   /** Power of the whole light, per band R, G, B, watts, 0 to 1e24. */
   double power_w[3];
@@ -1355,12 +1450,26 @@ typedef struct camlux_light {
   double inner_half_angle_deg;
   /** Angle from the axis beyond which the intensity is 0, degrees above 0 up to 180. */
   double outer_half_angle_deg;
-  /** Direction of an area's height; of any length, not parallel to direction. */
+  /**
+   * Up in a projector's image, the plane C = 0 of a lamp, or the direction of a rectangle's height, in that space; of any length, not
+   * parallel to direction. A disc needs none: 0, 0, 0.
+   */
   double up[3];
   /** Width and height of a rectangle, m; 0 for a disc. */
   double size_m[2];
   /** Radius of a disc, m; 0 for a rectangle. */
   double radius_m;
+  /** The pattern of a CAMLUX_LIGHT_PATTERN, copied. NULL in camlux_scene_set_light: the pattern that the light has. Always NULL when read. */
+  const camlux_pattern *pattern;
+  /** The image of a CAMLUX_LIGHT_PROJECTOR, likewise. */
+  const camlux_projected_image *image;
+  /**
+   * CAMLUX_RELATIVE_TO_WORLD or CAMLUX_RELATIVE_TO_CAMERA. camlux_scene_set_pose moves the light to a pose in world space, and sets it to
+   * CAMLUX_RELATIVE_TO_WORLD.
+   */
+  int32_t relative_to;
+  /** 0. */
+  uint32_t reserved;
 } camlux_light;
 
 /**
@@ -1373,18 +1482,20 @@ typedef struct camlux_light {
 camlux_status camlux_scene_add_light(camlux_scene *scene, const camlux_light *light, uint32_t *index);
 
 /**
- * Replaces a light. The new one may be of another kind.
+ * Replaces a light. The new one may be of another kind. A lamp or a projector without pattern and image keeps those of the old light.
  *
  * \param index of the light to replace.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_set_light(camlux_scene *scene, uint32_t index, const camlux_light *light);
+camlux_status camlux_scene_set_light(camlux_scene *scene,
+                                     uint32_t index,
+                                     const camlux_light *light);
 
 /**
  * Reads a light as it was set or last moved.
  *
- * \param light initialise with CAMLUX_LIGHT_INIT.
+ * \param light initialise with CAMLUX_LIGHT_INIT. Its pattern and image are returned as NULL.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any.
  */
@@ -1394,6 +1505,9 @@ camlux_status camlux_scene_get_light(camlux_scene *scene, uint32_t index, camlux
 /* ----------------------------------------------------------------------------------------------------------------------
  * 9. Renderers and jobs
  * ---------------------------------------------------------------------------------------------------------------------- */
+
+/** For frame_index: the renderer counts its frames. */
+#define CAMLUX_NEXT_FRAME UINT32_MAX
 
 /**
  * Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
@@ -1420,7 +1534,10 @@ typedef struct camlux_target {
   size_t row_stride_bytes;
 } camlux_target;
 
-/** How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second. */
+/**
+ * How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second,
+ * frames that the renderer counts.
+ */
 typedef struct camlux_render_options {
   /** sizeof(camlux_render_options) */
   uint32_t struct_size;
@@ -1438,7 +1555,11 @@ typedef struct camlux_render_options {
    * 0: they are copied to the host.
    */
   int32_t on_device;
-  /** Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it. */
+  /**
+   * Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it. CAMLUX_NEXT_FRAME: the
+   * renderer counts its frames from 0, and goes on after the largest index that it was given; camlux_frame_get_stats tells the index.
+   * Frames with the same index, camera and seed have the same noise.
+   */
   uint32_t frame_index;
   /** NULL: none. Cancelling this token ends the render with CAMLUX_CANCELLED. If it is cancelled already, no pass runs. */
   camlux_cancel_token *cancel_token;
@@ -1449,6 +1570,13 @@ typedef struct camlux_render_options {
   const camlux_target *targets;
   /** Number of targets. */
   size_t target_count;
+  /**
+   * Seed of the random numbers. Another seed gives other samples of indirect light, with another error, and other noise
+   * (camlux_tof_noise).
+   */
+  uint32_t seed;
+  /** 0. */
+  uint32_t reserved;
 } camlux_render_options;
 
 /**
@@ -1463,12 +1591,12 @@ camlux_status camlux_renderer_create(camlux_device *device, camlux_renderer **re
 /**
  * Renders a frame of a scene as it is at the time of the call. Changes that other threads make meanwhile apply to the next frame.
  *
- * The first frame compiles pipelines and copies the scene to the device. Later frames of the same scene recompute only what has
+ * The first frame compiles pipelines and copies the scene to the device, unless camlux_renderer_prepare has done it. Later frames of the same scene recompute only what has
  * changed: see camlux_scene_set_pose and camlux_frame_get_pass.
  *
  * \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
  * \param frame receives the handle, with one reference; release it with camlux_frame_release.
- * \errors CAMLUX_CANCELLED; CAMLUX_ERROR_SCENE for a scene that cannot be rendered, such as one without light;
+ * \errors CAMLUX_CANCELLED; CAMLUX_ERROR_SCENE for a scene that cannot be rendered;
  * CAMLUX_ERROR_DEVICE_LIMIT; CAMLUX_ERROR_BUSY if the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY;
  * CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any; it returns when the frame is done.
@@ -1480,7 +1608,7 @@ camlux_status camlux_renderer_render(camlux_renderer *renderer,
 
 /**
  * Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What the lights see and what rays hit is computed
- * once.
+ * once. All frames have the same index, and each camera has its own noise.
  *
  * \param cameras the first of `count`, each initialised with CAMLUX_CAMERA_INIT. A camera with another image size needs new images.
  * \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of a struct whose first member is a camera.
@@ -1496,6 +1624,19 @@ camlux_status camlux_renderer_render_cameras(camlux_renderer *renderer,
                                              size_t stride_bytes,
                                              const camlux_render_options *options,
                                              camlux_frame **frames);
+
+/**
+ * Compiles what frames of a scene need and copies the scene to the device, so that the first frame takes no longer than the others. It
+ * renders a small image of the scene, which nobody sees. Another estimator, another kind of light, a first texture or a first cut-out may
+ * need more. So may another size of the image, if the lens is distorted.
+ *
+ * \param milliseconds receives the time that it took; may be NULL. preparation_ms of camlux_frame_stats tells what is left for a frame.
+ * \errors those of camlux_renderer_render, except CAMLUX_CANCELLED.
+ * \threads any; it returns when all is on the device.
+ */
+camlux_status camlux_renderer_prepare(camlux_renderer *renderer,
+                                      camlux_scene *scene,
+                                      double *milliseconds);
 
 /**
  * Predicts the GPU time of a frame of a scene from the renderer's last frame. That frame must have had the same number of triangles
@@ -1554,6 +1695,18 @@ camlux_status camlux_renderer_submit(camlux_renderer *renderer,
  * \threads any; it never waits.
  */
 camlux_status camlux_job_poll(camlux_job *job, int32_t *is_done);
+
+/**
+ * Waits until a job is done, but no longer than a given time.
+ *
+ * \param milliseconds the longest time to wait, 0 or more; +infinity: until the job is done.
+ * \param is_done receives 1, or 0 if the job is still rendering after that time.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_BUSY on the job's own thread, in a callback.
+ * \threads any.
+ */
+camlux_status camlux_job_wait_for(camlux_job *job,
+                                  double milliseconds,
+                                  int32_t *is_done);
 
 /**
  * Waits until a job is done, and returns its frame. The frame can be taken only once.
@@ -1736,6 +1889,15 @@ typedef struct camlux_frame_stats {
   double least_ms;
   /** Number of rays of that image; 0 if it is not known. */
   uint64_t least_rays;
+  /**
+   * Part of wall_ms in which pipelines were compiled and the surfaces were copied to the device, milliseconds: most of a first frame, unless
+   * camlux_renderer_prepare has done it.
+   */
+  double preparation_ms;
+  /** Index of the frame in its sequence: that of camlux_render_options, or the renderer's count. */
+  uint32_t frame_index;
+  /** Index of the frame's camera in camlux_renderer_render_cameras; otherwise 0. */
+  uint32_t camera_index;
 } camlux_frame_stats;
 
 /** GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT. */
@@ -1798,7 +1960,7 @@ camlux_status camlux_frame_copy(camlux_frame *frame,
  * Writes layers to an OpenEXR file, with units, scene hash and the rest of the description in its header, as
  * `camlux render` does. The file appears complete or not at all.
  *
- * \param path UTF-8; a file of that name is replaced.
+ * \param path UTF-8, ending with .exr; a file of that name is replaced.
  * \param options NULL: those of CAMLUX_EXR_OPTIONS_INIT.
  * \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does
  * not have.
@@ -1812,7 +1974,7 @@ camlux_status camlux_frame_write_exr(camlux_frame *frame,
  * Writes an 8-bit sRGB preview: direct, indirect and total radiance side by side, or only the radiance if the frame has no
  * indirect light. The preview is for viewing, not for measurements. The file appears complete or not at all.
  *
- * \param path UTF-8; a file of that name is replaced.
+ * \param path UTF-8, ending with .png; a file of that name is replaced.
  * \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any; frames are immutable.
  */
@@ -2036,53 +2198,57 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 /* As in: camlux_camera camera = CAMLUX_CAMERA_INIT; */
 
-#define CAMLUX_DEVICE_OPTIONS_INIT { (uint32_t)sizeof(camlux_device_options), 0, 0, 0, NULL }
+#define CAMLUX_DEVICE_OPTIONS_INIT { sizeof(camlux_device_options), 0, 0, 0, NULL }
 
-#define CAMLUX_DEVICE_INFO_INIT { (uint32_t)sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
+#define CAMLUX_DEVICE_INFO_INIT { sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
-#define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 0, 0 }
+#define CAMLUX_CAMERA_INIT { sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0 }
 
-#define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
+#define CAMLUX_SENSOR_INIT { sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
 
-#define CAMLUX_TOF_NOISE_INIT { (uint32_t)sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
+#define CAMLUX_TOF_NOISE_INIT { sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
 
-#define CAMLUX_TOF_INIT { (uint32_t)sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
+#define CAMLUX_TOF_INIT { sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
 
-#define CAMLUX_INDIRECT_INIT { (uint32_t)sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
+#define CAMLUX_INDIRECT_INIT { sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
 
-#define CAMLUX_DIRECT_INIT { (uint32_t)sizeof(camlux_direct), 0 }
+#define CAMLUX_DIRECT_INIT { sizeof(camlux_direct), 0 }
 
-#define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
+#define CAMLUX_POSE_INIT { sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
 
-#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0 }
+#define CAMLUX_MATERIAL_INIT { sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0 }
 
-#define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
+#define CAMLUX_TEXTURE_INIT { sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 
-#define CAMLUX_MESH_INIT { (uint32_t)sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
+#define CAMLUX_MESH_INIT { sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
 
-#define CAMLUX_LIGHT_INIT { (uint32_t)sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 1.0, 0.0}, {0.0, 0.0}, 0.0 }
+#define CAMLUX_LIGHT_INIT { sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}, {0.0, 0.0}, 0.0, NULL, NULL, 0, 0 }
 
-#define CAMLUX_SCENE_COUNTS_INIT { (uint32_t)sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
+#define CAMLUX_PATTERN_INIT { sizeof(camlux_pattern), 0, NULL, NULL, 0, NULL, 0, NULL }
 
-#define CAMLUX_BOUNDS_INIT { (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
+#define CAMLUX_PROJECTED_IMAGE_INIT { sizeof(camlux_projected_image), 0, NULL, 0, 0, NULL, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0 }
 
-#define CAMLUX_TARGET_INIT { (uint32_t)sizeof(camlux_target), 0, NULL, 0, 0 }
+#define CAMLUX_SCENE_COUNTS_INIT { sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL, NULL, 0 }
+#define CAMLUX_BOUNDS_INIT { sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
+#define CAMLUX_TARGET_INIT { sizeof(camlux_target), 0, NULL, 0, 0 }
 
-#define CAMLUX_VULKAN_IMAGE_INIT { (uint32_t)sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
+#define CAMLUX_RENDER_OPTIONS_INIT { sizeof(camlux_render_options), 500, NULL, NULL, 0, CAMLUX_NEXT_FRAME, NULL, NULL, 0, 0, 0 }
 
-#define CAMLUX_SHARED_MEMORY_INFO_INIT { (uint32_t)sizeof(camlux_shared_memory_info), 0, 0, 0, 0, NULL }
+#define CAMLUX_VULKAN_DEVICE_INIT { sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 
-#define CAMLUX_VIEW_INIT { (uint32_t)sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
+#define CAMLUX_VULKAN_IMAGE_INIT { sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
 
-#define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0, 0 }
+#define CAMLUX_SHARED_MEMORY_INFO_INIT { sizeof(camlux_shared_memory_info), 0, 0, 0, 0, NULL }
 
-#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0 }
+#define CAMLUX_VIEW_INIT { sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
 
-#define CAMLUX_PASS_TIME_INIT { (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
+#define CAMLUX_EXR_OPTIONS_INIT { sizeof(camlux_exr_options), 0, 0, 0, 0 }
+
+#define CAMLUX_FRAME_STATS_INIT { sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0, 0.0, 0, 0 }
+
+#define CAMLUX_PASS_TIME_INIT { sizeof(camlux_pass_time), 0, 0.0, NULL }
 
 #ifdef __cplusplus
 }

@@ -165,7 +165,7 @@ impl Frame {
     /// The number in a series, on which the sensor's noise depends: the one that render was given, or the renderer's count.
     #[getter]
     fn frame_index(&self) -> PyResult<u32> {
-        Ok(self.get()?.description.key.index)
+        Ok(self.frame()?.description.key.index)
     }
 
     /// Identifies the scene, including its meshes and textures.

@@ -243,7 +243,7 @@ CHECK(camlux_mesh_triangle_materials_size, sizeof(((camlux_mesh *)0)->triangle_m
 CHECK(camlux_mesh_name_offset, offsetof(camlux_mesh, name) == 144);
 CHECK(camlux_mesh_name_size, sizeof(((camlux_mesh *)0)->name) == 8);
 
-CHECK(size_of_camlux_light, sizeof(camlux_light) == 168);
+CHECK(size_of_camlux_light, sizeof(camlux_light) == 192);
 CHECK(camlux_light_struct_size_offset, offsetof(camlux_light, struct_size) == 0);
 CHECK(camlux_light_struct_size_size, sizeof(((camlux_light *)0)->struct_size) == 4);
 CHECK(camlux_light_kind_offset, offsetof(camlux_light, kind) == 4);
@@ -266,6 +266,62 @@ CHECK(camlux_light_size_m_offset, offsetof(camlux_light, size_m) == 144);
 CHECK(camlux_light_size_m_size, sizeof(((camlux_light *)0)->size_m) == 16);
 CHECK(camlux_light_radius_m_offset, offsetof(camlux_light, radius_m) == 160);
 CHECK(camlux_light_radius_m_size, sizeof(((camlux_light *)0)->radius_m) == 8);
+CHECK(camlux_light_pattern_offset, offsetof(camlux_light, pattern) == 168);
+CHECK(camlux_light_pattern_size, sizeof(((camlux_light *)0)->pattern) == 8);
+CHECK(camlux_light_image_offset, offsetof(camlux_light, image) == 176);
+CHECK(camlux_light_image_size, sizeof(((camlux_light *)0)->image) == 8);
+CHECK(camlux_light_relative_to_offset, offsetof(camlux_light, relative_to) == 184);
+CHECK(camlux_light_relative_to_size, sizeof(((camlux_light *)0)->relative_to) == 4);
+CHECK(camlux_light_reserved_offset, offsetof(camlux_light, reserved) == 188);
+CHECK(camlux_light_reserved_size, sizeof(((camlux_light *)0)->reserved) == 4);
+
+CHECK(size_of_camlux_pattern, sizeof(camlux_pattern) == 56);
+CHECK(camlux_pattern_struct_size_offset, offsetof(camlux_pattern, struct_size) == 0);
+CHECK(camlux_pattern_struct_size_size, sizeof(((camlux_pattern *)0)->struct_size) == 4);
+CHECK(camlux_pattern_encoding_offset, offsetof(camlux_pattern, encoding) == 4);
+CHECK(camlux_pattern_encoding_size, sizeof(((camlux_pattern *)0)->encoding) == 4);
+CHECK(camlux_pattern_path_offset, offsetof(camlux_pattern, path) == 8);
+CHECK(camlux_pattern_path_size, sizeof(((camlux_pattern *)0)->path) == 8);
+CHECK(camlux_pattern_gammas_deg_offset, offsetof(camlux_pattern, gammas_deg) == 16);
+CHECK(camlux_pattern_gammas_deg_size, sizeof(((camlux_pattern *)0)->gammas_deg) == 8);
+CHECK(camlux_pattern_gamma_count_offset, offsetof(camlux_pattern, gamma_count) == 24);
+CHECK(camlux_pattern_gamma_count_size, sizeof(((camlux_pattern *)0)->gamma_count) == 8);
+CHECK(camlux_pattern_planes_deg_offset, offsetof(camlux_pattern, planes_deg) == 32);
+CHECK(camlux_pattern_planes_deg_size, sizeof(((camlux_pattern *)0)->planes_deg) == 8);
+CHECK(camlux_pattern_plane_count_offset, offsetof(camlux_pattern, plane_count) == 40);
+CHECK(camlux_pattern_plane_count_size, sizeof(((camlux_pattern *)0)->plane_count) == 8);
+CHECK(camlux_pattern_intensities_offset, offsetof(camlux_pattern, intensities) == 48);
+CHECK(camlux_pattern_intensities_size, sizeof(((camlux_pattern *)0)->intensities) == 8);
+
+CHECK(size_of_camlux_projected_image, sizeof(camlux_projected_image) == 88);
+CHECK(camlux_projected_image_struct_size_offset, offsetof(camlux_projected_image, struct_size) == 0);
+CHECK(camlux_projected_image_struct_size_size, sizeof(((camlux_projected_image *)0)->struct_size) == 4);
+CHECK(camlux_projected_image_encoding_offset, offsetof(camlux_projected_image, encoding) == 4);
+CHECK(camlux_projected_image_encoding_size, sizeof(((camlux_projected_image *)0)->encoding) == 4);
+CHECK(camlux_projected_image_path_offset, offsetof(camlux_projected_image, path) == 8);
+CHECK(camlux_projected_image_path_size, sizeof(((camlux_projected_image *)0)->path) == 8);
+CHECK(camlux_projected_image_width_px_offset, offsetof(camlux_projected_image, width_px) == 16);
+CHECK(camlux_projected_image_width_px_size, sizeof(((camlux_projected_image *)0)->width_px) == 4);
+CHECK(camlux_projected_image_height_px_offset, offsetof(camlux_projected_image, height_px) == 20);
+CHECK(camlux_projected_image_height_px_size, sizeof(((camlux_projected_image *)0)->height_px) == 4);
+CHECK(camlux_projected_image_values_offset, offsetof(camlux_projected_image, values) == 24);
+CHECK(camlux_projected_image_values_size, sizeof(((camlux_projected_image *)0)->values) == 8);
+CHECK(camlux_projected_image_row_stride_bytes_offset, offsetof(camlux_projected_image, row_stride_bytes) == 32);
+CHECK(camlux_projected_image_row_stride_bytes_size, sizeof(((camlux_projected_image *)0)->row_stride_bytes) == 8);
+CHECK(camlux_projected_image_lens_offset, offsetof(camlux_projected_image, lens) == 40);
+CHECK(camlux_projected_image_lens_size, sizeof(((camlux_projected_image *)0)->lens) == 4);
+CHECK(camlux_projected_image_reserved_offset, offsetof(camlux_projected_image, reserved) == 44);
+CHECK(camlux_projected_image_reserved_size, sizeof(((camlux_projected_image *)0)->reserved) == 4);
+CHECK(camlux_projected_image_fov_y_deg_offset, offsetof(camlux_projected_image, fov_y_deg) == 48);
+CHECK(camlux_projected_image_fov_y_deg_size, sizeof(((camlux_projected_image *)0)->fov_y_deg) == 8);
+CHECK(camlux_projected_image_fx_px_offset, offsetof(camlux_projected_image, fx_px) == 56);
+CHECK(camlux_projected_image_fx_px_size, sizeof(((camlux_projected_image *)0)->fx_px) == 8);
+CHECK(camlux_projected_image_fy_px_offset, offsetof(camlux_projected_image, fy_px) == 64);
+CHECK(camlux_projected_image_fy_px_size, sizeof(((camlux_projected_image *)0)->fy_px) == 8);
+CHECK(camlux_projected_image_cx_px_offset, offsetof(camlux_projected_image, cx_px) == 72);
+CHECK(camlux_projected_image_cx_px_size, sizeof(((camlux_projected_image *)0)->cx_px) == 8);
+CHECK(camlux_projected_image_cy_px_offset, offsetof(camlux_projected_image, cy_px) == 80);
+CHECK(camlux_projected_image_cy_px_size, sizeof(((camlux_projected_image *)0)->cy_px) == 8);
 
 CHECK(size_of_camlux_scene_counts, sizeof(camlux_scene_counts) == 24);
 CHECK(camlux_scene_counts_struct_size_offset, offsetof(camlux_scene_counts, struct_size) == 0);
@@ -303,7 +359,7 @@ CHECK(camlux_target_size_bytes_size, sizeof(((camlux_target *)0)->size_bytes) ==
 CHECK(camlux_target_row_stride_bytes_offset, offsetof(camlux_target, row_stride_bytes) == 24);
 CHECK(camlux_target_row_stride_bytes_size, sizeof(((camlux_target *)0)->row_stride_bytes) == 8);
 
-CHECK(size_of_camlux_render_options, sizeof(camlux_render_options) == 56);
+CHECK(size_of_camlux_render_options, sizeof(camlux_render_options) == 64);
 CHECK(camlux_render_options_struct_size_offset, offsetof(camlux_render_options, struct_size) == 0);
 CHECK(camlux_render_options_struct_size_size, sizeof(((camlux_render_options *)0)->struct_size) == 4);
 CHECK(camlux_render_options_submission_target_ms_offset, offsetof(camlux_render_options, submission_target_ms) == 4);
@@ -322,6 +378,10 @@ CHECK(camlux_render_options_targets_offset, offsetof(camlux_render_options, targ
 CHECK(camlux_render_options_targets_size, sizeof(((camlux_render_options *)0)->targets) == 8);
 CHECK(camlux_render_options_target_count_offset, offsetof(camlux_render_options, target_count) == 48);
 CHECK(camlux_render_options_target_count_size, sizeof(((camlux_render_options *)0)->target_count) == 8);
+CHECK(camlux_render_options_seed_offset, offsetof(camlux_render_options, seed) == 56);
+CHECK(camlux_render_options_seed_size, sizeof(((camlux_render_options *)0)->seed) == 4);
+CHECK(camlux_render_options_reserved_offset, offsetof(camlux_render_options, reserved) == 60);
+CHECK(camlux_render_options_reserved_size, sizeof(((camlux_render_options *)0)->reserved) == 4);
 
 CHECK(size_of_camlux_vulkan_device, sizeof(camlux_vulkan_device) == 80);
 CHECK(camlux_vulkan_device_struct_size_offset, offsetof(camlux_vulkan_device, struct_size) == 0);
@@ -413,7 +473,7 @@ CHECK(camlux_view_name_size, sizeof(((camlux_view *)0)->name) == 8);
 CHECK(camlux_view_unit_offset, offsetof(camlux_view, unit) == 56);
 CHECK(camlux_view_unit_size, sizeof(((camlux_view *)0)->unit) == 8);
 
-CHECK(size_of_camlux_exr_options, sizeof(camlux_exr_options) == 16);
+CHECK(size_of_camlux_exr_options, sizeof(camlux_exr_options) == 20);
 CHECK(camlux_exr_options_struct_size_offset, offsetof(camlux_exr_options, struct_size) == 0);
 CHECK(camlux_exr_options_struct_size_size, sizeof(((camlux_exr_options *)0)->struct_size) == 4);
 CHECK(camlux_exr_options_half_offset, offsetof(camlux_exr_options, half) == 4);
@@ -422,8 +482,10 @@ CHECK(camlux_exr_options_layers_offset, offsetof(camlux_exr_options, layers) == 
 CHECK(camlux_exr_options_layers_size, sizeof(((camlux_exr_options *)0)->layers) == 4);
 CHECK(camlux_exr_options_tof_layers_offset, offsetof(camlux_exr_options, tof_layers) == 12);
 CHECK(camlux_exr_options_tof_layers_size, sizeof(((camlux_exr_options *)0)->tof_layers) == 4);
+CHECK(camlux_exr_options_plain_offset, offsetof(camlux_exr_options, plain) == 16);
+CHECK(camlux_exr_options_plain_size, sizeof(((camlux_exr_options *)0)->plain) == 4);
 
-CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 128);
+CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 144);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
 CHECK(camlux_frame_stats_struct_size_size, sizeof(((camlux_frame_stats *)0)->struct_size) == 4);
 CHECK(camlux_frame_stats_pass_count_offset, offsetof(camlux_frame_stats, pass_count) == 4);
@@ -460,6 +522,12 @@ CHECK(camlux_frame_stats_least_ms_offset, offsetof(camlux_frame_stats, least_ms)
 CHECK(camlux_frame_stats_least_ms_size, sizeof(((camlux_frame_stats *)0)->least_ms) == 8);
 CHECK(camlux_frame_stats_least_rays_offset, offsetof(camlux_frame_stats, least_rays) == 120);
 CHECK(camlux_frame_stats_least_rays_size, sizeof(((camlux_frame_stats *)0)->least_rays) == 8);
+CHECK(camlux_frame_stats_preparation_ms_offset, offsetof(camlux_frame_stats, preparation_ms) == 128);
+CHECK(camlux_frame_stats_preparation_ms_size, sizeof(((camlux_frame_stats *)0)->preparation_ms) == 8);
+CHECK(camlux_frame_stats_frame_index_offset, offsetof(camlux_frame_stats, frame_index) == 136);
+CHECK(camlux_frame_stats_frame_index_size, sizeof(((camlux_frame_stats *)0)->frame_index) == 4);
+CHECK(camlux_frame_stats_camera_index_offset, offsetof(camlux_frame_stats, camera_index) == 140);
+CHECK(camlux_frame_stats_camera_index_size, sizeof(((camlux_frame_stats *)0)->camera_index) == 4);
 
 CHECK(size_of_camlux_pass_time, sizeof(camlux_pass_time) == 24);
 CHECK(camlux_pass_time_struct_size_offset, offsetof(camlux_pass_time, struct_size) == 0);
@@ -477,7 +545,7 @@ static const unsigned char rust_camlux_device_options[] = {24,0,0,0,0,0,0,0,0,0,
 static const camlux_device_info init_of_camlux_device_info = CAMLUX_DEVICE_INFO_INIT;
 static const unsigned char rust_camlux_device_info[] = {128,3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_camera init_of_camlux_camera = CAMLUX_CAMERA_INIT;
-static const unsigned char rust_camlux_camera[] = {200,0,0,0,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_camera[] = {200,0,0,0,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0};
 static const camlux_sensor init_of_camlux_sensor = CAMLUX_SENSOR_INIT;
 static const unsigned char rust_camlux_sensor[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_tof_noise init_of_camlux_tof_noise = CAMLUX_TOF_NOISE_INIT;
@@ -497,7 +565,11 @@ static const unsigned char rust_camlux_texture[] = {48,0,0,0,0,0,0,0,0,0,0,0,0,0
 static const camlux_mesh init_of_camlux_mesh = CAMLUX_MESH_INIT;
 static const unsigned char rust_camlux_mesh[] = {152,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_light init_of_camlux_light = CAMLUX_LIGHT_INIT;
-static const unsigned char rust_camlux_light[] = {168,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_light[] = {192,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const camlux_pattern init_of_camlux_pattern = CAMLUX_PATTERN_INIT;
+static const unsigned char rust_camlux_pattern[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const camlux_projected_image init_of_camlux_projected_image = CAMLUX_PROJECTED_IMAGE_INIT;
+static const unsigned char rust_camlux_projected_image[] = {88,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_scene_counts init_of_camlux_scene_counts = CAMLUX_SCENE_COUNTS_INIT;
 static const unsigned char rust_camlux_scene_counts[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_bounds init_of_camlux_bounds = CAMLUX_BOUNDS_INIT;
@@ -505,7 +577,7 @@ static const unsigned char rust_camlux_bounds[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,
 static const camlux_target init_of_camlux_target = CAMLUX_TARGET_INIT;
 static const unsigned char rust_camlux_target[] = {32,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_render_options init_of_camlux_render_options = CAMLUX_RENDER_OPTIONS_INIT;
-static const unsigned char rust_camlux_render_options[] = {56,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_render_options[] = {64,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_device init_of_camlux_vulkan_device = CAMLUX_VULKAN_DEVICE_INIT;
 static const unsigned char rust_camlux_vulkan_device[] = {80,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_image init_of_camlux_vulkan_image = CAMLUX_VULKAN_IMAGE_INIT;
@@ -515,9 +587,9 @@ static const unsigned char rust_camlux_shared_memory_info[] = {32,0,0,0,0,0,0,0,
 static const camlux_view init_of_camlux_view = CAMLUX_VIEW_INIT;
 static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
-static const unsigned char rust_camlux_exr_options[] = {16,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_exr_options[] = {20,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
-static const unsigned char rust_camlux_frame_stats[] = {128,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_frame_stats[] = {144,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
 static const unsigned char rust_camlux_pass_time[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const struct init inits[] = {
@@ -533,17 +605,19 @@ static const struct init inits[] = {
     {"camlux_material", 80, rust_camlux_material, &init_of_camlux_material},
     {"camlux_texture", 48, rust_camlux_texture, &init_of_camlux_texture},
     {"camlux_mesh", 152, rust_camlux_mesh, &init_of_camlux_mesh},
-    {"camlux_light", 168, rust_camlux_light, &init_of_camlux_light},
+    {"camlux_light", 192, rust_camlux_light, &init_of_camlux_light},
+    {"camlux_pattern", 56, rust_camlux_pattern, &init_of_camlux_pattern},
+    {"camlux_projected_image", 88, rust_camlux_projected_image, &init_of_camlux_projected_image},
     {"camlux_scene_counts", 24, rust_camlux_scene_counts, &init_of_camlux_scene_counts},
     {"camlux_bounds", 56, rust_camlux_bounds, &init_of_camlux_bounds},
     {"camlux_target", 32, rust_camlux_target, &init_of_camlux_target},
-    {"camlux_render_options", 56, rust_camlux_render_options, &init_of_camlux_render_options},
+    {"camlux_render_options", 64, rust_camlux_render_options, &init_of_camlux_render_options},
     {"camlux_vulkan_device", 80, rust_camlux_vulkan_device, &init_of_camlux_vulkan_device},
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
-    {"camlux_exr_options", 16, rust_camlux_exr_options, &init_of_camlux_exr_options},
-    {"camlux_frame_stats", 128, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
+    {"camlux_exr_options", 20, rust_camlux_exr_options, &init_of_camlux_exr_options},
+    {"camlux_frame_stats", 144, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };
 
