@@ -613,13 +613,18 @@ namespace detail {
 
 using progress_function = std::function<bool(double, std::string_view)>;
 
+/** Reports progress to the host. Returns what a progress callback returns. */
+inline std::int32_t report_to(const progress_function &progress, kept_exception &thrown, double fraction, const char *pass) noexcept
+{
+    bool goes_on = false;
+    const bool returned = guarded(thrown, [&] { goes_on = progress(fraction, pass); });
+    return returned && goes_on ? 0 : 1;
+}
+
 /** The progress callback for camlux_renderer_render. */
 inline std::int32_t report(double fraction, const char *pass, void *user)
 {
-    const auto &progress = *static_cast<const progress_function *>(user);
-    bool goes_on = false;
-    const bool returned = guarded([&] { goes_on = progress(fraction, pass); });
-    return returned && goes_on ? 0 : 1;
+    return report_to(*static_cast<const progress_function *>(user), thrown(), fraction, pass);
 }
 
 /** The result is valid as long as `options` exists. */
@@ -653,7 +658,7 @@ inline std::int32_t report_of_job(double fraction, const char *pass, void *user)
 {
     auto &state = *static_cast<job_state *>(user);
     thrown_by_job() = std::shared_ptr<kept_exception>(state.shared_from_this(), &state.thrown);
-    return state.options.progress ? report(fraction, pass, &state.options.progress) : 0;
+    return state.options.progress ? report_to(state.options.progress, state.thrown, fraction, pass) : 0;
 }
 
 }  // namespace detail

@@ -47,7 +47,8 @@ inline bool &is_logging()
 inline void receive(std::int32_t level, const char *message, void *user)
 {
     is_logging() = true;
-    guarded([&] { (*static_cast<const log_function *>(user))(static_cast<log_level>(level), message); });
+    kept_exception &thrown_here = thrown_by_job() ? *thrown_by_job() : thrown();
+    guarded(thrown_here, [&] { (*static_cast<const log_function *>(user))(static_cast<log_level>(level), message); });
     is_logging() = false;
 }
 

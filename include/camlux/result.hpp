@@ -120,23 +120,23 @@ inline kept_exception &thrown()
     return thrown;
 }
 
-/** On the thread of a job: where the exceptions of its callbacks go instead, to be thrown by job::wait. */
+/** On the thread of a job: where its exceptions go, to be thrown by job::wait. */
 inline std::shared_ptr<kept_exception> &thrown_by_job()
 {
     thread_local std::shared_ptr<kept_exception> thrown = nullptr;
     return thrown;
 }
 
-/** Calls a function of the host from inside the library, which no exception may cross. Keeps the first exception. */
+/** Calls a function of the host from inside the library, which no exception may cross. Keeps its exception. */
 template <class Function>
-bool guarded(Function &&function) noexcept
+bool guarded([[maybe_unused]] kept_exception &thrown, Function &&function) noexcept
 {
 #if CAMLUX_HPP_EXCEPTIONS
     try {
         function();
         return true;
     } catch (...) {
-        (thrown_by_job() ? *thrown_by_job() : thrown()).keep(std::current_exception());
+        thrown.keep(std::current_exception());
         return false;
     }
 #else

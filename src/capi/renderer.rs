@@ -518,7 +518,7 @@ fn log_frame(rendered: &Rendered, camera: &Camera) {
         Rendered::OnDevice(frame, _) => frame.warnings(),
     };
     for warning in warnings {
-        log::write(CAMLUX_LOG_WARNING, || warning);
+        log::write(CAMLUX_LOG_WARNING, || words::in_c(&warning));
     }
     let (stats, [width, height]) = (rendered.stats(), camera.resolution_px);
     log::write(CAMLUX_LOG_INFO, || {

@@ -159,7 +159,7 @@ impl SceneObject {
         let mut present = snapshot.clone();
         present.meshes.retain(|mesh| !mesh.ptr_eq(&nothing));
         for warning in present.warnings() {
-            log::write(CAMLUX_LOG_WARNING, || warning);
+            log::write(CAMLUX_LOG_WARNING, || words::in_c(&warning));
         }
     }
 }

@@ -58,7 +58,6 @@ fn a_scene_from_arrays_is_that_of_the_file() {
     }
 }
 
-/// C can read and move such a light, but not create one.
 #[test]
 fn a_measured_lamp_comes_with_its_scene() {
     let device = Device::open();
@@ -138,7 +137,7 @@ fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
         let due = if is_fisheye {
             (3, CAMLUX_FILTER_GAUSSIAN)
         } else {
-            (0, 0)
+            (1, CAMLUX_FILTER_BOX)
         };
         assert_eq!(sampling, due);
         let coefficients = distortion.coefficients();

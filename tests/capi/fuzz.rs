@@ -294,6 +294,32 @@ impl Sequence {
                         size_m: [r.real().abs(), r.real()],
                         radius_m: r.pick(&[0.0, 0.1, -1.0])
                     });
+                    // The counts are within these arrays.
+                    let numbers: [f64; 16] = r.reals();
+                    let intensities = numbers.map(f64::abs);
+                    let values = intensities.map(|value| value as f32);
+                    let angles_deg = r.pick(&[[0.0, 30.0, 60.0, 90.0], [0.0, 120.0, 240.0, 360.0]]);
+                    let mut pattern = init!(camlux_pattern {
+                        encoding: r.choice(),
+                        gammas_deg: r.pick(&[angles_deg.as_ptr(), numbers.as_ptr()]),
+                        gamma_count: r.below(5),
+                        planes_deg: r.pick(&[angles_deg.as_ptr(), numbers.as_ptr()]),
+                        plane_count: r.below(5),
+                        intensities: intensities.as_ptr(),
+                    });
+                    let mut image = init!(camlux_projected_image {
+                        encoding: r.choice(),
+                        width_px: r.below(5) as u32,
+                        height_px: r.below(5) as u32,
+                        values: values.as_ptr(),
+                        row_stride_bytes: r.pick(&[0, 16]),
+                        lens: r.choice(),
+                        fov_y_deg: 30.0 * r.real(),
+                        fx_px: r.real(),
+                        fy_px: r.real(),
+                    });
+                    light.pattern = r.pointer(&mut pattern);
+                    light.image = r.pointer(&mut image);
                     if call == 15 {
                         camlux_scene_add_light(scene, r.pointer(&mut light), number)
                     } else {
@@ -362,7 +388,13 @@ impl Sequence {
                     let stride_bytes =
                         r.pick(&[size_of::<camlux_pose>(); 4]) + r.pick(&[0, 0, 0, 4]);
                     let indices = [index, r.whole()];
-                    match r.below(5) {
+                    let rows: [f64; 16] = r.reals();
+                    match r.below(6) {
+                        5 => {
+                            let numbers = r.pick(&[9, 12, 16]);
+                            let pose = r.pointer(&mut poses[0]);
+                            camlux_pose_from_matrix(rows.as_ptr(), numbers, part, pose)
+                        }
                         0 => camlux_scene_set_visible(scene, part, index, r.pick(&[0, 1, 1, 2])),
                         1 if r.one_in(2) => camlux_scene_remove(scene, part, index),
                         2 => camlux_scene_set_poses(

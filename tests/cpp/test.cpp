@@ -511,7 +511,7 @@ void layers_go_to_memory(const camlux::device &device, camlux::renderer &rendere
     CHECK(fd >= 0 && close(fd) == 0);
 }
 
-void callbacks_may_throw(camlux::renderer &renderer)
+void callbacks_may_throw(const camlux::device &device, camlux::renderer &renderer)
 {
     const camlux::scene scene = small_scene();
     camlux::render_options options;
@@ -552,6 +552,16 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(failing.is_done() && renderer.try_render(scene).ok());
     options.progress = [](double, std::string_view) { return false; };
     CHECK(renderer.submit(scene, options).try_wait().status() == CAMLUX_CANCELLED);
+    // A render in a job's callback throws there, and not from the job.
+    camlux::renderer inner = camlux::renderer::create(device);
+    camlux::render_options inner_options;
+    inner_options.progress = [](double, std::string_view) -> bool { throw HostProblem{12}; };
+    std::atomic<int> inner_problem(0);
+    options.progress = [&](double, std::string_view) {
+        inner_problem = host_problem_of([&] { inner.render(scene, inner_options); });
+        return true;
+    };
+    CHECK(renderer.submit(scene, options).try_wait().ok() && inner_problem == 12);
     // A job that nobody waits for takes its exception with it.
     options.progress = [](double, std::string_view) -> bool { throw HostProblem{10}; };
     renderer.submit(scene, options);
@@ -659,7 +669,7 @@ int main()
         views_are_typed_and_keep_their_frame(device, renderer);
         lamps_and_projectors_shine(renderer);
         time_of_flight_has_its_layers(renderer);
-        callbacks_may_throw(renderer);
+        callbacks_may_throw(device, renderer);
         layers_go_to_memory(device, renderer);
         a_callback_does_not_wait_for_who_waits_for_it(renderer);
         CHECK(device.validation_count() == 0);

@@ -36,7 +36,14 @@ fn value(text: &str) -> Vec<String> {
 fn python_classes() -> BTreeMap<String, Vec<(String, Option<String>)>> {
     let mut classes = BTreeMap::new();
     let mut class = String::new();
+    let mut is_in_text = false;
     for line in read("python/camlux/scene.py").lines() {
+        // Docstrings name the attributes, too.
+        let quotes = line.matches("\"\"\"").count();
+        is_in_text ^= quotes % 2 == 1;
+        if is_in_text || quotes > 0 {
+            continue;
+        }
         if let Some(rest) = line.strip_prefix("class ") {
             let end = rest.find(['(', ':']).unwrap_or(rest.len());
             class = rest[..end].into();
