@@ -40,6 +40,7 @@ from ._camlux import (
 )
 from .comparison import compare
 from .dataset import Dataset, DatasetFrame
+from .job import run_job
 from .scene import (
     AreaLight,
     Camera,
@@ -60,6 +61,7 @@ from .scene import (
     TextureLookup,
     TimeOfFlight,
 )
+from .writer import DatasetWriter
 
 _Mapping.register(Frame)
 _Mapping.register(Image)
@@ -72,6 +74,7 @@ __all__ = [
     "Comparison",
     "Dataset",
     "DatasetFrame",
+    "DatasetWriter",
     "Device",
     "DeviceError",
     "DeviceInfo",
@@ -109,4 +112,5 @@ __all__ = [
     "devices",
     "read_exr",
     "reference",
+    "run_job",
 ]

@@ -1,6 +1,7 @@
 # Types of the compiled module. mypy.stubtest compares them with the module.
 import os
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any, Literal, final
 
 import numpy as np
@@ -13,6 +14,7 @@ __all__ = [
     "CamluxWarning",
     "Cancelled",
     "Comparison",
+    "DatasetOptions",
     "Device",
     "DeviceError",
     "DeviceInfo",
@@ -28,13 +30,17 @@ __all__ = [
     "ProjectedImage",
     "Renderer",
     "SceneError",
+    "SceneState",
     "Texture",
     "__version__",
     "compare_arrays",
     "devices",
+    "hash_files",
     "load_scene",
     "read_exr",
     "reference",
+    "run_program",
+    "save_scene",
     "scene_warnings",
     "validate_scene",
 ]
@@ -217,6 +223,7 @@ class Frame:
         layers: Sequence[str] | None = None,
         half: bool = False,
         compression: Literal["none", "rle", "zips", "zip", "piz"] = "none",
+        plain: bool = False,
     ) -> None: ...
     def save_png(self, path: str | os.PathLike[str]) -> float: ...
 
@@ -276,6 +283,30 @@ def reference(
     samples_per_pixel: int | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Frame: ...
+@final
+class SceneState:
+    def __new__(cls, scene: Scene) -> SceneState: ...
+    @property
+    def hash(self) -> str: ...
+    def describe(self, base: SceneState) -> str: ...
+
+@final
+class DatasetOptions:
+    def __new__(cls, flow: bool, layers: Sequence[str] | None, half: bool, compression: str, plain: bool) -> DatasetOptions: ...
+    def describe(self, base: SceneState) -> str: ...
+    def write(
+        self,
+        path: str | os.PathLike[str],
+        index: int,
+        frame: Frame,
+        state: SceneState,
+        base: SceneState,
+        next: SceneState | None,
+    ) -> tuple[list[Path], str, int, list[str]]: ...
+
+def hash_files(paths: Sequence[str | os.PathLike[str]]) -> str | None: ...
+def run_program(arguments: Sequence[str]) -> int: ...
 def load_scene(path: str | os.PathLike[str]) -> Scene: ...
+def save_scene(scene: Scene, folder: str | os.PathLike[str]) -> None: ...
 def validate_scene(scene: Scene) -> None: ...
 def scene_warnings(scene: Scene) -> list[str]: ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,40 @@ import numpy as np
 import numpy.typing as npt
 
 from ._camlux import Image, read_exr
+
+
+class PlainFiles(Mapping[str, npt.NDArray[np.float32]]):
+    """The layers of a frame in a file each. A file is read on the first access to its layer."""
+
+    def __init__(self, folder: Path, files: dict[str, str]) -> None:
+        self._paths = {layer: folder / file for layer, file in files.items()}
+        self._images: dict[str, Image] = {}
+
+    def _image(self, layer: str) -> Image:
+        if layer not in self._paths:
+            raise KeyError(f'the frame has no layer "{layer}"; it has {", ".join(self._paths)}')
+        if layer not in self._images:
+            self._images[layer] = read_exr(self._paths[layer])
+        return self._images[layer]
+
+    def __getitem__(self, layer: str) -> npt.NDArray[np.float32]:
+        return self._image(layer)[layer]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._paths)
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    @property
+    def resolution_px(self) -> tuple[int, int]:
+        """Width, height."""
+        return self._image(next(iter(self))).resolution_px
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """The header of the first file."""
+        return self._image(next(iter(self))).attributes
 
 
 class DatasetFrame:
@@ -24,13 +58,14 @@ class DatasetFrame:
     def __init__(self, path: Path, line: dict[str, Any]) -> None:
         self.path = path
         self.line = line
-        self._image: Image | None = None
+        self._image: Image | PlainFiles | None = None
 
     @property
-    def image(self) -> Image:
-        """All layers of the file, and its header."""
+    def image(self) -> Image | PlainFiles:
+        """All layers of the file, or of the plain files, and the header."""
         if self._image is None:
-            self._image = read_exr(self.path)
+            files = self.line.get("files")
+            self._image = PlainFiles(self.path, files) if files else read_exr(self.path)
         return self._image
 
     def __getitem__(self, layer: str) -> npt.NDArray[np.float32]:
@@ -76,7 +111,7 @@ class Dataset:
                     continue  # A killed run may have cut the line.
                 by_index[line["index"]] = line
         lines = [line for _, line in sorted(by_index.items())]
-        self.lines = [line for line in lines if "file" in line]
+        self.lines = [line for line in lines if "blake3" in line]
         self.failed = [line for line in lines if "error" in line]
 
     def __len__(self) -> int:
@@ -85,7 +120,8 @@ class Dataset:
     def __getitem__(self, number: int) -> Any:
         """The frame, or the result of `transform`."""
         line = self.lines[number]
-        frame = DatasetFrame(self.folder / line["file"], line)
+        # The paths of plain files are relative to the folder of the data set.
+        frame = DatasetFrame(self.folder / line.get("file", ""), line)
         return self.transform(frame) if self.transform else frame
 
     def __iter__(self) -> Iterator[Any]:

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use camlux::output::{
-    self, ExrCompression, ExrOptions, Layer, LayerData, OutputFile, PngView, write_exr, write_png,
+    self, ExrCompression, ExrOptions, Layer, LayerData, OutputFile, PngView, write_exr_files,
+    write_png,
 };
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -65,6 +66,14 @@ pub fn layer_named(name: &str) -> PyResult<Layer> {
         PyValueError::new_err(format!(
             "there is no layer \"{name}\"; docs/output.md lists them"
         ))
+    })
+}
+
+/// The compression of a name.
+pub fn compression_named(name: &str) -> PyResult<ExrCompression> {
+    ExrCompression::from_name(name).ok_or_else(|| {
+        let names = ExrCompression::ALL.map(ExrCompression::name).join(", ");
+        PyValueError::new_err(format!("compression is \"{name}\"; give one of: {names}"))
     })
 }
 
@@ -158,9 +167,10 @@ impl Frame {
     /// Writes an OpenEXR file, which appears complete or not at all.
     ///
     /// half: stores radiance, direct, indirect and N as 16-bit floats. layers: writes only these. compression: none, rle, zips, zip or piz.
+    /// plain: writes a file for each layer, with the channels R, G, B or Y that OpenCV reads: x.depth.exr for x.exr.
     ///
     /// Raises FileError.
-    #[pyo3(signature = (path, *, layers=None, half=false, compression="none"))]
+    #[pyo3(signature = (path, *, layers=None, half=false, compression="none", plain=false))]
     fn save(
         &self,
         py: Python,
@@ -168,21 +178,19 @@ impl Frame {
         layers: Option<Vec<String>>,
         half: bool,
         compression: &str,
+        plain: bool,
     ) -> PyResult<()> {
         let frame = self.get()?;
         let options = ExrOptions {
             half,
             layers: layers.map(layers_named).transpose()?,
-            compression: ExrCompression::from_name(compression).ok_or_else(|| {
-                let names = ExrCompression::ALL.map(ExrCompression::name).join(", ");
-                PyValueError::new_err(format!(
-                    "compression is \"{compression}\"; give one of: {names}"
-                ))
-            })?,
+            compression: compression_named(compression)?,
+            plain,
             ..ExrOptions::default()
         };
-        let written = py.detach(|| write_exr(OutputFile::create(path)?, frame, &options));
-        written.map_err(raised)
+        let written = py.detach(|| write_exr_files(&path, frame, &options));
+        written.map_err(raised)?;
+        Ok(())
     }
 
     /// Writes a preview of the light: direct, indirect and total side by side if there is indirect light. Returns the radiance that is

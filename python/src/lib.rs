@@ -4,11 +4,13 @@
 
 mod arrays;
 mod attributes;
+mod dataset;
 mod device;
 mod errors;
 mod frame;
 mod image;
 mod parts;
+mod program;
 mod reference;
 mod renderer;
 mod scene;
@@ -19,6 +21,7 @@ use pyo3::prelude::*;
 mod _camlux {
     #[pymodule_export]
     use crate::{
+        dataset::{DatasetOptions, SceneState, hash_files},
         device::{Device, DeviceInfo, devices},
         errors::{
             CamluxWarning, Cancelled, DeviceError, DeviceLostError, Error, FileError, SceneError,
@@ -26,9 +29,10 @@ mod _camlux {
         frame::{Frame, FrameStats},
         image::{Comparison, Image, compare_arrays, read_exr},
         parts::{Mesh, Pattern, ProjectedImage, Texture},
+        program::run_program,
         reference::reference,
         renderer::{Progress, Renderer},
-        scene::{load_scene, scene_warnings, validate_scene},
+        scene::{load_scene, save_scene, scene_warnings, validate_scene},
     };
 
     #[pymodule_init]

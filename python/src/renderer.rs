@@ -11,7 +11,7 @@ use crate::errors::{Watch, raised, warn};
 use crate::frame::{Frame, Returned, layers_named};
 use crate::scene::scene_from;
 
-/// The progress of a render: 0 to 1, and the pass that runs next.
+/// The progress of a render: 0 to 1, and the pass that runs next; 1 and "done" at the end.
 #[pyclass(module = "camlux", frozen, get_all)]
 pub struct Progress {
     fraction: f32,

@@ -392,6 +392,13 @@ pub fn validate_scene(scene: &Bound<'_, PyAny>) -> PyResult<()> {
     scene_from(scene)?.validate().map_err(raised)
 }
 
+/// Implements `camlux.Scene.save`.
+#[pyfunction]
+pub fn save_scene(py: Python, scene: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<()> {
+    let scene = scene_from(scene)?;
+    py.detach(|| scene.save(&folder)).map_err(raised)
+}
+
 /// Implements `camlux.Scene.warnings`.
 #[pyfunction]
 pub fn scene_warnings(scene: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
