@@ -523,6 +523,7 @@ struct exr_options {
     bool half = false;
     /** Empty: all layers of the frame. A time-of-flight layer stands for this layer at every frequency. */
     std::vector<layer> layers = {};
+    /** Each layer in a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr. */
     bool plain = false;
 };
 

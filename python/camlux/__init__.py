@@ -49,6 +49,7 @@ from .errors import (
     SceneError,
     UnsupportedError,
 )
+from .job import run_job
 from .scene import (
     AreaLight,
     Camera,
@@ -69,6 +70,7 @@ from .scene import (
     TextureLookup,
     TimeOfFlight,
 )
+from .writer import DatasetWriter
 
 for _class in (Frame, Image):
     _Mapping.register(_class)  # pyright: ignore[reportAttributeAccessIssue]
@@ -82,6 +84,7 @@ __all__ = [
     "Comparison",
     "Dataset",
     "DatasetFrame",
+    "DatasetWriter",
     "Device",
     "DeviceError",
     "DeviceInfo",
@@ -125,4 +128,5 @@ __all__ = [
     "devices",
     "read_exr",
     "reference",
+    "run_job",
 ]

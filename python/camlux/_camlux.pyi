@@ -1,6 +1,7 @@
 # Types of the compiled module. mypy.stubtest compares them with the module.
 import os
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any, Literal, NoReturn, TypeVar, final, overload
 
 import numpy as np
@@ -14,6 +15,7 @@ _Default = TypeVar("_Default")
 __version__: str
 __all__ = [
     "Comparison",
+    "DatasetOptions",
     "Device",
     "DeviceInfo",
     "Frame",
@@ -24,16 +26,20 @@ __all__ = [
     "Progress",
     "ProjectedImage",
     "Renderer",
+    "SceneState",
     "Texture",
     "__version__",
     "compare_arrays",
     "devices",
+    "hash_files",
     "load_scene",
     "place_mesh",
     "preview",
     "read_exr",
     "reference",
     "restore_pattern",
+    "run_program",
+    "save_scene",
     "scene_warnings",
     "validate_scene",
 ]
@@ -250,6 +256,7 @@ class Frame:
         layers: str | Sequence[str] | None = None,
         half: bool = False,
         compression: Literal["none", "rle", "zips", "zip", "piz"] = "none",
+        plain: bool = False,
     ) -> None: ...
     def save_png(self, path: str | os.PathLike[str]) -> float: ...
     def camera_to_world(self) -> npt.NDArray[np.float64]: ...
@@ -332,7 +339,31 @@ def reference(
     samples_per_pixel: Whole | None = None,
     progress: Callable[[float], object] | bool | None = None,
 ) -> Frame: ...
+@final
+class SceneState:
+    def __new__(cls, scene: Scene) -> SceneState: ...
+    @property
+    def hash(self) -> str: ...
+    def describe(self, base: SceneState) -> str: ...
+
+@final
+class DatasetOptions:
+    def __new__(cls, flow: bool, layers: Sequence[str] | None, half: bool, compression: str, plain: bool) -> DatasetOptions: ...
+    def describe(self, base: SceneState) -> str: ...
+    def write(
+        self,
+        path: str | os.PathLike[str],
+        index: int,
+        frame: Frame,
+        state: SceneState,
+        base: SceneState,
+        next: SceneState | None,
+    ) -> tuple[list[Path], str, int, list[str]]: ...
+
+def hash_files(paths: Sequence[str | os.PathLike[str]]) -> str | None: ...
+def run_program(arguments: Sequence[str]) -> int: ...
 def load_scene(path: str | os.PathLike[str]) -> Scene: ...
+def save_scene(scene: Scene, folder: str | os.PathLike[str]) -> None: ...
 def validate_scene(scene: Scene) -> None: ...
 def scene_warnings(scene: Scene) -> list[str]: ...
 def place_mesh(own: Mesh, name: str, to_world: Sequence[float]) -> Mesh: ...

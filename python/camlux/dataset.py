@@ -15,8 +15,48 @@ import numpy.typing as npt
 from . import _layers
 from ._camlux import Image, read_exr
 from ._layers import Points
-from .errors import MissingFileError
+from .errors import LayerError, MissingFileError
 
+
+class PlainFiles(Mapping[str, npt.NDArray[Any]]):
+    """The layers of a frame in a file each. A file is read on the first access to its layer."""
+
+    def __init__(self, folder: Path, files: dict[str, str]) -> None:
+        self._paths = {layer: folder / file for layer, file in files.items()}
+        self._images: dict[str, Image] = {}
+
+    def _image(self, layer: str) -> Image:
+        if layer not in self._paths:
+            raise LayerError(f'the frame has no layer "{layer}"; it has {", ".join(self._paths)}')
+        if layer not in self._images:
+            self._images[layer] = read_exr(self._paths[layer])
+        return self._images[layer]
+
+    def __getitem__(self, layer: str) -> npt.NDArray[Any]:
+        pixels = self._image(layer)[layer]
+        # A plain file has floats, which hold ids exactly.
+        return pixels.astype(np.uint32) if layer.startswith("id.") else pixels
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._paths)
+
+    def __len__(self) -> int:
+        return len(self._paths)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each layer."""
+        return {layer: self._image(layer).units[layer] for layer in self}
+
+    @property
+    def resolution_px(self) -> tuple[int, int]:
+        """Width, height."""
+        return self._image(next(iter(self))).resolution_px
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """The header of the first file."""
+        return self._image(next(iter(self))).attributes
 
 
 class DatasetFrame(Mapping[str, npt.NDArray[Any]]):
@@ -38,13 +78,14 @@ class DatasetFrame(Mapping[str, npt.NDArray[Any]]):
         self.line = line
         self.mesh_names = (scene or {}).get("meshes", [])
         self.material_names = (scene or {}).get("materials", [])
-        self._image: Image | None = None
+        self._image: Image | PlainFiles | None = None
 
     @property
-    def image(self) -> Image:
-        """All layers of the file, and its header."""
+    def image(self) -> Image | PlainFiles:
+        """All layers of the file, or of the plain files, and the header."""
         if self._image is None:
-            self._image = read_exr(self.path)
+            files = self.line.get("files")
+            self._image = PlainFiles(self.path, files) if files else read_exr(self.path)
         return self._image
 
     def __getitem__(self, layer: str) -> npt.NDArray[Any]:
@@ -148,7 +189,7 @@ class Dataset:
                 continue  # A killed run may have cut the line.
             by_index[line["index"]] = line
         lines = [line for _, line in sorted(by_index.items())]
-        self.lines = [line for line in lines if "file" in line]
+        self.lines = [line for line in lines if "blake3" in line]
         self.failed = [line for line in lines if "error" in line]
 
     def __len__(self) -> int:
@@ -166,7 +207,8 @@ class Dataset:
             return some
         line = self.lines[number]
         scenes = {scene["file"]: scene for scene in self.about["scenes"]}
-        frame = DatasetFrame(self.folder / line["file"], line, scenes.get(line["scene"]))
+        # The paths of plain files are relative to the folder of the data set.
+        frame = DatasetFrame(self.folder / line.get("file", ""), line, scenes.get(line["scene"]))
         return self.transform(frame) if self.transform else frame
 
     def __iter__(self) -> Iterator[Any]:

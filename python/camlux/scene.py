@@ -465,6 +465,14 @@ class Scene(Fields):
         """
         return _camlux.load_scene(path)
 
+    def save(self, folder: str | os.PathLike[str]) -> None:
+        """Writes the scene to a folder: scene.toml, with its meshes, textures and patterns below.
+
+        Scene.load(folder / "scene.toml") gives the same scene, bit by bit; `camlux render` and `camlux batch` read it as well.
+        Raises SceneError for a scene that cannot be rendered, FileError if a file cannot be written.
+        """
+        _camlux.save_scene(self, folder)
+
     def validate(self) -> None:
         """Raises SceneError if the scene cannot be rendered. The message says what is wrong, where, and how to fix it."""
         _camlux.validate_scene(self)

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use camlux::output::{
-    self, ExrCompression, ExrOptions, LayerData, OutputFile, PngView, write_exr, write_png,
+    self, ExrCompression, ExrOptions, LayerData, OutputFile, PngView, write_exr_files, write_png,
 };
 use camlux::scene::{CameraBasis, Intrinsics};
 use numpy::PyArray2;
@@ -45,7 +45,7 @@ impl Frame {
         }
     }
 
-    fn frame(&self) -> PyResult<&output::Frame> {
+    pub fn frame(&self) -> PyResult<&output::Frame> {
         let gone = || ArgumentError::new_err("the frame is gone");
         self.frame.as_ref().ok_or_else(gone)
     }
@@ -69,6 +69,14 @@ pub const SEND_ARRAYS: &str =
 pub fn shared<'py>(image: &Bound<'py, PyAny>, function: &str) -> PyResult<Bound<'py, PyAny>> {
     let module = image.py().import("camlux._layers")?;
     module.call_method1(function, (image,))
+}
+
+/// The compression of a name.
+pub fn compression_named(name: &str) -> PyResult<ExrCompression> {
+    ExrCompression::from_name(name).ok_or_else(|| {
+        let names = ExrCompression::ALL.map(ExrCompression::name).join(", ");
+        ArgumentError::new_err(format!("compression is \"{name}\"; give one of: {names}"))
+    })
 }
 
 #[pymethods]
@@ -230,9 +238,10 @@ impl Frame {
     /// Writes an OpenEXR file, which appears complete or not at all.
     ///
     /// half: stores radiance, direct, indirect and N as 16-bit floats. layers: writes only these. compression: none, rle, zips, zip or piz.
+    /// plain: writes a file for each layer, with the channels R, G, B or Y that OpenCV reads: x.depth.exr for x.exr.
     ///
     /// Raises FileError.
-    #[pyo3(signature = (path, *, layers=None, half=false, compression="none"))]
+    #[pyo3(signature = (path, *, layers=None, half=false, compression="none", plain=false))]
     fn save(
         &self,
         py: Python,
@@ -240,22 +249,20 @@ impl Frame {
         layers: Option<Bound<'_, PyAny>>,
         half: bool,
         compression: &str,
+        plain: bool,
     ) -> PyResult<()> {
         let frame = self.frame()?;
         check_extension(&path, "exr")?;
         let options = ExrOptions {
             half,
             layers: layers.map(|value| self::layers(&value)).transpose()?,
-            compression: ExrCompression::from_name(compression).ok_or_else(|| {
-                let names = ExrCompression::ALL.map(ExrCompression::name).join(", ");
-                ArgumentError::new_err(format!(
-                    "compression is \"{compression}\"; give one of: {names}"
-                ))
-            })?,
+            compression: compression_named(compression)?,
+            plain,
             ..ExrOptions::default()
         };
-        let written = py.detach(|| write_exr(OutputFile::create(path)?, frame, &options));
-        written.map_err(raised)
+        let written = py.detach(|| write_exr_files(&path, frame, &options));
+        written.map_err(raised)?;
+        Ok(())
     }
 
     /// Writes a preview of the light: direct, indirect and total side by side if there is indirect light. Returns the radiance that is

@@ -5,6 +5,7 @@
 mod arguments;
 mod arrays;
 mod attributes;
+mod dataset;
 mod device;
 mod errors;
 mod frame;
@@ -13,6 +14,7 @@ mod mesh;
 mod objects;
 mod parts;
 mod process;
+mod program;
 mod reference;
 mod renderer;
 mod scene;
@@ -23,15 +25,17 @@ use pyo3::prelude::*;
 mod _camlux {
     #[pymodule_export]
     use crate::{
+        dataset::{DatasetOptions, SceneState, hash_files},
         device::{Device, DeviceInfo, devices},
         frame::{Frame, FrameStats},
         image::{Comparison, Image, compare_arrays, preview, read_exr},
         mesh::{Mesh, place_mesh},
         objects::load_scene,
         parts::{Pattern, ProjectedImage, Texture, restore_pattern},
+        program::run_program,
         reference::reference,
         renderer::{Progress, Renderer},
-        scene::{scene_warnings, validate_scene},
+        scene::{save_scene, scene_warnings, validate_scene},
     };
 
     #[pymodule_init]

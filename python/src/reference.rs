@@ -1,5 +1,7 @@
 //! The true single bounce, sampled by paths on the CPU.
 
+use std::ops::ControlFlow;
+
 use camlux::reference::{Goal, Reference};
 use pyo3::prelude::*;
 
@@ -13,7 +15,7 @@ use crate::scene::scene_from;
 ///
 /// stderr: standard error of the indirect light divided by its root mean square; 0.01 is 1 %. samples_per_pixel: a number of samples
 /// instead.
-/// progress: called from time to time with a number from 0 to 1; if it returns False, Cancelled is raised. True shows a
+/// progress: called from time to time with a number from 0 to 1, which is 1 at the end; if it returns False, Cancelled is raised. True shows a
 /// bar, for which tqdm must be installed.
 ///
 /// The frame has the layers `stderr`, the standard error of each pixel, and `edge`, 1 where rounding decides which surface a pixel shows.
@@ -54,7 +56,10 @@ pub fn reference(
                 watch.goes_on(|| (now + (then - now) * f64::from(fraction),))
             })?;
         }
-        Ok(reference.frame())
+        match watch.goes_on(|| (1.0,)) {
+            ControlFlow::Continue(()) => Ok(reference.frame()),
+            ControlFlow::Break(()) => Err(camlux::Error::Cancelled),
+        }
     });
     Ok(Frame::new(watch.outcome(py, found)?, &scene, None))
 }

@@ -13,7 +13,7 @@ use crate::frame::{Frame, Returned};
 use crate::process::OfProcess;
 use crate::scene::scene_from;
 
-/// The progress of a render.
+/// The progress of a render: 0 to 1, and the pass that runs next; 1 and "done" at the end.
 #[pyclass(module = "camlux", frozen, get_all)]
 pub struct Progress {
     /// 0 to 1.

@@ -1,5 +1,7 @@
 //! Converts the classes of scene.py to a scene of the engine.
 
+use std::path::PathBuf;
+
 use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
@@ -391,6 +393,13 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
 #[pyfunction]
 pub fn validate_scene(scene: &Bound<'_, PyAny>) -> PyResult<()> {
     scene_from(scene)?.validate().map_err(raised)
+}
+
+/// Implements `camlux.Scene.save`.
+#[pyfunction]
+pub fn save_scene(py: Python, scene: &Bound<'_, PyAny>, folder: PathBuf) -> PyResult<()> {
+    let scene = scene_from(scene)?;
+    py.detach(|| scene.save(&folder)).map_err(raised)
 }
 
 /// Implements `camlux.Scene.warnings`.

@@ -28,8 +28,11 @@ def test_progress_rises_to_the_end(renderer, scene):
     seen = []
     renderer.render(scene, progress=seen.append)
     fractions = [progress.fraction for progress in seen]
-    assert fractions == sorted(fractions) and 0 <= fractions[0] and fractions[-1] <= 1
-    assert {"gbuffer", "direct"} <= {progress.pass_name for progress in seen} and fractions[-1] > 0.1
+    assert fractions == sorted(fractions) and 0 <= fractions[0] and fractions[-1] == 1
+    assert {"gbuffer", "direct"} <= {progress.pass_name for progress in seen} and seen[-1].pass_name == "done"
+    seen.clear()
+    camlux.reference(scene, stderr=0.5, progress=seen.append)
+    assert seen == sorted(seen) and seen[-1] == 1
 
 
 def test_a_bar_ends_at_100_percent(renderer, scene, capsys, monkeypatch):

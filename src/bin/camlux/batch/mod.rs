@@ -216,9 +216,12 @@ fn sort_out(
 
 /// Removes unfinished files that a killed run left for these frames and this manifest. Other runs may be working on other frames.
 fn remove_unfinished(frames: &Frames, missing: &[u64], folder: &Path, manifest: &Path) {
-    let paths = missing
-        .iter()
-        .flat_map(|&index| frames.plan(index).paths(folder));
+    let paths = missing.iter().flat_map(|&index| {
+        let planned = frames.plan(index);
+        // Plain files are written beside a file of this name.
+        let whole = folder.join(&planned.file);
+        planned.paths(folder).into_iter().chain([whole])
+    });
     let own: HashSet<PathBuf> = paths.chain([manifest.to_owned()]).collect();
     let of_scenes = frames.scenes.iter();
     let of_scenes = of_scenes.map(|scene| folder.join("frames").join(&scene.folder));

@@ -1,0 +1,230 @@
+"""Writes a data set from a loop."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, Literal
+
+from ._camlux import CamluxWarning, Cancelled, DatasetOptions, Error, Frame, Renderer, SceneState, hash_files
+from .scene import Scene
+
+
+class DatasetWriter:
+    """Renders the frames of a loop into a data set like those of `camlux batch`, which camlux.Dataset reads.
+
+        with camlux.DatasetWriter("set", scene) as writer:
+            for index in range(20):
+                scene.camera.position_m = (0.1 * index, 1, 3)
+                writer.render(scene, target_error=0.05)
+
+    The same loop run again continues where it was stopped or killed: frames that are there are not rendered again, unless their scene or
+    their settings have changed.
+    """
+
+    folder: Path
+
+    def __init__(
+        self,
+        folder: str | os.PathLike[str],
+        scene: Scene,
+        *,
+        renderer: Renderer | None = None,
+        flow: bool = False,
+        layers: Sequence[str] | None = None,
+        half: bool = False,
+        compression: Literal["none", "rle", "zips", "zip", "piz"] = "rle",
+        plain: bool = False,
+    ) -> None:
+        """scene: what the manifest's mesh poses and changed materials are relative to; the scene before the loop.
+
+        renderer: None: one on the best device. flow: adds the layers flow and scene_flow, from each frame to the next; a mesh that is
+        replaced has none. layers, half, compression, plain: as for Frame.save.
+        """
+        self.folder = Path(folder)
+        self._renderer = renderer or Renderer()
+        self._flow = flow
+        self._options = DatasetOptions(flow, None if layers is None else list(layers), half, compression, plain)
+        self._settings = [flow, None if layers is None else list(layers), half, compression, plain]
+        self._plain = plain
+        self._base = SceneState(scene)
+        self._about: dict[str, Any] = json.loads(self._options.describe(self._base))
+        (self.folder / "frames").mkdir(parents=True, exist_ok=True)
+        self._lock = _lock(self.folder / ".manifest.jsonl.lock")
+        for unfinished in (self.folder / "frames").glob(".*.part"):
+            unfinished.unlink(missing_ok=True)
+        self._lines = _read_lines(self.folder / "manifest.jsonl")
+        self._write_lines()
+        self._write_about(None)
+        self._next = 0
+        #: The frame before, whose flow needs the next one: its state, its frame (None: it was there), and its line.
+        self._held: tuple[SceneState, Frame | None, dict[str, Any]] | None = None
+
+    def render(self, scene: Scene, **options: Any) -> Frame | None:
+        """Renders the next frame and writes it. options: those of Renderer.render; frame_index is that in the data set unless given.
+
+        Returns None if the frame is there from an earlier run. With flow, the file is written once the next frame is known.
+        An error of the render is recorded in the manifest and raised; the same loop run again tries the frame again.
+        """
+        index = self._next
+        self._next += 1
+        state = SceneState(scene)
+        self._end_held(state)
+        options.setdefault("frame_index", index)
+        description = json.loads(state.describe(self._base))
+        line = {"index": index, "scene": "scene", "frame": index, "time_s": None, **description, "seed": options.get("seed")}
+        inputs = self._inputs(state, description, options)
+        kept = self._lines.get(index)
+        if kept is not None and kept.get("inputs") == inputs and self._is_there(kept):
+            self._held = (state, None, kept)
+            return None
+        self._lines.pop(index, None)
+        ending = {"device": self._renderer.device.info.name, "inputs": inputs}
+        try:
+            frame = self._renderer.render(scene, **options)
+        except Cancelled:
+            raise
+        except Error as error:
+            self._append({**line, "error": str(error), **ending})
+            raise
+        line["ending"] = ending
+        self._held = (state, frame, line)
+        if not self._flow:
+            self._end_held(None)
+        return frame
+
+    def close(self) -> None:
+        """Writes the last frame and the whole manifest. The `with` statement calls it."""
+        if self._lock is None:
+            return
+        self._end_held(None)
+        self._lines = {index: line for index, line in self._lines.items() if index < self._next}
+        self._write_lines()
+        self._write_about(self._next)
+        self._release()
+
+    def __enter__(self) -> DatasetWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if kind is None:
+            self.close()
+        else:
+            # The frame before may not be the last one of the loop, so its flow is not known.
+            self._held = None
+            self._release()
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def _end_held(self, following: SceneState | None) -> None:
+        """Writes the frame before, whose next frame is now known."""
+        if self._held is None:
+            return
+        (state, frame, line), self._held = self._held, None
+        flow_to = following.hash if self._flow and following is not None else None
+        if frame is None:
+            if self._flow and line.get("flow_to") != flow_to:
+                index = line["index"]
+                del self._lines[index]
+                self._write_lines()
+                problem = f"the flow of frame {index} is to another scene than before; run the loop again to render the frame"
+                warnings.warn(problem, CamluxWarning, stacklevel=3)
+            return
+        ending = line.pop("ending")
+        index = line["index"]
+        file = f"frames/{index:06}.exr"
+        paths, digest, size, texts = self._options.write(self.folder / file, index, frame, state, self._base, following)
+        if self._plain:
+            first, last = len(f"{index:06}."), -len(".exr")
+            line["files"] = {path.name[first:last]: f"frames/{path.name}" for path in map(Path, paths)}
+        else:
+            line["file"] = file
+        stats = frame.stats
+        line |= {
+            "blake3": digest,
+            "bytes": size,
+            "ms": round(stats.wall_ms, 3),
+            "estimated_error": stats.estimated_error,
+            "estimated_error_upper": stats.estimated_error_upper,
+            "stop": stats.stop,
+            "warnings": texts,
+            **ending,
+        }
+        for key in ["estimated_interpolation_error", "estimated_area_light_error"]:
+            if (error := getattr(stats, key)) is not None:
+                line[key] = error
+        if self._flow:
+            line["flow_to"] = flow_to
+        self._append(line)
+
+    def _inputs(self, state: SceneState, description: dict[str, Any], options: dict[str, Any]) -> str:
+        known = {key: value for key, value in options.items() if key != "progress"}
+        parts = [self._about["engine_hash"], state.hash, description, self._settings, known]
+        text = json.dumps(parts, sort_keys=True, default=str)
+        return hashlib.blake2b(text.encode(), digest_size=32).hexdigest()
+
+    def _is_there(self, line: dict[str, Any]) -> bool:
+        files = line["files"].values() if "files" in line else [line.get("file", "")]
+        return "blake3" in line and hash_files([self.folder / file for file in files]) == line["blake3"]
+
+    def _append(self, line: dict[str, Any]) -> None:
+        self._lines[line["index"]] = line
+        with open(self.folder / "manifest.jsonl", "a", encoding="utf-8") as manifest:
+            manifest.write(json.dumps(line) + "\n")
+
+    def _write_lines(self) -> None:
+        lines = [json.dumps(line) + "\n" for _, line in sorted(self._lines.items())]
+        _replace(self.folder / "manifest.jsonl", "".join(lines))
+
+    def _write_about(self, count: int | None) -> None:
+        about = self._about | {"frame_count": count, "frames_per_scene": count}
+        _replace(self.folder / "dataset.json", json.dumps(about, indent=2) + "\n")
+
+
+def _read_lines(path: Path) -> dict[int, dict[str, Any]]:
+    """The lines of a manifest by index, without those that a killed run has cut."""
+    lines: dict[int, dict[str, Any]] = {}
+    if path.exists():
+        for text in path.read_text(encoding="utf-8", errors="replace").splitlines():
+            try:
+                line = json.loads(text)
+                lines[line["index"]] = line
+            except (ValueError, TypeError, KeyError):
+                continue
+    return lines
+
+
+def _replace(path: Path, text: str) -> None:
+    """Replaces a file as a whole."""
+    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    with open(descriptor, "w", encoding="utf-8") as file:
+        file.write(text)
+    # tempfile makes private files.
+    umask = os.umask(0)
+    os.umask(umask)
+    os.chmod(name, 0o666 & ~umask)
+    os.replace(name, path)
+
+
+def _lock(path: Path) -> IO[str] | None:
+    """Locks the manifest as a batch does, so that no other run writes the same frames. A killed run releases the lock, too."""
+    file = open(path, "w", encoding="utf-8")
+    try:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except ImportError:
+        pass  # There is none on this system.
+    except BlockingIOError:
+        file.close()
+        raise Error(f"{path.parent / 'manifest.jsonl'}: another run uses it; wait until that run ends, or name another folder") from None
+    return file

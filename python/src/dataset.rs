@@ -1,0 +1,199 @@
+//! What `camlux.DatasetWriter` needs of the engine.
+
+use std::fs::File;
+use std::path::PathBuf;
+
+use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
+use camlux::output::{
+    Attribute, DATASET_FORMAT, ExrOptions, Layer, NextFrame, dataset_conventions, describe_frame,
+    describe_scene, write_exr_files,
+};
+use pyo3::prelude::*;
+use serde_json::{Value, json};
+
+use crate::arguments::layers;
+use crate::errors::raised;
+use crate::frame::{Frame, compression_named};
+use crate::scene::scene_from;
+
+/// The largest difference from a rotation that rounding explains.
+const ROUNDING: f64 = 1e-9;
+
+/// A scene as it was at one time.
+#[pyclass(module = "camlux", frozen)]
+pub struct SceneState(camlux::Scene);
+
+#[pymethods]
+impl SceneState {
+    #[new]
+    fn new(scene: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let scene = scene_from(scene)?;
+        scene.validate().map_err(raised)?;
+        Ok(SceneState(scene))
+    }
+
+    #[getter]
+    fn hash(&self, py: Python) -> String {
+        py.detach(|| self.0.hash())
+    }
+
+    /// Camera, lights, moved meshes and changed materials for the manifest, as JSON. `base`: the scene at the beginning.
+    fn describe(&self, base: &SceneState) -> String {
+        let camera = self.0.camera.basis();
+        let axes = DMat3::from_cols(camera.right, camera.down, camera.forward);
+        let rotation = DQuat::from_mat3(&axes);
+        let poses: Vec<_> = self.moves_since(base).filter_map(pose).collect();
+        let described = describe_frame(&self.0, &base.0, rotation, &poses);
+        Value::Object(described).to_string()
+    }
+}
+
+impl SceneState {
+    /// The meshes that have moved as a whole: index, and transform in the world.
+    fn moves_since(&self, base: &SceneState) -> impl Iterator<Item = (usize, DMat4)> {
+        let meshes = base.0.meshes.iter().zip(&self.0.meshes).enumerate();
+        meshes.filter_map(|(index, (before, now))| {
+            let moved = before.to_world != now.to_world;
+            moved.then(|| {
+                let [before, now] = [before, now].map(|mesh| DMat4::from(mesh.to_world));
+                // Of a mesh that was where its positions are, every digit is kept.
+                match before == DMat4::IDENTITY {
+                    true => (index, now),
+                    false => (index, now * before.inverse()),
+                }
+            })
+        })
+    }
+
+    /// How each mesh moves until the next frame. NaN for another mesh.
+    fn moves_until(&self, next: &SceneState) -> Vec<Option<DMat4>> {
+        let mut moves = vec![Some(DMat4::NAN); self.0.meshes.len()];
+        let meshes = self.0.meshes.iter().zip(&next.0.meshes);
+        for (moved, (now, next)) in moves.iter_mut().zip(meshes) {
+            if now.mesh == next.mesh {
+                let [before, after] = [now, next].map(|mesh| DMat4::from(mesh.to_world));
+                *moved = (before != after).then(|| after * before.inverse());
+            }
+        }
+        moves
+    }
+}
+
+/// Position and rotation of a move that neither stretches nor mirrors.
+fn pose((index, moved): (usize, DMat4)) -> Option<(usize, DVec3, DQuat)> {
+    let linear = DMat3::from_mat4(moved);
+    let error = linear * linear.transpose() - DMat3::IDENTITY;
+    let is_rotation = error.to_cols_array().iter().all(|e| e.abs() < ROUNDING);
+    (is_rotation && linear.determinant() > 0.0)
+        .then(|| (index, moved.w_axis.truncate(), DQuat::from_mat3(&linear)))
+}
+
+/// How the frames of a data set are written.
+#[pyclass(module = "camlux", frozen)]
+pub struct DatasetOptions {
+    exr: ExrOptions,
+    flow: bool,
+}
+
+#[pymethods]
+impl DatasetOptions {
+    #[new]
+    fn new(
+        flow: bool,
+        layers: Option<Bound<'_, PyAny>>,
+        half: bool,
+        compression: &str,
+        plain: bool,
+    ) -> PyResult<Self> {
+        let mut layers = layers.map(|names| self::layers(&names)).transpose()?;
+        if let (true, Some(layers)) = (flow, &mut layers) {
+            layers.extend(Layer::OF_SEQUENCE);
+        }
+        let exr = ExrOptions {
+            half,
+            layers,
+            compression: compression_named(compression)?,
+            plain,
+            ..ExrOptions::default()
+        };
+        Ok(DatasetOptions { exr, flow })
+    }
+
+    /// The contents of dataset.json that do not depend on the number of frames, as JSON.
+    fn describe(&self, base: &SceneState) -> String {
+        let mut scene = json!({ "file": "scene", "hash": base.0.hash(), "frames": "frames/" });
+        let described = describe_scene(&base.0, &self.exr, self.flow, None);
+        described
+            .into_iter()
+            .for_each(|(key, value)| scene[key] = value);
+        let object = json!({
+            "format": DATASET_FORMAT,
+            "camlux_version": env!("CARGO_PKG_VERSION"),
+            "engine_hash": camlux::engine_hash(),
+            "job": null,
+            "scenes": [scene],
+            "frame_count": null,
+            "frames_per_scene": null,
+            "seed": null,
+            "compression": self.exr.compression.name(),
+            "half": self.exr.half,
+            "plain": self.exr.plain,
+            "time": null,
+            "conventions": dataset_conventions(),
+        });
+        object.to_string()
+    }
+
+    /// Writes the file of a frame, or its plain files. Returns the path of each layer's plain file, the hash, the size and warnings.
+    #[allow(clippy::too_many_arguments, reason = "the parts of a frame")]
+    fn write(
+        &self,
+        py: Python,
+        path: PathBuf,
+        index: u32,
+        frame: &Bound<'_, Frame>,
+        state: &SceneState,
+        base: &SceneState,
+        next: Option<&SceneState>,
+    ) -> PyResult<(Vec<PathBuf>, String, u64, Vec<String>)> {
+        let rendered = frame.get().frame()?;
+        let written = py.detach(|| {
+            let mut exr = self.exr.clone();
+            let number = i32::try_from(index).unwrap_or(i32::MAX);
+            let number = ("batch.frame".to_owned(), Attribute::Int(number));
+            let meshes = state.moves_since(base).map(|(mesh, moved)| {
+                let matrix = Attribute::Matrix4(moved.to_cols_array());
+                (format!("mesh.{mesh}.toWorld"), matrix)
+            });
+            exr.attributes = [number].into_iter().chain(meshes).collect();
+            let with_flow = self.flow.then(|| {
+                let moves = next.map(|next| state.moves_until(next));
+                let next = next.zip(moves.as_ref());
+                let next = next.map(|(next, mesh_moves)| NextFrame {
+                    camera: &next.0.camera,
+                    mesh_moves,
+                });
+                let mut frame = rendered.clone();
+                frame.add_flow(&state.0.camera, next.as_ref());
+                frame
+            });
+            let frame = with_flow.as_ref().unwrap_or(rendered);
+            let warnings = [frame.warnings(), exr.warnings(frame)].concat();
+            let written = write_exr_files(&path, frame, &exr)?;
+            Ok((written.files, written.blake3, written.bytes, warnings))
+        });
+        written.map_err(raised)
+    }
+}
+
+/// The hash of files one after the other; None if one cannot be read.
+#[pyfunction]
+pub fn hash_files(py: Python, paths: Vec<PathBuf>) -> Option<String> {
+    py.detach(|| {
+        let mut hasher = blake3::Hasher::new();
+        for path in paths {
+            hasher.update_reader(File::open(path).ok()?).ok()?;
+        }
+        Some(hasher.finalize().to_hex().to_string())
+    })
+}

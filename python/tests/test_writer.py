@@ -1,0 +1,150 @@
+"""Data sets from a loop."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import camlux
+import numpy as np
+import pytest
+
+from conftest import SCENES
+
+CAMERAS = [(-0.6, 1.0, 3.2), (0.1, 1.1, 3.0), (0.6, 1.2, 2.8)]
+MESHES = [(0.0, 0.05, 0.0), (0.0, 0.1, 0.0), (0.05, 0.2, 0.0)]
+JOB = f"""
+[job]
+scene = "{SCENES / 'cornell_spot.toml'}"
+size = [16, 16]
+target_error = 0.2
+flow = true
+[camera]
+poses = [{", ".join(f"{{ position = {list(at)}, look_at = [0.0, 1.0, 0.0] }}" for at in CAMERAS)}]
+[[mesh]]
+index = 0
+poses = [{", ".join(f"{{ position = {list(at)} }}" for at in MESHES)}]
+"""
+
+
+def cornell():
+    scene = camlux.Scene.load(SCENES / "cornell_spot.toml")
+    scene.camera.resolution_px = (16, 16)
+    scene.indirect = camlux.FinalGather(0.2)
+    return scene
+
+
+def loop(folder, scene, **options):
+    """The frames of the job. Returns the indices of those that were rendered."""
+    mesh, rendered = scene.meshes[0], []
+    with camlux.DatasetWriter(folder, scene, flow=True, **options) as writer:
+        for index, (camera, at) in enumerate(zip(CAMERAS, MESHES)):
+            scene.camera.position_m, scene.camera.look_at_m = camera, (0, 1, 0)
+            scene.meshes[0] = mesh.posed(at)
+            if writer.render(scene) is not None:
+                rendered.append(index)
+    scene.meshes[0] = mesh
+    return rendered
+
+
+def test_a_loop_writes_the_files_of_a_batch(program, tmp_path):
+    (tmp_path / "job.toml").write_text(JOB)
+    program("batch", tmp_path / "job.toml", "-o", tmp_path / "batch")
+    assert loop(tmp_path / "loop", cornell()) == [0, 1, 2]
+    by_batch, by_loop = (camlux.Dataset(tmp_path / name) for name in ["batch", "loop"])
+    assert by_loop.about["frame_count"] == len(by_loop) == len(by_batch) == 3
+    for name in ["layers", "meshes", "materials", "resolution_px"]:
+        assert by_loop.about["scenes"][0][name] == by_batch.about["scenes"][0][name]
+    for mine, other in zip(by_loop, by_batch):
+        assert mine.path.read_bytes() == other.path.read_bytes()
+        for key in ["index", "frame", "camera", "lights", "meshes", "materials_kd", "file", "blake3", "bytes", "estimated_error", "stop", "device"]:
+            assert mine.line[key] == other.line[key], key
+    assert np.isfinite(by_loop[0]["flow"]).any() and not np.isfinite(by_loop[2]["flow"]).any()
+    assert np.nanmax(np.abs(by_loop[0]["scene_flow"] - by_batch[0]["scene_flow"])) == 0
+
+
+def test_a_loop_goes_on_where_it_was(tmp_path):
+    scene = cornell()
+    assert loop(tmp_path, scene) == [0, 1, 2]
+    before = (tmp_path / "manifest.jsonl").read_bytes()
+    assert loop(tmp_path, scene) == []
+    assert (tmp_path / "manifest.jsonl").read_bytes() == before
+    # A damaged file, a cut line and what a killed run leaves.
+    (tmp_path / "frames/000001.exr").write_bytes(b"damaged")
+    (tmp_path / "frames/.000001.exr.abc.part").write_bytes(b"")
+    assert loop(tmp_path, scene) == [1]
+    text = (tmp_path / "manifest.jsonl").read_text()
+    (tmp_path / "manifest.jsonl").write_text(text[: len(text) - 40])
+    assert loop(tmp_path, scene) == [2]
+    lines = [json.loads(line) for line in (tmp_path / "manifest.jsonl").read_text().splitlines()]
+    assert [line["index"] for line in lines] == [0, 1, 2]
+    assert sorted(path.name for path in (tmp_path / "frames").iterdir()) == ["000000.exr", "000001.exr", "000002.exr"]
+    # Another scene, or other settings: all frames again.
+    scene.materials[0].kd = 0.123
+    assert loop(tmp_path, scene) == [0, 1, 2]
+    assert loop(tmp_path, scene, plain=True) == [0, 1, 2]
+    dataset = camlux.Dataset(tmp_path)
+    assert dataset[0].line["files"]["flow"] == "frames/000000.flow.exr" and dataset[0]["flow"].shape == (16, 16, 2)
+
+
+def test_flow_to_another_scene_is_rendered_again(tmp_path):
+    def two(last):
+        scene = cornell()
+        with camlux.DatasetWriter(tmp_path, scene, flow=True) as writer:
+            first = writer.render(scene)
+            scene.camera.position_m = last
+            return first is not None, writer.render(scene) is not None
+
+    assert two((0, 1, 3)) == (True, True)
+    with pytest.warns(camlux.CamluxWarning, match="the flow of frame 0 is to another scene"):
+        assert two((0, 1, 2)) == (False, True)
+    assert len(camlux.Dataset(tmp_path)) == 1
+    assert two((0, 1, 2)) == (True, False)
+    assert len(camlux.Dataset(tmp_path)) == 2
+
+
+def test_errors_are_recorded_and_raised(tmp_path, scene):
+    with pytest.raises(camlux.SceneError):
+        with camlux.DatasetWriter(tmp_path, scene) as writer:
+            writer.render(scene)
+            writer.render(scene, layers=["energy"])
+    dataset = camlux.Dataset(tmp_path)
+    assert len(dataset) == 1 and "energy" in dataset.failed[0]["error"]
+    with camlux.DatasetWriter(tmp_path, scene) as writer:
+        with pytest.raises(camlux.Error, match="another run uses it"):
+            camlux.DatasetWriter(tmp_path, scene)
+        assert writer.render(scene) is None and writer.render(scene) is not None
+    assert len(camlux.Dataset(tmp_path)) == 2
+
+
+LOOP = """
+import sys
+sys.path.insert(0, {tests!r})
+import camlux, test_writer
+scene = test_writer.cornell()
+with camlux.DatasetWriter(sys.argv[1], scene) as writer:
+    for index in range(40):
+        scene.camera.position_m = (0.01 * index, 1, 3)
+        writer.render(scene)
+"""
+
+
+def test_a_killed_loop_loses_the_frames_in_flight_alone(tmp_path):
+    program = LOOP.format(tests=os.path.dirname(__file__))
+    command = [sys.executable, "-c", program, str(tmp_path)]
+    process = subprocess.Popen(command)
+    manifest = tmp_path / "manifest.jsonl"
+    while not (manifest.exists() and manifest.read_bytes().count(b"\n") >= 2):
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    there = len(camlux.Dataset(tmp_path))
+    assert 2 <= there < 40
+    before = {line["index"]: line["ms"] for line in camlux.Dataset(tmp_path).lines}
+    subprocess.run(command, check=True)
+    dataset = camlux.Dataset(tmp_path)
+    assert len(dataset) == 40 and len({line["blake3"] for line in dataset.lines}) == 40
+    assert all(dataset.lines[index]["ms"] == ms for index, ms in before.items())
