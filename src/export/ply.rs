@@ -43,12 +43,12 @@ pub(super) fn bytes(mesh: &Mesh, materials: &[u32]) -> Vec<u8> {
     header += "property list uchar uint vertex_indices\nproperty uint material_index\nend_header\n";
     let mut bytes = header.into_bytes();
     let mut put = |values: &[u8]| bytes.extend_from_slice(values);
-    for vertex in 0..vertex_count {
+    for (vertex, position_m) in positions_m.iter().enumerate() {
         let mut doubles = |values: Option<&[f64]>| {
             let values = values.into_iter().flatten();
             values.for_each(|value| put(&value.to_le_bytes()));
         };
-        doubles(Some(&positions_m[vertex].to_array()));
+        doubles(Some(&position_m.to_array()));
         doubles(
             normals
                 .get(vertex)
