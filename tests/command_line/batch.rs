@@ -144,7 +144,7 @@ fn several_scenes_have_folders_of_their_own() {
     assert_eq!(jobs.hashes("set").len(), 4);
     jobs.write(
         "job.toml",
-        "[job]\nscenes = [\"scene.toml\", \"more/scene.toml\"]\n",
+        "[job]\nscenes = [\"scene.toml\", \"../scene.toml\"]\n",
     );
     let stderr = jobs.fail("set2", &[]);
     assert!(

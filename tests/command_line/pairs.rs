@@ -83,6 +83,24 @@ fn scenes_of_one_job_show_the_same_in_the_same_frame() {
     }
 }
 
+/// Saved scenes are all called `scene.toml`.
+#[test]
+fn the_folders_of_saved_scenes_tell_them_apart() {
+    let job = "[job]\nscenes = [\"a/scene.toml\", \"b/scene.toml\"]\n";
+    let jobs = Jobs::new(job);
+    for name in ["a", "b"] {
+        std::fs::create_dir(jobs.path(name)).unwrap();
+        jobs.write(
+            &format!("{name}/scene.toml"),
+            &SCENE.replace("quad.obj", "../quad.obj"),
+        );
+    }
+    jobs.succeed("set", &[]);
+    let lines = jobs.manifest("set/manifest.jsonl");
+    let files: Vec<&str> = lines.iter().map(|l| l["file"].as_str().unwrap()).collect();
+    assert_eq!(files, ["frames/a/000000.exr", "frames/b/000000.exr"]);
+}
+
 #[test]
 fn materials_are_drawn_with_highlights_and_textures() {
     let scene = SCENE.replace(

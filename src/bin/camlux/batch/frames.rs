@@ -9,7 +9,7 @@ use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
 use super::draws::Draws;
-use super::job::Job;
+use super::job::{Job, folder_name};
 use super::pose::{Aim, Pose, rotation_of};
 use super::timing::{self, Image};
 use crate::options::warn_of;
@@ -104,10 +104,9 @@ impl Frames {
                 timing.check(&scene, name)?;
             }
             job.changes.check(&scene)?;
-            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let folder = match job.scenes.len() {
                 1 => String::new(),
-                _ => format!("{stem}/"),
+                _ => format!("{}/", folder_name(name)),
             };
             let hash = scene.hash();
             let own_textures = scene.textures.len();

@@ -103,8 +103,8 @@ fn scenes(keys: &mut Keys, folder: &Path) -> Result<Vec<(String, PathBuf)>, Fail
     for value in values {
         let name = value.text()?.to_owned();
         let path = folder.join(&name);
-        let stem = path.file_stem();
-        if scenes.iter().any(|(_, other)| other.file_stem() == stem) {
+        let is_same = |(other, _): &(String, _)| folder_name(other) == folder_name(&name);
+        if scenes.iter().any(is_same) {
             let problem = format!("names \"{name}\", and another scene has the same file name");
             return Err(value
                 .error(problem, "give the files different names")
@@ -118,6 +118,18 @@ fn scenes(keys: &mut Keys, folder: &Path) -> Result<Vec<(String, PathBuf)>, Fail
         scenes.push((name, path));
     }
     Ok(scenes)
+}
+
+/// The folder for the frames of a scene, by its name in the job: the name of its file, or of the folder of a file `scene.toml`, as saved
+/// scenes are called.
+pub fn folder_name(scene: &str) -> String {
+    let path = Path::new(scene);
+    let saved_in = path.parent().and_then(Path::file_name);
+    let name = match saved_in {
+        Some(folder) if path.ends_with("scene.toml") => Some(folder),
+        _ => path.file_stem(),
+    };
+    name.unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn size(value: &Value) -> camlux::Result<[u32; 2]> {
