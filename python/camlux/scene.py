@@ -284,7 +284,8 @@ class Material(Fields):
     ks: specular reflectance of each band, 0 to 1.
     shininess: Phong exponent, 0 or more; required where ks is above 0.
     kd_texture: multiplies kd.
-    normal_texture: turns the normal.
+    normal_texture: turns the normal. Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on
+        the side to which v grows, and along the normal of the mesh.
     alpha_texture: cut-out: there is no surface where its alpha, or the brightness of a texture without alpha, is below
         `alpha_cutoff`.
     ks_texture: multiplies ks.
@@ -297,8 +298,6 @@ class Material(Fields):
     ks: Bands = 0.0
     shininess: Number | None = None
     kd_texture: Texture | TextureLookup | None = None
-    #: Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on the side to which v grows, and
-    #: along the normal of the mesh.
     normal_texture: Texture | TextureLookup | None = None
     alpha_texture: Texture | TextureLookup | None = None
     ks_texture: Texture | TextureLookup | None = None

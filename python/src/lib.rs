@@ -10,6 +10,7 @@ mod errors;
 mod frame;
 mod image;
 mod mesh;
+mod objects;
 mod parts;
 mod process;
 mod reference;
@@ -26,10 +27,11 @@ mod _camlux {
         frame::{Frame, FrameStats},
         image::{Comparison, Image, compare_arrays, preview, read_exr},
         mesh::{Mesh, place_mesh},
+        objects::load_scene,
         parts::{Pattern, ProjectedImage, Texture, restore_pattern},
         reference::reference,
         renderer::{Progress, Renderer},
-        scene::{load_scene, scene_warnings, validate_scene},
+        scene::{scene_warnings, validate_scene},
     };
 
     #[pymodule_init]

@@ -13,8 +13,8 @@ use pyo3::types::{PyDict, PyTuple};
 use crate::arguments::count;
 use crate::arrays::{list, rows, view};
 use crate::errors::{SceneError, raised, warn};
+use crate::objects::materials;
 use crate::parts::made_by_new;
-use crate::scene::materials;
 
 const NUMBERS: &str = "numbers";
 const INDICES: &str = "whole numbers from 0 to 4294967295";

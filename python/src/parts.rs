@@ -142,10 +142,7 @@ impl Texture {
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         let other = other.cast::<Self>();
-        other.is_ok_and(|other| {
-            let other = &other.get().0;
-            self.0.colors() == other.colors() && self.0.alpha() == other.alpha()
-        })
+        other.is_ok_and(|other| self.0 == other.get().0)
     }
 
     fn __hash__(&self) -> u64 {

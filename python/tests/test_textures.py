@@ -78,10 +78,10 @@ def test_alpha_cuts_out_whatever_the_colours_are(renderer, scene):
 @pytest.mark.parametrize("role", ["normal_texture", "shininess_texture", "alpha_texture"])
 def test_an_encoding_that_contradicts_the_role_is_refused(scene, role):
     for picture in [np.full((1, 1, 3), 200, np.uint8), np.full((1, 1, 3), 0.5)]:
-        scene.materials[0] = camlux.Material("white", 0.8, ks=0.1, **{role: camlux.Texture("map", picture, encoding="srgb")})
+        scene.materials[0] = camlux.Material("white", 0.8, ks=0.1, shininess=20, **{role: camlux.Texture("map", picture, encoding="srgb")})
         with pytest.raises(camlux.SceneError, match=f'the texture of {role} is encoded as sRGB.*make its encoding linear'):
             scene.validate()
-        scene.materials[0] = camlux.Material("white", 0.8, ks=0.1, **{role: camlux.Texture("map", picture, encoding="linear")})
+        scene.materials[0] = camlux.Material("white", 0.8, ks=0.1, shininess=20, **{role: camlux.Texture("map", picture, encoding="linear")})
         scene.validate()
 
 

@@ -41,6 +41,14 @@ pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
     Ok(of_image(file.display().to_string(), image))
 }
 
+/// As [`load`], with the alpha of each texel if the image has any.
+pub(super) fn load_with_alpha(file: &Path, named_at: &str) -> Result<(Texture, Option<Vec<u8>>)> {
+    let image = load_image(file, named_at)?;
+    let has_alpha = image.color().has_alpha();
+    let alpha = has_alpha.then(|| alpha_channel(image.clone()));
+    Ok((of_image(file.display().to_string(), image), alpha))
+}
+
 /// The colours of an image, as sRGB.
 pub(super) fn of_image(name: String, image: DynamicImage) -> Texture {
     let size_px = [image.width(), image.height()];

@@ -1,6 +1,6 @@
 //! The content of a mesh file.
 
-use super::{Instance, Light, Material, Texture};
+use super::{Instance, Light, Material, Shared, Texture};
 
 /// The meshes of a file and what their triangles use. [`MeshFile::load`] reads it.
 #[derive(Debug, Clone)]
@@ -8,7 +8,7 @@ pub struct MeshFile {
     pub meshes: Vec<Instance>,
     /// Their textures are indices into `textures`.
     pub materials: Vec<Material>,
-    pub textures: Vec<Texture>,
+    pub textures: Vec<Shared<Texture>>,
     /// Of a glTF file.
     pub lights: Vec<Light>,
     /// Features of the file that are not modelled, one sentence each.

@@ -19,13 +19,16 @@ pub enum TextureRole {
 /// A texture before its role is known: red, green and blue as the caller gave them, and alpha.
 #[derive(Debug)]
 pub struct TextureSource {
-    /// As k_d and k_s read it.
+    /// As k_d and k_s read it, but floating-point texels that are sRGB are not decoded.
     colors: Shared<Texture>,
     /// Of each texel; 255 stands for 1.
     alpha: Option<Vec<u8>>,
     /// Whether the caller has said that the colours are sRGB, so that they are nothing else.
     is_named_srgb: bool,
-    // What other roles read, made when one does.
+    /// Whether it is linear, and a scene has it as it is: every role reads it so.
+    is_final: bool,
+    // What roles read, made when one does.
+    decoded: OnceLock<Shared<Texture>>,
     linear: OnceLock<Shared<Texture>>,
     brightness: OnceLock<Shared<Texture>>,
     grey_alpha: OnceLock<Shared<Texture>>,
@@ -125,23 +128,24 @@ impl TextureSource {
         Ok(source)
     }
 
-    /// Floating-point texels are not decoded yet; the encoding in integers does not count.
-    fn new(mut texture: Texture, encoding: Option<Encoding>, alpha: Option<Vec<u8>>) -> Self {
-        texture.texels = match (texture.texels, encoding) {
-            (Texels::F32(texels), Some(Encoding::Srgb)) => {
-                let decoded = |value: f32| Encoding::Srgb.decode(value.into());
-                Texels::F32(texels.into_iter().map(|t| t.map(decoded)).collect())
-            }
-            (texels, encoding) => texels.encoded_as(encoding.unwrap_or(Encoding::Srgb)),
-        };
+    /// The encoding in the texels does not count.
+    pub(crate) fn new(
+        mut texture: Texture,
+        encoding: Option<Encoding>,
+        alpha: Option<Vec<u8>>,
+    ) -> Self {
+        texture.texels = texture
+            .texels
+            .encoded_as(encoding.unwrap_or(Encoding::Srgb));
         TextureSource {
             alpha,
             is_named_srgb: encoding == Some(Encoding::Srgb),
+            is_final: false,
             ..Shared::from(texture).into()
         }
     }
 
-    /// Red, green and blue of a reflectance.
+    /// Red, green and blue as they were given.
     pub fn colors(&self) -> &Shared<Texture> {
         &self.colors
     }
@@ -151,12 +155,14 @@ impl TextureSource {
         self.alpha.as_deref()
     }
 
-    /// The encoding that makes the same texture of the same integers; `None`: none was named, or the texels are no integers.
+    /// The encoding, if it does not depend on the role.
     pub fn encoding(&self) -> Option<Encoding> {
         match self.colors.texels {
-            Texels::F32(_) => None,
             _ if self.is_named_srgb => Some(Encoding::Srgb),
-            _ => (!self.colors.texels.is_srgb()).then_some(Encoding::Linear),
+            Texels::U8(_, encoding) | Texels::U16(_, encoding) if encoding == Encoding::Linear => {
+                Some(encoding)
+            }
+            _ => None,
         }
     }
 
@@ -169,12 +175,26 @@ impl TextureSource {
     /// The texture that a material uses in this role, made once.
     pub fn in_role(&self, role: TextureRole) -> Shared<Texture> {
         let texture = match role {
-            TextureRole::Kd | TextureRole::Ks => &self.colors,
+            TextureRole::Kd | TextureRole::Ks => self.reflectance(),
             TextureRole::Normal => self.linear(),
             TextureRole::Shininess => self.brightness(),
             TextureRole::Alpha => self.grey_alpha(),
         };
         texture.clone()
+    }
+
+    fn reflectance(&self) -> &Shared<Texture> {
+        let Texels::F32(texels) = &self.colors.texels else {
+            return &self.colors;
+        };
+        if !self.is_named_srgb {
+            return &self.colors;
+        }
+        self.decoded.get_or_init(|| {
+            let decode = |value: f32| Encoding::Srgb.decode(value.into());
+            let texels = texels.iter().map(|texel| texel.map(decode)).collect();
+            self.with_texels(Texels::F32(texels))
+        })
     }
 
     fn linear(&self) -> &Shared<Texture> {
@@ -189,7 +209,8 @@ impl TextureSource {
     fn grey_alpha(&self) -> &Shared<Texture> {
         if self.alpha.is_none() {
             let brightness = self.brightness();
-            if self.is_named_srgb || matches!(brightness.texels, Texels::U8(..)) {
+            let is_u8 = matches!(brightness.texels, Texels::U8(..));
+            if self.is_named_srgb || self.is_final || is_u8 {
                 return brightness;
             }
         }
@@ -197,19 +218,23 @@ impl TextureSource {
             let channel = self.alpha.clone();
             let values = channel.unwrap_or_else(|| self.brightness().red_in_8_bits());
             let texels = values.into_iter().map(|value| [value; 3]).collect();
-            let texture = Texture {
-                name: self.colors.name.clone(),
-                size_px: self.colors.size_px,
-                texels: Texels::U8(texels, Encoding::Linear),
-            };
-            texture.into()
+            self.with_texels(Texels::U8(texels, Encoding::Linear))
         })
+    }
+
+    fn with_texels(&self, texels: Texels) -> Shared<Texture> {
+        let texture = Texture {
+            name: self.colors.name.clone(),
+            size_px: self.colors.size_px,
+            texels,
+        };
+        texture.into()
     }
 
     fn brightness(&self) -> &Shared<Texture> {
         let linear = self.linear();
         self.brightness.get_or_init(|| {
-            if self.is_named_srgb || linear.texels.are_grey() {
+            if self.is_named_srgb || self.is_final || linear.texels.are_grey() {
                 return linear.clone();
             }
             Texture::clone(linear).into_brightness().into()
@@ -217,13 +242,24 @@ impl TextureSource {
     }
 }
 
+impl PartialEq for TextureSource {
+    fn eq(&self, other: &Self) -> bool {
+        // The rest follows from these.
+        self.colors == other.colors
+            && self.alpha == other.alpha
+            && self.is_named_srgb == other.is_named_srgb
+    }
+}
+
 impl From<Shared<Texture>> for TextureSource {
     /// A texture of a scene. In the role that it has there it stays the same.
     fn from(colors: Shared<Texture>) -> Self {
         TextureSource {
+            is_final: !colors.texels.is_srgb(),
             colors,
             alpha: None,
             is_named_srgb: false,
+            decoded: OnceLock::new(),
             linear: OnceLock::new(),
             brightness: OnceLock::new(),
             grey_alpha: OnceLock::new(),
@@ -255,7 +291,7 @@ where
     for (source, textures) in sources.iter().zip(of_source) {
         first.push(all.len());
         match textures.is_empty() {
-            true => all.push(source.colors.clone()),
+            true => all.push(source.reflectance().clone()),
             false => all.extend(textures),
         }
     }

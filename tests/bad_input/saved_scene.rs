@@ -40,6 +40,10 @@ fn textures_and_their_lookups() {
         &["scene.toml:13: \"encoding\"", "OpenEXR, which is linear"],
     );
     refuses(
+        &format!("{texture}encoding = \"srgb\"\n{CLAY}normal_texture = 0\n{MESH}"),
+        &["the texture of normal_texture is encoded as sRGB"],
+    );
+    refuses(
         &format!("{texture}encoding = \"gamma\"\n"),
         &["unknown encoding \"gamma\"", "linear, srgb"],
     );

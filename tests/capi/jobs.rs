@@ -146,8 +146,14 @@ fn a_job_renders_the_scene_as_it_was() {
 fn a_render_that_fails_says_so_each_time() {
     let device = Device::open();
     let renderer = device.renderer();
-    let empty = new_scene();
-    let job = submit(renderer, empty, &Default::default());
+    let without_sensor = new_scene();
+    let tof = init!(camlux_tof {
+        frequency_count: 1,
+        frequencies_hz: [2e7, 0.0, 0.0, 0.0]
+    });
+    // SAFETY: a struct of that size.
+    ok(unsafe { camlux_scene_set_tof(without_sensor, &tof) });
+    let job = submit(renderer, without_sensor, &Default::default());
     for _ in 0..2 {
         let (status, frame) = wait(job);
         fails(status, CAMLUX_ERROR_SCENE, "");
@@ -167,7 +173,7 @@ fn a_render_that_fails_says_so_each_time() {
     ok(camlux_cancel_token_release(token));
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
-    ok(camlux_scene_release(empty));
+    ok(camlux_scene_release(without_sensor));
 }
 
 /// Releasing its last handle cancels a job and frees its renderer.

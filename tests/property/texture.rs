@@ -205,6 +205,37 @@ fn where_a_material_is_comes_from_alpha_or_grey() {
     }
 }
 
+/// A `[[texture]]` without an encoding: its use decides. With one, every use reads it as it is.
+#[test]
+fn a_texture_of_the_scene_file_is_read_by_its_use() {
+    let folder = SceneFolder::new();
+    let pixels = [[200, 10, 10, 0], [100, 20, 250, 255]];
+    let image = image::RgbaImage::from_fn(2, 1, |x, _| image::Rgba(pixels[x as usize]));
+    image.save(folder.path("leaf.png")).unwrap();
+    folder.write("mesh.obj", TRIANGLE);
+    folder.write("mesh.mtl", "newmtl white\nKd 0.5\n");
+    let texels = |encoding: &str| {
+        let texture = format!("[[texture]]\npath = \"leaf.png\"\n{encoding}");
+        let material = "[material.leaf]\nkd = 0.5\nks = 0.1\nshininess = 9\nkd_texture = 0\nshininess_texture = 0\nnormal_texture = 0\nalpha_texture = 0\n";
+        let scene = folder
+            .load(&format!("{CAMERA}{LIGHT}{texture}{material}{MESH}"))
+            .unwrap();
+        let of_role = scene.materials[0].textures();
+        of_role
+            .map(|(_, lookup)| scene.textures[lookup.texture].texels.clone())
+            .collect::<Vec<_>>()
+    };
+    let colors = pixels.map(|[r, g, b, _]| [r, g, b]).to_vec();
+    let linear = Texels::U8(colors.clone(), Encoding::Linear);
+    let [kd, shininess, normals, alpha] = texels("").try_into().unwrap();
+    assert_eq!(kd, Texels::U8(colors, Encoding::Srgb));
+    assert!((shininess.reflectance(0)[0] - (0.2126 * 200.0 + 7.874) / 255.0).abs() < 1e-6);
+    assert_eq!(normals, linear);
+    let due = Texels::U8(vec![[0; 3], [255; 3]], Encoding::Linear);
+    assert_eq!(alpha, due);
+    assert_eq!(texels("encoding = \"linear\"\n"), vec![linear; 4]);
+}
+
 /// Textures and colours that darken a surface count, and so do coordinates that are not there.
 #[test]
 fn warnings_know_lookups_and_colours() {

@@ -16,7 +16,9 @@ use glam::{DAffine3, DMat3, DMat4, DVec3};
 
 use super::lines::resolved;
 use super::unused::Unused;
-use crate::scene::{Instance, Light, Material, Mesh, MeshFile, MeshOptions, Shared, Texture};
+use crate::scene::{
+    Instance, Light, Material, Mesh, MeshFile, MeshOptions, Shared, Texture, TextureSource,
+};
 use crate::{Error, Result};
 
 /// A `[[mesh]]` of the scene file.
@@ -90,7 +92,7 @@ pub(super) struct Assets {
     pub materials: Vec<Material>,
     /// File and line of each material.
     pub material_places: Vec<String>,
-    pub textures: Vec<Texture>,
+    pub textures: Vec<TextureSource>,
     /// Features of the files that are not modelled, each listed once.
     pub left_out: Vec<String>,
     /// Meshes that are placed several times, in their own space.
@@ -163,7 +165,7 @@ impl MeshFile {
             lights: loaded?,
             meshes: assets.meshes,
             materials: assets.materials.split_off(first_material as usize),
-            textures: assets.textures,
+            textures: assets.textures.iter().map(|t| t.colors().clone()).collect(),
             left_out: assets.left_out,
         })
     }
@@ -259,7 +261,8 @@ impl Assets {
         }
         let texture = load(&key.1)?;
         let index = texture.as_ref().map(|_| self.textures.len());
-        self.textures.extend(texture);
+        self.textures
+            .extend(texture.map(|texture| Shared::from(texture).into()));
         self.texture_of_file.insert(key, index);
         Ok(index)
     }

@@ -12,7 +12,7 @@ use glam::{DAffine3, DMat3};
 
 use super::mesh::{AsIs, Assets, MeshRequest, Transform};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
-use crate::scene::{Carrier, PlacedLight, Places, Scene, Shared};
+use crate::scene::{Carrier, PlacedLight, Places, Scene, in_their_roles};
 use crate::{Error, Result};
 
 impl Scene {
@@ -155,6 +155,7 @@ impl Scene {
         }
         lights.extend(of_files.into_iter().map(PlacedLight::from));
 
+        let textures = in_their_roles(&assets.textures, &mut assets.materials);
         let scene = Scene {
             camera,
             sensor,
@@ -162,7 +163,7 @@ impl Scene {
             lights,
             meshes: assets.meshes,
             materials: assets.materials,
-            textures: assets.textures.into_iter().map(Shared::from).collect(),
+            textures,
             direct: direct.unwrap_or_default(),
             indirect,
             left_out: assets.left_out,

@@ -5,33 +5,39 @@ use std::path::Path;
 use crate::exr_decode::decode_file;
 use crate::import::texture;
 use crate::keys::{Keys, Value};
-use crate::scene::{Encoding, Filter, Material, Texels, Texture, TextureLookup, Wrap};
+use crate::scene::{
+    Encoding, Filter, Material, Shared, Texels, Texture, TextureLookup, TextureSource, Wrap,
+};
 use crate::{Error, Result};
 
-/// Reads a `[[texture]]` table.
-pub(super) fn texture(mut keys: Keys, folder: &Path) -> Result<Texture> {
+/// Reads a `[[texture]]` table. Its role decides what is read, unless the table names an encoding.
+pub(super) fn texture(mut keys: Keys, folder: &Path) -> Result<TextureSource> {
     keys.only(&["path", "encoding", "name"])?;
     let named = keys.need("path", "path = \"wood.png\"")?;
     let path = folder.join(named.text()?);
     let extension = path.extension().unwrap_or_default();
-    let mut texture = if extension.eq_ignore_ascii_case("exr") {
+    let name = keys.optional("name", |name| Ok(name.text()?.to_owned()))?;
+    let named_texture = |texture: Texture| Texture {
+        name: name.clone().unwrap_or_else(|| texture.name.clone()),
+        ..texture
+    };
+    if extension.eq_ignore_ascii_case("exr") {
         let hint = "remove it, or give a PNG, JPEG or WebP image";
         keys.refuse("encoding", "is given for OpenEXR, which is linear", hint)?;
-        float_texture(&path, &named.at)?
-    } else {
-        let mut texture = texture::load(&path, &named.at)?;
-        let encoding = keys.optional("encoding", |value| {
-            value.choice(&Encoding::ALL, Encoding::name)
-        })?;
-        texture.texels = texture
-            .texels
-            .encoded_as(encoding.unwrap_or(Encoding::Srgb));
-        texture
-    };
-    if let Some(name) = keys.take("name") {
-        texture.name = name.text()?.to_owned();
+        let texture = named_texture(float_texture(&path, &named.at)?);
+        return Ok(Shared::from(texture).into());
     }
-    Ok(texture)
+    let (texture, alpha) = texture::load_with_alpha(&path, &named.at)?;
+    let texture = named_texture(texture);
+    let encoding = keys.optional("encoding", |value| {
+        value.choice(&Encoding::ALL, Encoding::name)
+    })?;
+    Ok(match encoding {
+        // As it is, in every role.
+        Some(Encoding::Linear) => Shared::from(texture.into_linear()).into(),
+        Some(Encoding::Srgb) => TextureSource::new(texture, encoding, None),
+        None => TextureSource::new(texture, None, alpha),
+    })
 }
 
 /// Loads the channels R, G and B of an OpenEXR file as they are.

@@ -141,7 +141,7 @@ impl Conversion<'_> {
                 false => Cutout::Nowhere,
             });
         };
-        let texels = &assets.textures[lookup.texture].texels;
+        let texels = &assets.textures[lookup.texture].colors().texels;
         let mut alpha = texels.reflectances().map(|[alpha, ..]| f64::from(alpha));
         Ok(match alpha.all(|alpha| alpha < cutoff) {
             true => Cutout::Everywhere,

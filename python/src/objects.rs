@@ -1,0 +1,327 @@
+//! Makes objects of the classes of scene.py from a scene of the engine.
+
+use std::path::PathBuf;
+
+use camlux::scene::{
+    self, AreaShape, Camera, Carrier, Distortion, IndirectLight, Lens, Light, Material,
+    PlacedLight, RadiationPattern, Sensor, Shadow, Shared, TextureLookup, TimeOfFlight,
+};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::errors::{raised, warn};
+use crate::mesh::meshes;
+use crate::parts::{Pattern, ProjectedImage, Texture};
+use crate::scene::{FISHEYE, RATIONAL, filter_name, wrap_name};
+
+/// Implements `camlux.Scene.load`.
+#[pyfunction]
+pub fn load_scene(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
+    let loaded = py.detach(|| {
+        let scene = camlux::Scene::load(&path)?;
+        let warnings = scene.warnings();
+        Ok((scene, warnings))
+    });
+    let (scene, warnings) = loaded.map_err(raised)?;
+    warn(py, &warnings)?;
+    Classes(py.import("camlux.scene")?).scene(&scene)
+}
+
+/// The classes of scene.py.
+struct Classes<'py>(Bound<'py, PyModule>);
+
+/// Creates an object of a class from its fields by name.
+macro_rules! object {
+    ($classes:expr, $class:literal, $($name:ident: $value:expr),* $(,)?) => {{
+        let fields = PyDict::new($classes.0.py());
+        $(fields.set_item(stringify!($name), $value)?;)*
+        $classes.0.getattr($class)?.call((), Some(&fields))
+    }};
+}
+
+/// The objects for materials; their textures are indices into these.
+pub fn materials<'py>(
+    py: Python<'py>,
+    materials: &[Material],
+    textures: Vec<Shared<scene::Texture>>,
+) -> PyResult<Bound<'py, PyList>> {
+    Classes(py.import("camlux.scene")?).materials(materials, textures)
+}
+
+/// A tuple, because Python compares tuples by value.
+fn triple(vector: impl Into<[f64; 3]>) -> (f64, f64, f64) {
+    vector.into().into()
+}
+
+impl<'py> Classes<'py> {
+    fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
+        let py = self.0.py();
+        let lights = scene.lights.iter().map(|light| self.light(light));
+        object!(self, "Scene",
+            camera: self.camera(&scene.camera)?,
+            lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
+            meshes: PyList::new(py, meshes(py, &scene.meshes)?)?,
+            materials: self.materials(&scene.materials, scene.textures.clone())?,
+            indirect: scene.indirect.map(|indirect| self.indirect(&indirect)).transpose()?,
+            sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
+            tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
+            shadow: scene.direct.shadow.map(Shadow::name),
+        )
+    }
+
+    fn camera(&self, camera: &Camera) -> PyResult<Bound<'py, PyAny>> {
+        let (fov_y_deg, intrinsics) = match camera.lens {
+            Lens::FovY { fov_y_deg } => (Some(fov_y_deg), None),
+            Lens::Intrinsics(k) | Lens::Distorted { intrinsics: k, .. } => (None, Some(k)),
+        };
+        let intrinsics =
+            intrinsics.map(|k| object!(self, "Intrinsics", fx: k.fx, fy: k.fy, cx: k.cx, cy: k.cy));
+        let distortion = camera.distortion().map(|distortion| {
+            let (class, names) = match distortion {
+                Distortion::Rational(_) => ("RationalDistortion", &RATIONAL[..]),
+                Distortion::Fisheye(_) => ("FisheyeDistortion", &FISHEYE[..]),
+            };
+            let fields = PyDict::new(self.0.py());
+            for (name, value) in names.iter().zip(distortion.coefficients()) {
+                fields.set_item(name, value)?;
+            }
+            self.0.getattr(class)?.call((), Some(&fields))
+        });
+        let [width, height] = camera.resolution_px;
+        object!(self, "Camera",
+            resolution_px: (width, height),
+            position_m: triple(camera.position_m),
+            look_at_m: triple(camera.look_at_m),
+            up: triple(camera.up),
+            fov_y_deg: fov_y_deg,
+            intrinsics_px: intrinsics.transpose()?,
+            distortion: distortion.transpose()?,
+            samples: camera.pixel_sampling.map_or(1, |sampling| sampling.samples),
+            filter: camera.pixel_sampling.map(|sampling| sampling.filter.name()),
+        )
+    }
+
+    fn light(&self, placed: &PlacedLight) -> PyResult<Bound<'py, PyAny>> {
+        let py = self.0.py();
+        let relative_to = match placed.relative_to {
+            Some(Carrier::Camera) => Some("camera"),
+            Some(Carrier::Mesh(_)) | None => None,
+        };
+        match &placed.light {
+            Light::Point {
+                position_m,
+                power_w,
+            } => object!(self, "PointLight",
+                position_m: triple(*position_m),
+                power_w: triple(*power_w),
+                relative_to: relative_to,
+            ),
+            Light::Spot {
+                position_m,
+                direction,
+                cone,
+                power_w,
+            } => object!(self, "SpotLight",
+                position_m: triple(*position_m),
+                direction: triple(*direction),
+                inner_half_angle_deg: cone.inner_half_angle_deg,
+                outer_half_angle_deg: cone.outer_half_angle_deg,
+                power_w: triple(*power_w),
+                relative_to: relative_to,
+            ),
+            Light::Directional {
+                direction,
+                irradiance_w_m2,
+            } => object!(self, "DirectionalLight",
+                direction: triple(*direction),
+                irradiance_w_m2: triple(*irradiance_w_m2),
+                relative_to: relative_to,
+            ),
+            Light::Pattern {
+                position_m,
+                direction,
+                up,
+                pattern,
+                power_w,
+            } => object!(self, "PatternLight",
+                position_m: triple(*position_m),
+                direction: triple(*direction),
+                up: triple(*up),
+                pattern: match pattern {
+                    RadiationPattern::Measured(pattern) => {
+                        Bound::new(py, Pattern(pattern.clone()))?.into_any()
+                    }
+                    RadiationPattern::Projected(image) => {
+                        Bound::new(py, ProjectedImage(image.clone()))?.into_any()
+                    }
+                },
+                power_w: triple(*power_w),
+                relative_to: relative_to,
+            ),
+            Light::Area {
+                position_m,
+                direction,
+                up,
+                shape,
+                power_w,
+            } => {
+                let (size_m, radius_m) = match *shape {
+                    AreaShape::Rectangle {
+                        size_m: [width, height],
+                    } => (Some((width, height)), None),
+                    AreaShape::Disc { radius_m } => (None, Some(radius_m)),
+                };
+                object!(self, "AreaLight",
+                    position_m: triple(*position_m),
+                    direction: triple(*direction),
+                    power_w: triple(*power_w),
+                    size_m: size_m,
+                    radius_m: radius_m,
+                    up: triple(*up),
+                    relative_to: relative_to,
+                )
+            }
+        }
+    }
+
+    fn materials(
+        &self,
+        materials: &[Material],
+        textures: Vec<Shared<scene::Texture>>,
+    ) -> PyResult<Bound<'py, PyList>> {
+        let py = self.0.py();
+        let textures = textures.into_iter();
+        let textures = textures.map(|texture| Bound::new(py, Texture(texture.into())));
+        let textures = textures.collect::<PyResult<Vec<_>>>()?;
+        let materials = materials.iter().map(|m| self.material(m, &textures));
+        PyList::new(py, materials.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    fn material(
+        &self,
+        material: &Material,
+        textures: &[Bound<'py, Texture>],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        // Destructured, so that no field is forgotten.
+        let Material {
+            name,
+            kd,
+            ks,
+            shininess,
+            kd_texture,
+            ks_texture,
+            shininess_texture,
+            normal_texture,
+            alpha_texture,
+            alpha_cutoff,
+        } = material;
+        let texture = |lookup: &Option<TextureLookup>| {
+            let lookup = lookup.map(|lookup| self.lookup(lookup, &textures[lookup.texture]));
+            lookup.transpose()
+        };
+        object!(self, "Material",
+            name: name,
+            kd: triple(*kd),
+            ks: triple(*ks),
+            shininess: *shininess,
+            kd_texture: texture(kd_texture)?,
+            ks_texture: texture(ks_texture)?,
+            shininess_texture: texture(shininess_texture)?,
+            normal_texture: texture(normal_texture)?,
+            alpha_texture: texture(alpha_texture)?,
+            alpha_cutoff: *alpha_cutoff,
+        )
+    }
+
+    /// The texture itself if it is looked up in the usual way.
+    fn lookup(
+        &self,
+        lookup: TextureLookup,
+        texture: &Bound<'py, Texture>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if lookup == TextureLookup::from(lookup.texture) {
+            return Ok(texture.clone().into_any());
+        }
+        let TextureLookup {
+            texture: _,
+            texcoord_set,
+            transform,
+            wrap: [wrap_u, wrap_v],
+            filter,
+        } = lookup;
+        let [along_u, along_v] = transform.map(triple);
+        object!(self, "TextureLookup",
+            texture: texture,
+            texcoord_set: texcoord_set,
+            transform: (along_u, along_v),
+            wrap: (wrap_name(wrap_u), wrap_name(wrap_v)),
+            filter: filter_name(filter),
+        )
+    }
+
+    fn sensor(&self, sensor: &Sensor) -> PyResult<Bound<'py, PyAny>> {
+        let [width, height] = sensor.pixel_pitch_um;
+        object!(self, "Sensor",
+            pixel_pitch_um: (width, height),
+            exposure_time_s: sensor.exposure_time_s,
+            duty_cycle: sensor.duty_cycle,
+            wavelength_nm: sensor.photodetector.map(|detector| detector.wavelength_nm),
+            quantum_efficiency: sensor.photodetector.map(|detector| detector.quantum_efficiency),
+            f_number: sensor.f_number,
+        )
+    }
+
+    fn tof(&self, tof: &TimeOfFlight) -> PyResult<Bound<'py, PyAny>> {
+        let noise = tof.noise.map(|noise| {
+            object!(self, "SensorNoise",
+                dark_e_per_s: noise.dark_e_per_s,
+                read_noise_e: noise.read_noise_e,
+                full_well_e: noise.full_well_e,
+                gain_dn_per_e: noise.gain_dn_per_e,
+                black_level_dn: noise.black_level_dn,
+                bits: noise.bits,
+                seed: noise.seed,
+            )
+        });
+        object!(self, "TimeOfFlight",
+            frequencies_hz: &tof.frequencies_hz,
+            phase_count: tof.phase_count,
+            contrasts: &tof.contrasts,
+            band_weights: triple(tof.band_weights),
+            phase_offset_deg: tof.phase_offset_deg,
+            ambient_lights: &tof.ambient_lights,
+            output: tof.output.name(),
+            noise: noise.transpose()?,
+        )
+    }
+
+    fn indirect(&self, indirect: &IndirectLight) -> PyResult<Bound<'py, PyAny>> {
+        match *indirect {
+            IndirectLight::FinalGather {
+                target_error,
+                error_norm,
+                rsm_size,
+                max_ms,
+                max_rays,
+                stderr_layer,
+            } => object!(self, "FinalGather",
+                target_error: target_error,
+                error_norm: error_norm.name(),
+                rsm_size: rsm_size,
+                max_ms: max_ms,
+                max_rays: max_rays,
+                stderr_layer: stderr_layer,
+            ),
+            IndirectLight::RsmAverage {
+                rsm_size,
+                interpolation_error,
+            } => object!(self, "RsmAverage",
+                rsm_size: rsm_size,
+                interpolation_error: interpolation_error,
+            ),
+            IndirectLight::InstantRadiosity { rsm_size } => object!(self, "InstantRadiosity",
+                rsm_size: rsm_size,
+            ),
+        }
+    }
+}
