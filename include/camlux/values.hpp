@@ -509,7 +509,7 @@ struct render_options {
     /** The images stay on the device: see frame::vulkan_image. */
     bool on_device = false;
     /** Index of the frame in a sequence. Each frame has its own noise. Empty: the renderer counts; frame_stats tells the index. */
-    std::optional<std::uint32_t> frame_index;
+    std::optional<std::uint32_t> frame_index = std::nullopt;
     /** Another seed gives other samples of indirect light, and other noise. */
     std::uint32_t seed = 0;
     /** An empty token: none. */

@@ -1,28 +1,31 @@
 //! The library names values as scene files do. This table says what they are in C.
 
 /// What messages of the library contain, and what it is in C. A phrase stands before those that it contains.
-const WORDS: [(&str, &str); 37] = [
+const WORDS: [(&str, &str); 30] = [
     // Hints.
     (
-        "give [sensor] a wavelength_nm and a quantum_efficiency",
+        "give the sensor a wavelength_nm and a quantum_efficiency",
         "set wavelength_nm and quantum_efficiency of camlux_sensor",
     ),
-    ("add [tof.noise], which", "set noise of camlux_tof, which"),
     (
-        "give it modulated = false,",
-        "add its index to ambient_lights of camlux_tof,",
+        "give the time of flight its noise, which",
+        "set noise of camlux_tof, which",
+    ),
+    (
+        "list it in ambient_lights",
+        "list it in ambient_lights of camlux_tof",
     ),
     (
         "set shadow to \"rays\", or leave it out",
         "set shadow to CAMLUX_SHADOW_RAYS or CAMLUX_SHADOW_DEFAULT",
     ),
     (
-        "choose the estimator \"final-gather\"",
+        "choose final gathering",
         "set estimator to CAMLUX_ESTIMATOR_FINAL_GATHER",
     ),
-    ("or leave it out for no limit", "or 0 for no limit"),
-    ("move look_at to", "move look_at_m to"),
+    ("or no limit", "or 0 for no limit"),
     ("coefficients and fx, fy", "coefficients and fx_px, fy_px"),
+    ("crop resolution_px", "crop width_px and height_px"),
     (
         "correct the pattern",
         "see camlux_pattern and camlux_projected_image",
@@ -32,15 +35,18 @@ const WORDS: [(&str, &str); 37] = [
         "set a shorter submission_target_ms",
     ),
     // Layers.
-    ("add [sensor] to the scene", "call camlux_scene_set_sensor"),
+    ("give the scene a sensor", "call camlux_scene_set_sensor"),
     (
-        "add stderr_layer = true to [indirect]",
+        "set stderr_layer of its indirect light",
         "set stderr_layer of camlux_indirect",
     ),
-    ("add samples to [camera]", "set samples of camlux_camera"),
-    ("add [tof] to the scene", "call camlux_scene_set_tof"),
+    ("set samples of its camera", "set samples of camlux_camera"),
     (
-        "add [indirect] to the scene",
+        "give the scene time of flight (tof)",
+        "call camlux_scene_set_tof",
+    ),
+    (
+        "give the scene indirect light",
         "call camlux_scene_set_indirect",
     ),
     // Problems.
@@ -49,36 +55,27 @@ const WORDS: [(&str, &str); 37] = [
         "rsm-average and instant-radiosity do not",
         "CAMLUX_ESTIMATOR_RSM_AVERAGE and CAMLUX_ESTIMATOR_INSTANT_RADIOSITY do not",
     ),
-    ("cut-outs (map_d)", "cut-outs (alpha_texture)"),
     ("materials without map_d", "materials without alpha_texture"),
     (
         "the instant-radiosity estimator",
         "CAMLUX_ESTIMATOR_INSTANT_RADIOSITY",
     ),
-    // Warnings.
-    ("that the layer P is", "that CAMLUX_LAYER_POSITION is"),
-    (
-        "use the layer P_camera, whose place in the world is the header's cameraToWorld",
-        "use CAMLUX_LAYER_CAMERA_POSITION and the pose of the camera",
-    ),
-    (
-        "the camera's position and look_at",
-        "position_m and look_at_m of the camera",
-    ),
-    ("phases is", "phase_count is"),
-    ("the vertical angles", "gammas_deg"),
-    ("the horizontal angles", "planes_deg"),
-    ("position and look_at are", "position_m and look_at_m are"),
+    ("resolution_px is", "width_px x height_px is"),
+    // Of an instance.
     ("position is", "position_m is"),
-    ("look_at is", "look_at_m is"),
-    ("resolution is", "width_px x height_px is"),
     (": fx is", ": fx_px is"),
     (": fy is", ": fy_px is"),
     ("cx, cy are", "cx_px, cy_px are"),
     ("focal lengths fx, fy", "focal lengths fx_px, fy_px"),
-    (": size is", ": size_m is"),
-    (": radius is", ": radius_m is"),
     ("the weights of the bands are", "band_weights is"),
+    ("the vertical angles", "gammas_deg"),
+    ("the horizontal angles", "planes_deg"),
+    // Warnings.
+    ("that the layer P is", "that CAMLUX_LAYER_POSITION is"),
+    (
+        "use the layer P_camera, whose",
+        "use CAMLUX_LAYER_CAMERA_POSITION, whose",
+    ),
 ];
 
 /// A message of the library in the words of C.

@@ -95,15 +95,20 @@ fn preparing_changes_no_frame() {
     assert_eq!(foretold(), before);
     let second = render(renderer, scene);
     assert!(layers(first) == layers(second));
-    let empty = new_scene();
-    // SAFETY: as above.
-    let status = unsafe { camlux_renderer_prepare(renderer, empty, null_mut()) };
-    fails(status, CAMLUX_ERROR_SCENE, "light");
+    let without_sensor = new_scene();
+    let mut tof = init!(camlux_tof { frequency_count: 1 });
+    tof.frequencies_hz[0] = 2e7;
+    // SAFETY: a struct of that size; the time is not requested.
+    let status = unsafe {
+        ok(camlux_scene_set_tof(without_sensor, &tof));
+        camlux_renderer_prepare(renderer, without_sensor, null_mut())
+    };
+    fails(status, CAMLUX_ERROR_SCENE, "camlux_sensor");
     for frame in [first, second] {
         ok(camlux_frame_release(frame));
     }
     ok(camlux_renderer_release(renderer));
-    for scene in [scene, empty] {
+    for scene in [scene, without_sensor] {
         ok(camlux_scene_release(scene));
     }
 }

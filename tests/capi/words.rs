@@ -110,7 +110,7 @@ fn errors_of_time_of_flight_are_in_the_words_of_c() {
     }
     says(
         camlux_scene_validate(scene),
-        "add its index to ambient_lights of camlux_tof",
+        "list it in ambient_lights of camlux_tof",
     );
     ok(camlux_scene_release(scene));
 }
@@ -252,6 +252,6 @@ fn errors_of_a_file_are_in_its_words() {
     let mut scene = null_mut();
     // SAFETY: a string, and a pointer to a pointer.
     let status = unsafe { camlux_scene_load_file(c_path.as_ptr(), &mut scene) };
-    fails(status, CAMLUX_ERROR_SCENE, "resolution is 0 x 4 pixels");
+    fails(status, CAMLUX_ERROR_SCENE, "resolution is 0 x 4");
     std::fs::remove_dir_all(&folder).expect("it is removed");
 }

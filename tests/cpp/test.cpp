@@ -395,7 +395,11 @@ void views_are_typed_and_keep_their_frame(const camlux::device &device, camlux::
 
     camlux::renderer prepared = camlux::renderer::create(device);
     CHECK(prepared.prepare(scene) > 0 && prepared.render(scene).stats().preparation_ms == 0);
-    CHECK(prepared.try_prepare(camlux::scene::create()).status() == CAMLUX_ERROR_SCENE);
+    camlux::scene without_sensor = camlux::scene::create();
+    camlux::tof tof;
+    tof.frequencies = {{20e6, 1}};
+    without_sensor.set_tof(tof);
+    CHECK(prepared.try_prepare(without_sensor).status() == CAMLUX_ERROR_SCENE);
 }
 
 // The lamp is 2 m above the floor and the camera 3 m, so half the path is 2.5 m.
