@@ -13,8 +13,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
-from ._camlux import CamluxWarning, Cancelled, Error
 from .dataset import Dataset
+from .errors import CamluxWarning, Cancelled, Error
 
 _WARNING = "camlux: warning: "
 #: Time between two looks at the manifest, seconds.

@@ -12,7 +12,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Literal
 
-from ._camlux import CamluxWarning, Cancelled, DatasetOptions, Error, Frame, Renderer, SceneState, hash_files
+from ._camlux import DatasetOptions, Frame, Renderer, SceneState, hash_files
+from .errors import CamluxWarning, Cancelled, Error
 from .scene import Scene
 
 
@@ -50,7 +51,7 @@ class DatasetWriter:
         self.folder = Path(folder)
         self._renderer = renderer or Renderer()
         self._flow = flow
-        self._options = DatasetOptions(flow, None if layers is None else list(layers), half, compression, plain)
+        self._options = DatasetOptions(flow, layers, half, compression, plain)
         self._settings = [flow, None if layers is None else list(layers), half, compression, plain]
         self._plain = plain
         self._base = SceneState(scene)
