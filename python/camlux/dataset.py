@@ -76,8 +76,9 @@ class DatasetFrame(Mapping[str, npt.NDArray[Any]]):
     def __init__(self, path: Path, line: dict[str, Any], scene: dict[str, Any] | None = None) -> None:
         self.path = path
         self.line = line
-        self.mesh_names = (scene or {}).get("meshes", [])
-        self.material_names = (scene or {}).get("materials", [])
+        # A loop may change the lists of its scene.
+        self.mesh_names = line.get("mesh_names", (scene or {}).get("meshes", []))
+        self.material_names = line.get("material_names", (scene or {}).get("materials", []))
         self._image: Image | PlainFiles | None = None
 
     @property

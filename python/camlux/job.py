@@ -32,7 +32,7 @@ def run_job(
 
     device: an index, a part of a name, a UUID or a PCI address; None: the best one. progress: called with the number of complete frames and
     that of all frames; if it returns False, Cancelled is raised. Control-C and Cancelled finish the frames in flight; call run_job again to
-    continue.
+    continue. If this process is killed, the batch goes on to its end.
 
     Raises Error with the program's message if the job is wrong or a frame fails; the other frames are then complete.
     """
@@ -57,6 +57,7 @@ def run_job(
             raise
         finally:
             reader.join()
+            process.stderr.close()
     for line in lines:
         if line.startswith(_WARNING):
             warnings.warn(line.removeprefix(_WARNING), CamluxWarning, stacklevel=2)

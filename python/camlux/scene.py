@@ -425,7 +425,7 @@ class Scene(Fields):
     """Everything that a frame is computed from.
 
     camera: the camera.
-    lights: of any kinds, at least one.
+    lights: of any kinds. Without one, every frame is black.
     meshes: the layer `id.instance` numbers them from 1.
     materials: the layer `id.material` numbers them from 1; meshes name them by index, from 0.
     indirect: how the bounce is computed; None: direct light only.

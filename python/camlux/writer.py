@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import IO, Any, Literal
 
 from ._camlux import DatasetOptions, Frame, Renderer, SceneState, hash_files
-from .errors import CamluxWarning, Cancelled, Error
+from .errors import CamluxWarning, Cancelled, Error, FileError
 from .scene import Scene
 
 
@@ -56,6 +56,7 @@ class DatasetWriter:
         self._plain = plain
         self._base = SceneState(scene)
         self._about: dict[str, Any] = json.loads(self._options.describe(self._base))
+        _refuse_job(self.folder)
         (self.folder / "frames").mkdir(parents=True, exist_ok=True)
         self._lock = _lock(self.folder / ".manifest.jsonl.lock")
         for unfinished in (self.folder / "frames").glob(".*.part"):
@@ -75,9 +76,15 @@ class DatasetWriter:
         """
         index = self._next
         self._next += 1
-        state = SceneState(scene)
-        self._end_held(state)
         options.setdefault("frame_index", index)
+        try:
+            state = SceneState(scene)
+        except Error as error:
+            self._end_held(None)
+            self._lines.pop(index, None)
+            self._append({"index": index, "scene": "scene", "frame": index, "error": str(error)})
+            raise
+        self._end_held(state)
         description = json.loads(state.describe(self._base))
         line = {"index": index, "scene": "scene", "frame": index, "time_s": None, **description, "seed": options.get("seed")}
         inputs = self._inputs(state, description, options)
@@ -95,6 +102,11 @@ class DatasetWriter:
             self._append({**line, "error": str(error), **ending})
             raise
         line["ending"] = ending
+        first = self._about["scenes"][0]
+        if frame.mesh_names != first["meshes"]:
+            line["mesh_names"] = frame.mesh_names
+        if frame.material_names != first["materials"]:
+            line["material_names"] = frame.material_names
         self._held = (state, frame, line)
         if not self._flow:
             self._end_held(None)
@@ -189,6 +201,16 @@ class DatasetWriter:
     def _write_about(self, count: int | None) -> None:
         about = self._about | {"frame_count": count, "frames_per_scene": count}
         _replace(self.folder / "dataset.json", json.dumps(about, indent=2) + "\n")
+
+
+def _refuse_job(folder: Path) -> None:
+    """Raises an error for the data set of a job, whose manifest a loop would replace."""
+    try:
+        job = json.loads((folder / "dataset.json").read_text(encoding="utf-8"))["job"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return
+    if job is not None:
+        raise FileError(f"{folder}: this is the data set of the job {job}; name another folder")
 
 
 def _read_lines(path: Path) -> dict[int, dict[str, Any]]:

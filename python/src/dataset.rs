@@ -39,11 +39,12 @@ impl SceneState {
 
     /// Camera, lights, moved meshes and changed materials for the manifest, as JSON. `base`: the scene at the beginning.
     fn describe(&self, base: &SceneState) -> String {
-        let camera = self.0.camera.basis();
+        let scene = self.0.in_world();
+        let camera = scene.camera.basis();
         let axes = DMat3::from_cols(camera.right, camera.down, camera.forward);
         let rotation = DQuat::from_mat3(&axes);
         let poses: Vec<_> = self.moves_since(base).filter_map(pose).collect();
-        let described = describe_frame(&self.0, &base.0, rotation, &poses);
+        let described = describe_frame(&scene, &base.0, rotation, &poses);
         Value::Object(described).to_string()
     }
 }

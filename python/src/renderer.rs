@@ -2,8 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use camlux::RenderOptions;
-use camlux::scene::{IndirectLight, LensLights};
+use camlux::{RenderOptions, Scene};
+use camlux::scene::{IndirectLight, LensLights, Material, Mesh, Shared};
 use pyo3::prelude::*;
 
 use crate::arguments::{count, layers};
@@ -39,7 +39,29 @@ pub struct Renderer {
     renderer: OfProcess<Mutex<camlux::Renderer>>,
     returned: Returned,
     lens_lights: Mutex<LensLights>,
+    /// Materials and meshes of the last scene, whose warnings have been shown.
+    warned: Mutex<(Vec<Material>, Vec<Shared<Mesh>>)>,
     device: Py<Device>,
+}
+
+impl Renderer {
+    /// The warnings of a scene, unless its materials and meshes are those of the last one: they are searched triangle by triangle.
+    fn warnings_of(&self, scene: &Scene) -> Vec<String> {
+        let meshes: Vec<Shared<Mesh>> = scene.meshes.iter().map(|m| m.mesh.clone()).collect();
+        let mut warned = self.warned.lock().unwrap_or_else(PoisonError::into_inner);
+        let (materials_before, meshes_before) = &*warned;
+        let is_known = *materials_before == scene.materials
+            && meshes_before.len() == meshes.len()
+            && meshes_before
+                .iter()
+                .zip(&meshes)
+                .all(|(before, now)| before.ptr_eq(now));
+        if is_known {
+            return Vec::new();
+        }
+        *warned = (scene.materials.clone(), meshes);
+        scene.warnings()
+    }
 }
 
 #[pymethods]
@@ -57,6 +79,7 @@ impl Renderer {
             renderer: OfProcess::new(Mutex::new(renderer)),
             returned: Returned::default(),
             lens_lights: Mutex::default(),
+            warned: Mutex::default(),
             device,
         })
     }
@@ -138,6 +161,7 @@ impl Renderer {
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner);
             warnings.extend(lens_lights.warning(&scene));
+            warnings.extend(self.warnings_of(&scene));
             Ok((frame, warnings))
         });
         let (frame, warnings) = watch.outcome(py, rendered)?;

@@ -60,6 +60,16 @@ def test_a_flat_normal_map_of_8_bits_tilts_nothing(renderer, scene):
     np.testing.assert_allclose(floor[:, 0] / floor[:, 2], ((128 / 255 + 0.055) / 1.055) ** 2.4, rtol=1e-4)
 
 
+def test_normal_maps_that_point_along_the_surface_are_warned_of(renderer, scene):
+    grey = np.full((2, 2), 128, np.uint8)
+    blue_first = np.full((2, 2, 3), (255, 128, 128), np.uint8)
+    for doubtful in [grey, blue_first]:
+        with pytest.warns(camlux.CamluxWarning, match="OpenCV has blue first"):
+            renderer.render(floor_with(scene, normal_texture=camlux.Texture("n", doubtful)))
+    right = camlux.Texture("n", np.ascontiguousarray(blue_first[..., ::-1]))
+    assert not any("blue" in text for text in floor_with(scene, normal_texture=right).warnings())
+
+
 def test_alpha_cuts_out_whatever_the_colours_are(renderer, scene):
     leaf = np.zeros((2, 2, 4), np.uint8)
     leaf[:, 0, 3] = 255

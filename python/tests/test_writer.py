@@ -119,6 +119,39 @@ def test_errors_are_recorded_and_raised(tmp_path, scene):
     assert len(camlux.Dataset(tmp_path)) == 2
 
 
+def test_a_scene_that_is_refused_keeps_its_place(tmp_path, scene):
+    with camlux.DatasetWriter(tmp_path, scene) as writer:
+        for kd in [0.5, 2.0, 0.6]:
+            scene.materials[0].kd = kd
+            if kd == 2.0:
+                with pytest.raises(camlux.SceneError):
+                    writer.render(scene)
+            else:
+                writer.render(scene)
+    dataset = camlux.Dataset(tmp_path)
+    assert [frame.line["index"] for frame in dataset] == [0, 2]
+    assert [(line["index"], "kd" in line["error"]) for line in dataset.failed] == [(1, True)]
+
+
+def test_the_manifest_has_the_lights_and_the_names_of_each_frame(tmp_path, scene):
+    scene.lights = [camlux.PointLight((0, 0, 0), power_w=5, relative_to="camera")]
+    with camlux.DatasetWriter(tmp_path, scene) as writer:
+        writer.render(scene)
+        scene.meshes.reverse()
+        frames = [writer.render(scene)]
+    first, second = camlux.Dataset(tmp_path)
+    assert first.line["lights"][0]["position_m"] == [0, 1, 3]
+    assert first.mesh_names == ["floor", "wall"] and second.mesh_names == frames[0].mesh_names == ["wall", "floor"]
+
+
+def test_a_writer_leaves_the_data_set_of_a_job_alone(program, tmp_path, scene):
+    (tmp_path / "job.toml").write_text(JOB)
+    program("batch", tmp_path / "job.toml", "-o", tmp_path / "batch", "--frames", "0..1")
+    with pytest.raises(camlux.FileError, match="data set of the job"):
+        camlux.DatasetWriter(tmp_path / "batch", scene)
+    assert len(camlux.Dataset(tmp_path / "batch")) == 1
+
+
 LOOP = """
 import sys
 sys.path.insert(0, {tests!r})

@@ -54,7 +54,7 @@ pub fn write_png(output: OutputFile, frame: &Frame, view: PngView) -> Result<Png
     let values = |layer: Layer| {
         frame.values(layer).ok_or_else(|| {
             let problem = format!("the frame has no layer {}", layer.name());
-            output.refused(problem, "choose the view by PngView::for_frame")
+            output.refused(problem, "a preview shows radiance, and direct and indirect light if there is a bounce; add these layers")
         })
     };
     let panels = view.panels().iter().map(|&layer| values(layer));

@@ -326,9 +326,15 @@ impl Intrinsics {
 impl Sensor {
     pub(crate) fn validate(&self) -> Result<()> {
         let part = Part("sensor".into());
-        let [width_um, height_um] = self.pixel_pitch_um;
-        part.require_above_zero("pixel_pitch_um width", width_um)?;
-        part.require_above_zero("pixel_pitch_um height", height_um)?;
+        part.require_each(
+            &self.pixel_pitch_um,
+            |um| (0.01..=1e6).contains(um),
+            |axis, um| {
+                let axis = ["width", "height"][axis];
+                format!("pixel_pitch_um {axis} is {um}")
+            },
+            "give micrometres from 0.01 to 1e6, such as 10.0",
+        )?;
         part.require_above_zero("exposure_time_s", self.exposure_time_s)?;
         part.require(
             (0.0..=1.0).contains(&self.duty_cycle),

@@ -31,6 +31,11 @@ impl Scene {
                 material.name, material.kd, material.ks
             ));
         }
+        warnings.extend(
+            self.materials
+                .iter()
+                .find_map(|material| self.doubtful_normals(material)),
+        );
         if let Some(tof) = &self.tof
             && !self.lights.is_empty()
             && (0..self.lights.len()).all(|light| !tof.is_modulated(light))
@@ -107,6 +112,19 @@ impl Scene {
             }
         }
         warnings
+    }
+
+    /// Warns of a map whose normals mostly point along the surface: a grey image, or one with blue first.
+    fn doubtful_normals(&self, material: &Material) -> Option<String> {
+        let lookup = material.normal_texture?;
+        let texels = &self.textures[lookup.texture].texels;
+        let along = texels.reflectances().filter(|[.., blue]| *blue < 0.6);
+        (2 * along.count() > texels.len()).then(|| {
+            format!(
+                "most normals of the normal_texture of material \"{}\" point along the surface, since blue is below 0.6; red, green and blue from 0 to 1 are the components from -1 to 1, blue that along the surface's normal (OpenCV has blue first, and a grey image holds heights)",
+                material.name
+            )
+        })
     }
 
     /// A reflectance per band at the brightest texel.

@@ -191,9 +191,17 @@ fn a_layer_that_the_frame_will_not_have_is_refused_before_the_render() {
     let folder = tempfile::tempdir().unwrap();
     // The glossy scene has no sensor.
     let output = render(folder.path(), "glossy", &["--layers", "energy"]);
-    assert_fails(folder.path(), &output, &["energy", "give the scene a sensor"]);
+    assert_fails(
+        folder.path(),
+        &output,
+        &["energy", "give the scene a sensor"],
+    );
     let output = render(folder.path(), "cornell_spot", &["--layers", "stderr"]);
-    assert_fails(folder.path(), &output, &["stderr", "set stderr_layer of its indirect light"]);
+    assert_fails(
+        folder.path(),
+        &output,
+        &["stderr", "set stderr_layer of its indirect light"],
+    );
 }
 
 #[test]
