@@ -90,7 +90,7 @@ fn a_sphere_has_its_closed_form() {
 fn a_slow_modulation_makes_light() {
     let mut gpu = Gpu::open();
     for name in ["cornell", "glossy", "textured"] {
-        let mut scene = modulated_demo_scene(name, [48, 48], &[1.0, 100e6]);
+        let mut scene = modulated_demo_scene(name, [48, 48], &[1e3, 100e6]);
         let tof = scene.tof.as_mut().expect("it was given");
         tof.band_weights = [0.5, 0.0, 1.0];
         let is_all_modulated = tof.ambient_lights.is_empty();
@@ -111,9 +111,9 @@ fn a_slow_modulation_makes_light() {
                     let most = 2e-6 * light + 1e-7 * brightest;
                     assert!(over <= most, "{name} {estimator}: {phasor:?} of {light}");
                     if frequency == 0 && is_all_modulated {
-                        // The wavelength is 300 000 km, so paths of 10 m are in phase within 2e-7 rad.
+                        // The wavelength is 300 km, so paths of 20 m are in phase within 4.2e-4 rad.
                         let off = (phasor.re - light).hypot(phasor.im);
-                        assert!(off <= 1e-6 * brightest, "{name} {estimator}: {off:e}");
+                        assert!(off <= 5e-4 * brightest, "{name} {estimator}: {off:e}");
                     }
                 }
             }
