@@ -868,7 +868,10 @@ camlux_status camlux_scene_set_direct(camlux_scene *scene, const camlux_direct *
 /** Z of the indirect light, W/sr/m^2, channels re, im; with camlux_scene_set_indirect. */
 #define CAMLUX_LAYER_TOF_PHASOR_INDIRECT 66
 
-/** Half the path length computed from the phase images, from 0 to c/(2f), m; NaN without modulated light. */
+/**
+ * Half the path length computed from the phase images, from 0 to c/(2f), m; NaN without modulated light. With noise, pixels
+ * without light have the range of their noise: tof_amplitude tells how much signal there is.
+ */
 #define CAMLUX_LAYER_TOF_RANGE 67
 
 /** Largest difference between the taps over all phases: K|Q_Z|, electrons or DN. */

@@ -47,6 +47,14 @@ pub struct Renderer {
 /// Largest width and height of the frame that prepares a renderer.
 const PREPARED_PX: u32 = 64;
 
+/// Some drivers compile a kernel again for images whose edge is not a power of two.
+fn prepared_px(px: u32) -> u32 {
+    match px.is_power_of_two() {
+        true => px.min(PREPARED_PX),
+        false => px.min(PREPARED_PX - 1),
+    }
+}
+
 /// How to render a scene.
 pub struct RenderOptions<'a> {
     /// Called between submissions; `Break` ends the render with [`Error::Cancelled`](crate::Error::Cancelled).
@@ -150,7 +158,7 @@ impl Renderer {
         let mut small = scene.clone();
         let camera = &scene.camera;
         if camera.distortion().is_none() {
-            small.camera = camera.resized(camera.resolution_px.map(|px| px.min(PREPARED_PX)));
+            small.camera = camera.resized(camera.resolution_px.map(prepared_px));
         }
         // The same passes as in the frame, with the least work.
         if let Some(PixelSampling { samples, .. }) = &mut small.camera.pixel_sampling {
@@ -167,7 +175,9 @@ impl Renderer {
         }
         // They belong to the frame before.
         let (images, last) = (std::mem::take(&mut self.cache.images), self.last.take());
+        let next_frame_index = self.next_frame_index;
         let drawn = self.draw(&small, &mut RenderOptions::default(), false, None);
+        self.next_frame_index = next_frame_index;
         self.last = last;
         drop(drawn?);
         self.cache.images = images;

@@ -62,7 +62,8 @@ struct pose {
         };
         const auto unit = [](const vec3 &a, const vec3 &otherwise) {
             const double length = std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z);
-            return length > 0 ? vec3{a.x / length, a.y / length, a.z / length} : otherwise;
+            // What is not a number stays so, and is refused.
+            return length == 0 ? otherwise : vec3{a.x / length, a.y / length, a.z / length};
         };
         const vec3 z = unit({to_m.x - from_m.x, to_m.y - from_m.y, to_m.z - from_m.z}, {0, 0, 1});
         // Straight up or down, any horizontal direction will do.
@@ -437,6 +438,10 @@ public:
         static_assert(sizeof(Element) == N * sizeof(Number), "elements have no gaps inside");
     }
 
+    /** Elements refer to the container's, which must live as long: no temporary vector. */
+    template <class Container, class = typename Container::allocator_type, class = std::enable_if_t<!std::is_reference_v<Container>>>
+    elements(Container &&container) = delete;
+
     constexpr std::size_t count() const noexcept { return count_; }
     camlux_array raw() const noexcept { return {count_ == 0 ? nullptr : first_, stride_bytes_, format_, 0}; }
 
@@ -548,6 +553,9 @@ struct device_info {
 struct frame_stats {
     double wall_ms = 0, passes_ms = 0, snapshot_ms = 0, preparation_ms = 0;
     std::uint64_t vpl_count = 0, ray_count = 0, pixel_vpl_pairs = 0;
+    /** Of the first image, which final gathering makes whatever max_ms and max_rays are. */
+    double least_ms = 0;
+    std::uint64_t least_rays = 0;
     double estimated_error = 0, estimated_error_upper = 0, estimated_interpolation_error = 0, estimated_area_light_error = 0;
     std::uint32_t submissions = 0;
     stop_reason stop = stop_reason::none;
@@ -933,6 +941,8 @@ inline frame_stats frame_stats_of(const camlux_frame_stats &from)
     to.vpl_count = from.vpl_count;
     to.ray_count = from.ray_count;
     to.pixel_vpl_pairs = from.pixel_vpl_pairs;
+    to.least_ms = from.least_ms;
+    to.least_rays = from.least_rays;
     to.estimated_error = from.estimated_error;
     to.estimated_error_upper = from.estimated_error_upper;
     to.estimated_interpolation_error = from.estimated_interpolation_error;

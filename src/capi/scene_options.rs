@@ -278,6 +278,12 @@ pub(super) fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
     };
     let coefficients = camera.distortion;
     let [k1, k2, k3, k4, ..] = coefficients;
+    let is_distorted = [CAMLUX_LENS_RATIONAL, CAMLUX_LENS_FISHEYE].contains(&camera.lens);
+    if !is_distorted && coefficients != [0.0; 8] {
+        return Err(Failure::argument(
+            "lens has no distortion, but distortion is given; set lens to CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE",
+        ));
+    }
     let lenses = args::choices![
         CAMLUX_LENS_FOV_Y => Lens::FovY {
             fov_y_deg: camera.fov_y_deg,

@@ -16,7 +16,8 @@ pub const CAMLUX_LAYER_TOF_PHASOR: i32 = 64;
 pub const CAMLUX_LAYER_TOF_PHASOR_DIRECT: i32 = 65;
 /// Z of the indirect light, W/sr/m^2, channels re, im; with camlux_scene_set_indirect.
 pub const CAMLUX_LAYER_TOF_PHASOR_INDIRECT: i32 = 66;
-/// Half the path length computed from the phase images, from 0 to c/(2f), m; NaN without modulated light.
+/// Half the path length computed from the phase images, from 0 to c/(2f), m; NaN without modulated light. With noise, pixels
+/// without light have the range of their noise: tof_amplitude tells how much signal there is.
 pub const CAMLUX_LAYER_TOF_RANGE: i32 = 67;
 /// Largest difference between the taps over all phases: K|Q_Z|, electrons or DN.
 pub const CAMLUX_LAYER_TOF_AMPLITUDE: i32 = 68;

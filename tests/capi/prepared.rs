@@ -46,6 +46,7 @@ fn a_prepared_frame_compiles_nothing() {
             "{name}: {cold_ms:.1} ms cold, {milliseconds:.1} ms prepared, {left_ms:.3} ms left"
         );
         assert_eq!(left_ms, 0.0, "{name}");
+        assert_eq!(stats(frame).frame_index, 0, "preparing is no frame");
         assert!(milliseconds > 0.0 && cold_ms > 0.0 && cold_ms < stats(expected).wall_ms);
         assert!(layers(frame) == layers(expected), "{name}");
         for frame in [expected, frame] {

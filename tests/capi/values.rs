@@ -23,6 +23,13 @@ fn values_are_checked() {
             "0 x 480",
         );
         fails(
+            camera(init!(camlux_camera {
+                distortion: [-0.1; 8]
+            })),
+            ARGUMENT,
+            "lens has no distortion",
+        );
+        fails(
             camera(init!(camlux_camera { lens: 9 })),
             ARGUMENT,
             "lens is 9",

@@ -1,4 +1,5 @@
 // Tests what camlux.hpp adds to camlux.h. scripts/test-package runs it as C++17 and as C++20.
+#include <array>
 #include <atomic>
 #include <camlux.hpp>
 
@@ -7,9 +8,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <thread>
 #include <type_traits>
 #include <unistd.h>
+#include <vector>
 
 #define CHECK(is_so) check((is_so), #is_so, __LINE__)
 
@@ -255,6 +258,10 @@ void both_forms_tell_the_same()
     camlux::camera camera;
     camera.fov_y_deg = -1;
     CHECK(thrown_by([&] { scene.set_camera(camera); }) == CAMLUX_ERROR_SCENE);
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    CHECK(std::isnan(camlux::pose::facing({0, 1, 0}, {0, nan, 0}).orientation.w));
+    static_assert(!std::is_constructible_v<camlux::elements<3>, std::vector<std::array<float, 3>>>, "it would dangle");
+    static_assert(std::is_constructible_v<camlux::elements<3>, std::vector<std::array<float, 3>> &>, "it is kept by the caller");
     const camlux::result<void> result = scene.try_set_camera(camera);
     CHECK(!result && result.status() == CAMLUX_ERROR_SCENE && result.message() == camlux_last_error());
     CHECK(thrown_by([] { camlux::scene::load("no such file.toml"); }) == CAMLUX_ERROR_SCENE);
@@ -270,8 +277,8 @@ void both_forms_tell_the_same()
 template <std::size_t N, class... Arguments>
 constexpr bool takes = std::is_constructible_v<camlux::elements<N>, Arguments...>;
 
-static_assert(takes<3, std::vector<std::array<float, 3>>> && takes<3, const std::array<std::array<double, 3>, 8> &>);
-static_assert(takes<2, std::vector<std::array<float, 2>>> && takes<1, std::vector<std::uint16_t>>);
+static_assert(takes<3, const std::vector<std::array<float, 3>> &> && takes<3, const std::array<std::array<double, 3>, 8> &>);
+static_assert(takes<2, const std::vector<std::array<float, 2>> &> && takes<1, const std::vector<std::uint16_t> &>);
 static_assert(!takes<3, std::vector<std::array<std::uint32_t, 4>>>, "quads are no triangles");
 static_assert(!takes<3, std::vector<std::array<float, 2>>> && !takes<2, std::vector<std::array<float, 3>>>);
 static_assert(!takes<3, std::vector<float>>, "which of them make an element?");
