@@ -279,9 +279,9 @@ constexpr bool takes = std::is_constructible_v<camlux::elements<N>, Arguments...
 
 static_assert(takes<3, const std::vector<std::array<float, 3>> &> && takes<3, const std::array<std::array<double, 3>, 8> &>);
 static_assert(takes<2, const std::vector<std::array<float, 2>> &> && takes<1, const std::vector<std::uint16_t> &>);
-static_assert(!takes<3, std::vector<std::array<std::uint32_t, 4>>>, "quads are no triangles");
-static_assert(!takes<3, std::vector<std::array<float, 2>>> && !takes<2, std::vector<std::array<float, 3>>>);
-static_assert(!takes<3, std::vector<float>>, "which of them make an element?");
+static_assert(!takes<3, const std::vector<std::array<std::uint32_t, 4>> &>, "quads are no triangles");
+static_assert(!takes<3, const std::vector<std::array<float, 2>> &> && !takes<2, const std::vector<std::array<float, 3>> &>);
+static_assert(!takes<3, const std::vector<float> &>, "which of them make an element?");
 static_assert(!takes<3, const float *, std::size_t>, "a count of numbers is no count of elements");
 static_assert(takes<3, const float *, std::size_t, std::size_t>);
 
