@@ -2,8 +2,8 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use camlux::{RenderOptions, Scene};
 use camlux::scene::{IndirectLight, LensLights, Material, Mesh, Shared};
+use camlux::{RenderOptions, Scene};
 use pyo3::prelude::*;
 
 use crate::arguments::{count, layers};

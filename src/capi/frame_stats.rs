@@ -75,7 +75,7 @@ pub struct camlux_frame_stats {
     /// Number of rays of that image; 0 if it is not known.
     pub least_rays: u64,
     /// Part of wall_ms in which pipelines were compiled and the surfaces were copied to the device, milliseconds: most of a first frame, unless
-    /// camlux_renderer_prepare has done it.
+    /// camlux_renderer_prepare has done it. What a driver compiles when a kernel first runs counts for the pass instead.
     pub preparation_ms: f64,
     /// Index of the frame in its sequence: that of camlux_render_options, or the renderer's count.
     pub frame_index: u32,
