@@ -1894,7 +1894,7 @@ typedef struct camlux_frame_stats {
   uint64_t least_rays;
   /**
    * Part of wall_ms in which pipelines were compiled and the surfaces were copied to the device, milliseconds: most of a first frame, unless
-   * camlux_renderer_prepare has done it.
+   * camlux_renderer_prepare has done it. What a driver compiles when a kernel first runs counts for the pass instead.
    */
   double preparation_ms;
   /** Index of the frame in its sequence: that of camlux_render_options, or the renderer's count. */
