@@ -69,7 +69,12 @@ def test_a_job_is_stopped_by_its_callback_and_by_control_c(tmp_path):
             # As from a terminal.
             threading.Timer(0, os.kill, [os.getpid(), signal.SIGINT]).start()
 
-    with pytest.raises(KeyboardInterrupt):
-        camlux.run_job(job, tmp_path / "set", progress=interrupt)
+    # Python ignores SIGINT if a shell started the tests in the background.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            camlux.run_job(job, tmp_path / "set", progress=interrupt)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert there < len(camlux.Dataset(tmp_path / "set")) < 400
     assert not list((tmp_path / "set/frames").glob(".*.part"))
