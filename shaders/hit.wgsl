@@ -1,4 +1,4 @@
-// The surface where a ray hits it, the packing of its directions, and where rays start beside it.
+// The surface where a ray hits it.
 
 #import materials
 
@@ -78,34 +78,4 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     }
 #endif
     return hit;
-}
-
-// A unit vector as an integer below 2^24, exact in f32: octahedral, 12 bits per axis, within 1.1e-3 rad. The axes are exact, because 4094
-// is even.
-fn pack_direction(direction: vec3<f32>) -> f32 {
-    let flat = direction.xy / (abs(direction.x) + abs(direction.y) + abs(direction.z));
-    let sign_xy = select(vec2<f32>(-1.0), vec2<f32>(1.0), flat >= vec2<f32>(0.0));
-    let folded = select(flat, (1.0 - abs(flat.yx)) * sign_xy, direction.z < 0.0);
-    let grid = round(clamp(folded * 0.5 + 0.5, vec2<f32>(0.0), vec2<f32>(1.0)) * 4094.0);
-    return grid.y * 4096.0 + grid.x;
-}
-
-fn unpack_direction(packed: f32) -> vec3<f32> {
-    let row = floor(packed / 4096.0);
-    let flat = vec2<f32>(packed - row * 4096.0, row) / 4094.0 * 2.0 - 1.0;
-    let z = 1.0 - abs(flat.x) - abs(flat.y);
-    let fold = max(-z, 0.0);
-    return normalize(vec3<f32>(flat - select(vec2<f32>(-fold), vec2<f32>(fold), flat >= vec2<f32>(0.0)), z));
-}
-
-// Distance by which a ray starts before P's surface, for each component of the normal. P = v0 + b1·e1 + b2·e2 is off its plane by up to
-// 10u: 4u for each of the two products, where b1·e1 + b2·e2 ≤ 2, and 2u for v0 ≤ 1. The corners of a neighbour in the same plane are off it
-// by u, in either direction. The shift is rounded by u. The height of the ray's origin over a plane is off by 5u of an offset ≤ 2.
-const ORIGIN_SHIFT: f32 = 24.0 * 5.9604645e-8;
-// Distance by which a ray ends before Q's surface. The height of its end over the plane is the difference of two heights that are off by
-// 10u each. Their quotient is rounded by 3u of an offset ≤ 2.
-const END_SHIFT: f32 = 40.0 * 5.9604645e-8;
-
-fn before_surface(position: vec3<f32>, geometric_normal: vec3<f32>, shift: f32) -> vec3<f32> {
-    return position + shift * dot(abs(geometric_normal), vec3<f32>(1.0)) * geometric_normal;
 }

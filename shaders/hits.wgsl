@@ -1,14 +1,14 @@
 // The surface that a ray hits on a triangle.
 
 #import hit
-#import trace
+#import hit_triangle
 
-// Lists in images, like ray_triangles in trace.wgsl. Four texels per triangle, in the order of Geometry: the corners' normals (0: flat),
+// Lists in images, like ray_triangles in hit_triangle.wgsl. Four texels per triangle, in the order of Geometry: the corners' normals (0: flat),
 // their texture coordinates, the material.
 var triangle_shading: texture_storage_2d<rgba32float, read>;
-// `hit_triangle` is a value of ray_hit.
+// `hit_triangle` is what the trace pass found.
 fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
-    let corners = corners_of_hit(hit_triangle);
+    let corners = corners_of(located(hit_triangle));
     let c0 = corners.a.xyz - origin;
     let c1 = corners.b.xyz - origin;
     let c2 = corners.c.xyz - origin;
@@ -40,7 +40,7 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     triangle.corners[2] = Corner(corners.c.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
     triangle.normal = vec3<f32>(corners.a.w, corners.b.w, corners.c.w);
 #if SMOOTH DETAILED
-#if INSTANCED SHADE
+#if INSTANCED
     for (var i = 0u; i < min(found.instance, 1u); i++) {
         let placement = to_mesh(found.instance);
         triangle.corners[0].normal = placed_normal(placement, triangle.corners[0].normal);
@@ -58,7 +58,7 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     triangle.has = u32(ks_has.w);
     triangle.instance = found.instance;
     triangle.front = 1.0;
-#if INSTANCED SHADE
+#if INSTANCED
     triangle.front = handedness(found.instance);
 #endif
     for (var i = 0u; i < turns(triangle, HAS_VERTICES); i++) {
@@ -70,11 +70,13 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
 
 #if DETAILED
 fn tangent_in_scene(instance: u32, tangent: vec3<f32>) -> vec3<f32> {
-#if INSTANCED SHADE
-    return placed_direction(to_scene(instance), tangent);
-#else
-    return tangent;
+    var placed = tangent;
+#if INSTANCED
+    for (var i = 0u; i < min(instance, 1u); i++) {
+        placed = placed_direction(to_scene(instance), tangent);
+    }
 #endif
+    return placed;
 }
 #endif
 

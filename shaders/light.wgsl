@@ -2,6 +2,7 @@
 
 #import math
 #import random
+#import ray
 
 // Height of a light over a plane that rounding of either may cause, for each component of the normal. A lamp mounted on a surface lights
 // what is in front of it: its rays and its RSM ignore that surface.
@@ -80,6 +81,12 @@ fn area_place(number: u32, seed: u32) -> vec2<f32> {
 // A light as rays lead to it: its position and 1; or a direction to it, longer than the scene, and 0.
 fn light_end(light: Light) -> vec4<f32> {
     return select(vec4<f32>(light.position, 1.0), vec4<f32>(-T_MAX * light.axis, 0.0), light.is_parallel == 1u);
+}
+
+// A ray to a light. It is relative to its start, near which positions are exact: the light may be far away. The rounding of its direction
+// moves its end.
+fn ray_to_light(start: vec3<f32>, light_end: vec4<f32>, is_wanted: bool) -> Ray {
+    return Ray(start, select(NO_RAY, 1.0, is_wanted), light_end.xyz - light_end.w * start, 2.0 * LIGHT_IN_PLANE);
 }
 
 // Light that reaches a point if nothing blocks it.

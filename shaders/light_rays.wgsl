@@ -3,7 +3,9 @@
 // the light sees, however fine the scene is compared with the cells. Separate draws have no error in common.
 
 #import lights
+#if SHADE
 #import hits
+#endif
 #import vpl_list
 #import random
 #if PHASORS
@@ -25,14 +27,22 @@ struct LightRayParameters {
     stride: u32,
     // Each seed gives other rays.
     seed: u32,
+    // The rays of all sets that are in the list: the first one, and the one after the last.
+    first_in_list: u32,
+    end_in_list: u32,
 }
 
-// Lists in images, like ray_triangles in trace.wgsl. The cells of the lights: start and size in the light's cumulative probability, as
+// Lists in images, like ray_triangles in hit_triangle.wgsl. The cells of the lights: start and size in the light's cumulative probability, as
 // whole numbers; index of the tile among the light's tiles; index of the cell in Morton order in that tile + 256 · the tile's level.
 var ray_cells: texture_storage_2d<rgba32float, read>;
-// Hit and cell of each ray.
-var<storage, read_write> light_ray_hits: array<vec2<u32>>;
-#if SHADE
+#if EMIT
+var<storage, read_write> rays: array<Ray>;
+// The cell of each ray.
+var<storage, read_write> light_ray_cells: array<u32>;
+#else
+var<storage, read> rays: array<Ray>;
+var<storage, read> light_ray_cells: array<u32>;
+var<storage, read> hits: array<u32>;
 var drawn_vpls: texture_storage_2d_array<rgba32float, write>;
 #endif
 var<immediate> parameters: LightRayParameters;
@@ -40,14 +50,12 @@ var<immediate> parameters: LightRayParameters;
 struct LightRay {
     origin: vec3<f32>,
     direction: vec3<f32>,
-    // Samples per area of the map's tiles, normalised to one sample.
-    map_density: f32,
 }
 
 // The light at the point of its area where a ray starts. Rays that start together cover all of the map, so neighbours in the map start at
 // different points.
-fn light_of_ray(set_index: u32, ray: u32) -> Light {
-    var light = load_light(parameters.light_index);
+fn light_of_ray(whole_light: Light, set_index: u32, ray: u32) -> Light {
+    var light = whole_light;
     light.position += area_offset(light, area_place(ray % packet_count(), parameters.seed ^ hash(set_index)));
 #if PHASORS
     light.origin_turns = area_origin_turns(light);
@@ -104,9 +112,15 @@ fn light_ray(light: Light, drawn: u32, cell_index: u32, seed: u32) -> LightRay {
     let across = light.half_extent * (2.0 * place - 1.0);
     let sideways = across.x * face.right - across.y * face.up;
     let is_parallel = light.is_parallel == 1u;
+    return LightRay(light.position + select(vec3<f32>(0.0), sideways, is_parallel), select(face.forward + sideways, light.axis, is_parallel));
+}
+
+// Samples per area of the map's tiles in a cell, normalised to one sample.
+fn map_density_of(cell_index: u32) -> f32 {
+    let cell = textureLoad(ray_cells, list_place(cell_index));
+    let cells_per_edge = f32(1u << (u32(cell.w) >> 8u));
     let of_light = f32(parameters.ray_count) / f32(parameters.set_size);
-    let density = share / (f32(parameters.ray_count) * f32(parameters.stride)) * of_light * cells_per_edge * cells_per_edge;
-    return LightRay(light.position + select(vec3<f32>(0.0), sideways, is_parallel), select(face.forward + sideways, light.axis, is_parallel), density);
+    return f32(bitcast<u32>(cell.y)) / (f32(parameters.ray_count) * f32(parameters.stride)) * of_light * cells_per_edge * cells_per_edge;
 }
 
 fn morton_place(code: u32) -> vec2<u32> {
@@ -120,81 +134,57 @@ fn curve_point(along: f32, seed: u32) -> vec2<f32> {
     return (vec2<f32>(morton_place(step)) + within) / 4096.0;
 }
 
-#if TRACE
+// An invocation takes several rays, because loading a light takes as long as tracing some.
+const RAYS_AT_ONCE: u32 = 8u;
+
+#if EMIT
 @compute @workgroup_size(64)
-fn compute_main(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-#if PACKET
-    @builtin(subgroup_invocation_id) subgroup_lane: u32,
-#endif
-) {
-#if PACKET
-    lane = subgroup_lane;
-#endif
-    // Invocations that are not needed trace the last rays again.
-    let all_rays = parameters.ray_count * parameters.set_count;
-    let first = min((64u * (group.x + 65535u * group.y) + local) * RAYS, all_rays - RAYS);
-    let set_index = first / parameters.ray_count;
-    let packet = first % parameters.ray_count / 64u;
-    let light = light_of_ray(set_index, packet);
-    let is_spread = light.area_aspect != 0.0;
-    var cells: array<u32, RAYS>;
-    for (var i = 0u; i < RAYS; i++) {
-        let ray_of_light = ray_of(first, packet, i, is_spread);
+fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let first = parameters.first_in_list + RAYS_AT_ONCE * (64u * (group.x + 65535u * group.y) + local);
+    let end = min(first + RAYS_AT_ONCE, parameters.end_in_list);
+    let whole_light = load_light(parameters.light_index);
+    for (var index = first; index < end; index++) {
+        let set_index = index / parameters.ray_count;
+        let ray_of_light = index % parameters.ray_count;
+        let light = light_of_ray(whole_light, set_index, ray_of_light);
         let seed = seed_of(set_index, ray_of_light);
         let drawn = drawn_place(ray_of_light, seed);
         let cell = cell_at(drawn);
-#repeat SLOT RAYS
-        cells[SLOT] = select(cells[SLOT], cell, i == SLOTu);
-#endrepeat
         let ray = light_ray(light, drawn, cell, seed);
-#if CENTRAL
-        set_ray(i, ray.direction, 0.0);
-#else
-        set_ray(i, ray.origin, 0.0);
-#endif
+        let is_parallel = light.is_parallel == 1u;
+        let in_list = index - parameters.first_in_list;
+        rays[in_list] = Ray(ray.origin, NO_END, ray.direction, select(LIGHT_IN_PLANE, 0.0, is_parallel));
+        light_ray_cells[in_list] = cell;
     }
-#if CENTRAL
-    trace(light.position, false);
-#else
-    trace_to_light(vec4<f32>(T_MAX * light.axis, 0.0));
-#endif
-    let place = set_index * parameters.set_size + parameters.first_ray;
-#repeat SLOT RAYS
-    light_ray_hits[place + ray_of(first, packet, SLOTu, is_spread)] = vec2<u32>(ray_hit[SLOT], cells[SLOT]);
-#endrepeat
-}
-
-// Index of a lane's ray among its light's rays in a set. Packets take consecutive rays, or spread ones if `is_spread`.
-fn ray_of(first: u32, packet: u32, i: u32, is_spread: bool) -> u32 {
-    let in_packet = first % 64u + i;
-    return select(64u * packet + in_packet, packet + in_packet * packet_count(), is_spread);
 }
 #endif
 
 #if SHADE
 @compute @workgroup_size(64)
 fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let index = 64u * (group.x + 65535u * group.y) + local;
-    if (index >= parameters.ray_count * parameters.set_count) {
-        return;
+    let first = parameters.first_in_list + RAYS_AT_ONCE * (64u * (group.x + 65535u * group.y) + local);
+    let end = min(first + RAYS_AT_ONCE, parameters.end_in_list);
+    let whole_light = load_light(parameters.light_index);
+    for (var index = first; index < end; index++) {
+        shade(index, whole_light);
     }
+}
+
+fn shade(index: u32, whole_light: Light) {
     let set_index = index / parameters.ray_count;
     let ray_of_light = index % parameters.ray_count;
     let place = set_index * parameters.set_size + parameters.first_ray + ray_of_light;
-    let met = light_ray_hits[place];
-    let is_hit = met.x != NOTHING_HIT;
-    let light = light_of_ray(set_index, ray_of_light);
-    let seed = seed_of(set_index, ray_of_light);
-    let ray = light_ray(light, drawn_place(ray_of_light, seed), met.y, seed);
-    let hit = hit_surface(select(0u, met.x, is_hit), ray.origin, ray.direction);
+    let in_list = index - parameters.first_in_list;
+    let met = hits[in_list];
+    let is_hit = met != NOTHING_HIT;
+    let light = light_of_ray(whole_light, set_index, ray_of_light);
+    let hit = hit_surface(select(0u, met, is_hit), rays[in_list].origin, rays[in_list].direction);
     let illumination = illuminate(light, hit.position);
     let cosine = dot(hit.shading_normal, illumination.to_light);
     let geometric_cosine = dot(hit.geometric_normal, illumination.to_light);
     let is_lit = is_hit && cosine > 0.0 && geometric_cosine > 0.0;
     let from_light = hit.position - light.position;
-    let density = ray.map_density * geometric_cosine / facing_cell_area(light, from_light, map_place(light, from_light).depth);
+    let density = map_density_of(light_ray_cells[in_list]) * geometric_cosine / facing_cell_area(light, from_light, map_place(light, from_light).depth);
     let incident = select(vec3<f32>(0.0), illumination.irradiance * cosine, is_lit);
     // Off its surface, for the rays that end there; and on the side that the light sees, even if Q is also in a second surface.
     let position = before_surface(hit.position, hit.geometric_normal, END_SHIFT) + END_SHIFT * illumination.to_light;

@@ -1,6 +1,7 @@
 // The lights of a scene, of any kind, in a list.
 
 #import light
+#import texel_list
 
 // Loads a light of the list `lights`, which has the layout of a buffer.
 #loader Light lights

@@ -75,7 +75,7 @@ fn add_phasors(a: BandPhasors, b: BandPhasors) -> BandPhasors {
 }
 
 // |a − b|² of each frequency, summed over the bands that pixels see.
-fn squared_difference(a: BandPhasors, b: BandPhasors) -> vec4<f32> {
+fn squared_phasor_difference(a: BandPhasors, b: BandPhasors) -> vec4<f32> {
     let re = a.re - b.re;
     let im = a.im - b.im;
     let squares = mat3x4<f32>(re[0] * re[0] + im[0] * im[0], re[1] * re[1] + im[1] * im[1], re[2] * re[2] + im[2] * im[2]);

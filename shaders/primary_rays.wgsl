@@ -1,11 +1,9 @@
 // What the camera sees at each pixel's centre, by rays. Used for a lens with distortion, and if the device's rasteriser is too coarse. One
-// kernel finds the triangles, the other fills the G-buffer with their surfaces.
+// kernel emits the rays, the other fills the G-buffer with the surfaces that they hit.
 
 #import view
-#if TRACE
-#import trace
-#import ray_tile
-#else
+#import ray
+#if SHADE
 #import plane_hit
 #import hits
 #endif
@@ -18,15 +16,19 @@ struct PrimaryRayParameters {
     mesh_count: u32,
     // Where the rays cross their pixels, relative to the centre.
     offset_px: vec2<f32>,
+    // The rows of pixels whose rays are in the list.
+    first_row: u32,
+    row_end: u32,
 }
 
 #if LENS
 // The direction of each pixel's ray along the camera's axes Z, X, Y. The columns of view.ray_direction are these axes.
 var<storage, read> lens_rays: array<vec4<f32>>;
 #endif
-// The hit of each pixel, as in trace.wgsl, row by row.
-var<storage, read_write> seen_triangles: array<u32>;
-#if SHADE
+#if EMIT
+var<storage, read_write> rays: array<Ray>;
+#else
+var<storage, read> hits: array<u32>;
 // For each mesh in the scene's space: number of triangles up to its end, and its id.
 var<storage, read> mesh_ends: array<vec2<u32>>;
 var position_mesh: texture_storage_2d<rgba32float, write>;
@@ -38,13 +40,13 @@ var ks_shininess: texture_storage_2d<rgba32float, write>;
 #endif
 var<immediate> parameters: PrimaryRayParameters;
 
-fn pixel_index(place: vec2<u32>) -> u32 {
-    return place.y * parameters.resolution_px.x + place.x;
+fn ray_index(place: vec2<u32>) -> u32 {
+    return (place.y - parameters.first_row) * parameters.resolution_px.x + place.x;
 }
 
 #if LENS
 fn lens_ray(place: vec2<u32>) -> vec3<f32> {
-    return lens_rays[pixel_index(place)].xyz;
+    return lens_rays[place.y * parameters.resolution_px.x + place.x].xyz;
 }
 #endif
 
@@ -64,44 +66,22 @@ fn ray_direction(place: vec2<u32>) -> vec3<f32> {
 #endif
 }
 
-#if TRACE
-@compute @workgroup_size(64)
-fn compute_main(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-#if PACKET
-    @builtin(subgroup_invocation_id) subgroup_lane: u32,
-#endif
-) {
-#if PACKET
-    lane = subgroup_lane;
-#endif
-    for (var i = 0u; i < RAYS; i++) {
-        let place = place_of(group.xy, local, i);
-        let is_in_image = all(place < parameters.resolution_px);
-        set_ray(i, ray_direction(min(place, parameters.resolution_px - 1u)), select(NOT_WANTED, 0.0, is_in_image));
-    }
-    // No lane has returned early: all of them intersect the triangles together.
-    trace(view.origin, false);
-    for (var i = 0u; i < RAYS; i++) {
-        let place = place_of(group.xy, local, i);
-        if (all(place < parameters.resolution_px)) {
-            var hit = ray_hit[0];
-#repeat SLOT RAYS
-            hit = select(hit, ray_hit[SLOT], i == SLOTu);
-#endrepeat
-            seen_triangles[pixel_index(place)] = hit;
-        }
+#if EMIT
+@compute @workgroup_size(8, 8)
+fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
+    let place = global.xy + vec2<u32>(0u, parameters.first_row);
+    if (place.x < parameters.resolution_px.x && place.y < parameters.row_end) {
+        rays[ray_index(place)] = Ray(view.origin, NO_END, ray_direction(place), 0.0);
     }
 }
 #else
 @compute @workgroup_size(8, 8)
 fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
-    let place = global.xy;
-    if (any(place >= parameters.resolution_px)) {
+    let place = global.xy + vec2<u32>(0u, parameters.first_row);
+    if (place.x >= parameters.resolution_px.x || place.y >= parameters.row_end) {
         return;
     }
-    let seen = seen_triangles[pixel_index(place)];
+    let seen = hits[ray_index(place)];
     if (seen == NOTHING_HIT) {
         textureStore(position_mesh, place, vec4<f32>(0.0));
         textureStore(normal_geometric, place, vec4<f32>(0.0));

@@ -1,125 +1,50 @@
-// Rays and one triangle: the terms that rays from one origin or to one light share, and the hit.
+// A ray and one triangle. Results are exact up to rounding, whose unit is u = 2^-24. Errors are bounded as in Pharr, Jakob, Humphreys,
+// "Physically Based Rendering", section "Managing rounding error". src/ray_tree/wide.rs computes the same on the host.
 
-#import light
+#import hit_triangle
 #if CUTOUT
 #import texels
 #endif
 
-// The corners of a triangle, each with a component of the unit normal.
-struct Corners {
-    a: vec4<f32>,
-    b: vec4<f32>,
-    c: vec4<f32>,
-}
-
-fn corners_at(triangle: u32) -> Corners {
-    return Corners(triangle_texel(4u * triangle), triangle_texel(4u * triangle + 1u), triangle_texel(4u * triangle + 2u));
-}
-
-// Terms of a triangle that all rays from one origin share.
-struct OriginPlanes {
-    // A direction passes inside the triangle if its dot product with none of these is negative. Neighbours have exactly opposite vectors
-    // for their common edge, so no ray slips between them.
-    edge0: vec3<f32>,
-    edge1: vec3<f32>,
-    edge2: vec3<f32>,
-    // Unit normal over the origin's height: its dot product with a direction is 1 / distance.
-    normal: vec3<f32>,
+// Where a ray meets the plane of a triangle.
+struct Meeting {
+    // Whether the ray passes inside the triangle. Neighbours have exactly opposite numbers for their common edge, so no ray slips between
+    // them.
+    is_inside: bool,
+    // Barycentric coordinates, up to a factor.
+    weights: vec3<f32>,
+    // Height of the plane over the ray's origin, and the part of it that the ray's direction covers.
+    height: f32,
+    covered: f32,
+    // Heights that count as 0 at the ray's fixed end.
+    end_height: f32,
 }
 
 // `unit` is the length of the scene's local unit in the space of the corners.
-fn planes_from_origin(corners: Corners, origin: vec3<f32>, unit: f32) -> OriginPlanes {
-    let a = corners.a;
-    let b = corners.b;
-    let c = corners.c;
-    let normal = vec3<f32>(a.w, b.w, c.w);
-    let c0 = a.xyz - origin;
-    let c1 = b.xyz - origin;
-    let c2 = c.xyz - origin;
+fn meet(corners: Corners, origin: vec3<f32>, direction: vec3<f32>, end_height: f32, unit: f32) -> Meeting {
+    let normal = vec3<f32>(corners.a.w, corners.b.w, corners.c.w);
+    // From sums and differences of corners: their products do not cancel in small triangles.
+    let c0 = corners.a.xyz - origin;
+    let c1 = corners.b.xyz - origin;
+    let c2 = corners.c.xyz - origin;
+    let weights = vec3<f32>(dot(cross(c1 + c2, c2 - c1), direction), dot(cross(c2 + c0, c0 - c2), direction),
+        dot(cross(c0 + c1, c1 - c0), direction));
     let height = dot(normal, c0);
-    let turn = select(-1.0, 1.0, height > 0.0);
-    var planes: OriginPlanes;
-    planes.edge0 = turn * cross(c1 + c2, c2 - c1);
-    planes.edge1 = turn * cross(c2 + c0, c0 - c2);
-    planes.edge2 = turn * cross(c0 + c1, c1 - c0);
-#if CENTRAL
-    // From a light, which may be mounted on a surface.
-    let is_in_plane = abs(height) <= unit * LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
-#else
-    // The origin is in the plane, or the triangle has no area: never hit.
-    let is_in_plane = height == 0.0;
-#endif
-    planes.normal = select(normal / height, vec3<f32>(0.0), is_in_plane);
-    return planes;
+    let turned = select(-weights, weights, height > 0.0);
+    let is_inside = min(min(turned.x, turned.y), turned.z) >= 0.0;
+    return Meeting(is_inside, weights, height, dot(normal, direction), unit * end_height * dot(abs(normal), vec3<f32>(1.0)));
 }
 
-// 1 / distance at which a ray hits the triangle; 0 or less: no hit.
-fn inverse_t_of(planes: OriginPlanes, direction: vec3<f32>) -> f32 {
-    let inside = min(min(dot(planes.edge0, direction), dot(planes.edge1, direction)), dot(planes.edge2, direction));
-    return select(0.0, dot(planes.normal, direction), inside >= 0.0);
+// 1 / distance of the hit, in lengths of the ray's direction; 0 or less: no hit. A triangle without area, or with the origin in its plane,
+// is never hit.
+fn inverse_t_of(at: Meeting) -> f32 {
+    return select(0.0, at.covered / at.height, at.is_inside & (abs(at.height) > at.end_height));
 }
 
-// The direction from a ray's start to the light. `light_end` is the light's position and 1, or the direction to it and 0. That direction's
-// length is how far rays go.
-//
-// All terms are relative to the start, near which positions are exact; the light may be far away.
-fn direction_to_light(start: vec3<f32>, light_end: vec4<f32>) -> vec3<f32> {
-    return light_end.xyz - light_end.w * start;
-}
-
-// Terms of a triangle that all rays to one light share.
-struct LightPlanes {
-    // Normals of the planes through an edge and the light, and their dot products with a point of the plane. A ray passes inside the
-    // triangle if none of its start's dot products is less than the offset. Neighbours have exactly opposite planes.
-    plane0: vec3<f32>,
-    plane1: vec3<f32>,
-    plane2: vec3<f32>,
-    offsets: vec3<f32>,
-    corner: vec3<f32>,
-    // On the light's side; 0 if the light is in the plane up to rounding.
-    normal: vec3<f32>,
-}
-
-fn planes_to_light(corners: Corners, light_end: vec4<f32>, unit: f32) -> LightPlanes {
-    let a = corners.a;
-    let b = corners.b;
-    let c = corners.c;
-    let normal = vec3<f32>(a.w, b.w, c.w);
-    let height = dot(normal, direction_to_light(a.xyz, light_end));
-    let turn = select(-1.0, 1.0, height > 0.0);
-    let twice_light = turn * 2.0 * light_end.xyz;
-    let weight = turn * light_end.w;
-    // Twice the edges' middles.
-    let middle0 = b.xyz + c.xyz;
-    let middle1 = c.xyz + a.xyz;
-    let middle2 = a.xyz + b.xyz;
-    var planes: LightPlanes;
-    planes.plane0 = cross(twice_light - weight * middle0, c.xyz - b.xyz);
-    planes.plane1 = cross(twice_light - weight * middle1, a.xyz - c.xyz);
-    planes.plane2 = cross(twice_light - weight * middle2, b.xyz - a.xyz);
-    planes.offsets = 0.5 * vec3<f32>(dot(planes.plane0, middle0), dot(planes.plane1, middle1), dot(planes.plane2, middle2));
-    planes.corner = a.xyz;
-    let is_in_plane = abs(height) <= unit * LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
-#if PARALLEL
-    // Turns a height over the plane into a distance along the rays.
-    planes.normal = select(normal / height, vec3<f32>(0.0), is_in_plane);
-#else
-    planes.normal = select(turn * normal, vec3<f32>(0.0), is_in_plane);
-#endif
-    return planes;
-}
-
-// BLOCKED or 0; for parallel rays from a light, 1 / distance or 0. The heights of a ray's ends over the triangle's plane tell their sides.
-// The error of a height does not grow with the light's distance or the triangle's slimness.
-fn blocking(planes: LightPlanes, start: vec3<f32>) -> f32 {
-    let inside = min(min(dot(planes.plane0, start) - planes.offsets.x, dot(planes.plane1, start) - planes.offsets.y),
-        dot(planes.plane2, start) - planes.offsets.z);
-    let height = dot(planes.normal, start - planes.corner);
-#if PARALLEL
-    return select(0.0, -1.0 / height, (inside >= 0.0) & (height < 0.0));
-#else
-    return select(0.0, BLOCKED, (inside >= 0.0) & (height < 0.0));
-#endif
+// Whether the ends of the ray are on different sides of the triangle. The error of a height does not grow with the triangle's slimness.
+fn is_between_ends(at: Meeting) -> bool {
+    let beyond = select(at.height - at.covered, at.covered - at.height, at.height > 0.0);
+    return at.is_inside & (at.height != 0.0) & (beyond > at.end_height);
 }
 
 #if CUTOUT

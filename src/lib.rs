@@ -38,6 +38,7 @@ mod local_space;
 pub mod metrics;
 pub mod model;
 pub mod output;
+mod parallel;
 mod passes;
 mod plan;
 mod ray_tree;
@@ -55,8 +56,8 @@ pub use frame::{DeviceFrame, DeviceImage, Progress};
 pub use glam;
 pub use local_space::LocalSpace;
 pub use plan::{
-    GatherKernel, GatherPlan, IndirectPlan, LightPlan, Plan, RayKernel, RefinementPlan, ShadowPlan,
-    TofPlan,
+    GatherKernel, GatherPlan, IndirectPlan, LightPlan, Plan, RefinementPlan, ShadowPlan, TofPlan,
+    Tracer,
 };
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;

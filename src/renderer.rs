@@ -8,8 +8,7 @@ use std::{
 };
 
 use crate::{
-    Device, DeviceFrame, Error, GatherKernel, GatherPlan, LocalSpace, Plan, RayKernel, Result,
-    Scene,
+    Device, DeviceFrame, Error, GatherKernel, GatherPlan, LocalSpace, Plan, Result, Scene, Tracer,
     frame::{
         self, BufferPool, Cached, DrawnFrame, FrameCache, Observer, Progress, ProgressReport,
         RenderedFrame,
@@ -20,6 +19,7 @@ use crate::{
         Context,
         cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES},
         modulation,
+        trace::RayList,
     },
     scene::{IndirectLight, MAX_FREQUENCIES, PixelSampling, TARGET_ERRORS},
     vulkan::{CommandPool, PassTimes, Pipelines, Timeline},
@@ -35,6 +35,8 @@ pub struct Renderer {
     pipelines: Pipelines,
     commands: CommandPool,
     cache: FrameCache,
+    /// Room for rays, if the last frame cast any.
+    rays: Option<RayList>,
     /// Buffers for the layers of the next frame.
     pool: BufferPool,
     /// The timeline of the frames that stay on the device; `None` before the first.
@@ -63,8 +65,8 @@ pub struct RenderOptions<'a> {
     pub submission_target: Duration,
     /// The gather kernel; `None`: the fastest for the device.
     pub gather_kernel: Option<GatherKernel>,
-    /// The kernel of all rays; `None`: the fastest for the device.
-    pub ray_kernel: Option<RayKernel>,
+    /// What finds the triangles that rays hit; `None`: the fastest for the device.
+    pub tracer: Option<Tracer>,
     /// The seed of the frame's random numbers. Another seed gives other samples of indirect light, with another error, and other sensor
     /// noise.
     pub seed: u32,
@@ -83,7 +85,7 @@ impl Default for RenderOptions<'_> {
             progress: None,
             submission_target: Duration::from_millis(500),
             gather_kernel: None,
-            ray_kernel: None,
+            tracer: None,
             seed: 0,
             frame_index: None,
             camera_index: 0,
@@ -103,6 +105,7 @@ impl Renderer {
             pipelines: Pipelines::new(device),
             commands: CommandPool::new(device),
             cache: FrameCache::default(),
+            rays: None,
             pool: BufferPool::default(),
             timeline: None,
             next_frame_index: 0,
@@ -113,6 +116,7 @@ impl Renderer {
     /// Frees what the last frame left on the device, and the memory of frames. The next frame makes it again.
     pub fn forget(&mut self) {
         self.cache = FrameCache::default();
+        self.rays = None;
         self.commands = CommandPool::new(&self.device);
         self.pool = BufferPool::default();
     }
@@ -251,12 +255,13 @@ impl Renderer {
         {
             *kernel = chosen.checked_for(info)?;
         }
-        if let Some(chosen) = options.ray_kernel {
+        if let Some(chosen) = options.tracer {
             plan.trace_by(chosen, info)?;
         }
         let space = LocalSpace::of(scene.bounding_box());
         let cost = RefCell::new(Cost::new(options.submission_target));
         let recorded = RefCell::default();
+        let rays = RefCell::new(self.rays.take());
         let modulation = modulation::upload(&self.device, scene, &space, [1.0; MAX_FREQUENCIES])?;
         let context = Context {
             device: &self.device,
@@ -269,6 +274,7 @@ impl Renderer {
             seed: options.seed,
             modulation: modulation.as_ref(),
             cost: &cost,
+            rays: &rays,
             recorded: &recorded,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
@@ -287,6 +293,7 @@ impl Renderer {
         let drawn = frame::draw(&context, cache, &mut progress, observe);
         let images = cache.images.take();
         let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
+        self.rays = rays.into_inner();
         let cost = cost.into_inner();
         let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
         let preparation = self.pipelines.making_time() - compiled_before + cost.copying;

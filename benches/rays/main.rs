@@ -11,7 +11,7 @@ mod two_threads;
 
 use std::{env, fs, path::Path, process::ExitCode};
 
-use camlux::{Device, DeviceOptions, RayKernel, Scene, internals::ray_probe::RayProbe};
+use camlux::{Device, DeviceOptions, Scene, Tracer, internals::ray_probe::RayProbe};
 use embree::Embree;
 use rays::Rays;
 use two_threads::{DRIVER_THREADS, Failure};
@@ -59,7 +59,7 @@ fn main() -> ExitCode {
 fn report() -> Result<(), Failure> {
     let threads: usize = env::var(DRIVER_THREADS)?.parse()?;
     let device = Device::open(&DeviceOptions::default())?;
-    let kernel = RayKernel::best_for(device.info());
+    let kernel = Tracer::best_for(device.info());
     println!("device   {}", device.info().name);
     println!("driver   {}", device.info().driver);
     println!("threads  {threads}; Embree: as many processes");

@@ -3,7 +3,7 @@
 use std::{env, fs, path::Path, time::Instant};
 
 use camlux::{
-    Device, DeviceOptions, RayKernel, RenderOptions, Renderer, Scene,
+    Device, DeviceOptions, RenderOptions, Renderer, Scene, Tracer,
     internals::ray_probe::RayProbe,
     scene::{IndirectLight, VplSum},
 };
@@ -49,7 +49,7 @@ pub fn report() -> Result<(), Failure> {
         let mut scene = load(name)?;
         scene.camera.resolution_px = [RAYS_PX; 2];
         let rays = Rays::of(&device, &scene)?;
-        let probe = RayProbe::new(&device, &scene, RayKernel::best_for(device.info()))?;
+        let probe = RayProbe::new(&device, &scene, Tracer::best_for(device.info()))?;
         scene.camera.resolution_px = [edge_px; 2];
         for asked in TARGET_ERRORS {
             scene.indirect = Some(IndirectLight::final_gather(asked));

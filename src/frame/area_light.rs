@@ -49,11 +49,9 @@ pub(super) fn shade(
         for point in points {
             let place = lattice::scrambled(point, seed);
             let uniform = upload_area_point(context, number, light, place)?;
-            context.record(|recorder| {
-                let seen = (gbuffer, seen_at);
-                let light = (light, Some(&uniform), occluders);
-                direct::shade(recorder, context, surfaces, seen, light, sums.half(half))
-            })?;
+            let seen = (gbuffer, seen_at);
+            let light = (light, Some(&uniform), occluders);
+            direct::shade(context, surfaces, seen, light, sums.half(half))?;
             if (point + 1) % POINTS_PER_SUBMISSION == 0 {
                 context.finish()?;
             }

@@ -107,7 +107,7 @@ impl FrameImagesKey {
         FrameImagesKey {
             resolution_px: plan.resolution_px,
             is_specular: plan.is_specular,
-            is_seen_by_rays: plan.primary_rays.is_some(),
+            is_seen_by_rays: plan.has_primary_rays,
             direct_phasor_layers: plan.tof.map(TofPlan::pair_count),
             indirect_phasor_layers: plan.bounced_tof().map(TofPlan::pair_count),
             has_indirect: plan.indirect.is_some(),

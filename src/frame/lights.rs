@@ -167,10 +167,10 @@ impl Lights {
         let positions = match plan.shadow {
             ShadowPlan::Rsm { .. } => rsm.map(|rsm| &rsm.position),
             ShadowPlan::Map { .. } => shadow_map.map(|map| &map.position),
-            ShadowPlan::Rays(_) => None,
+            ShadowPlan::Rays => None,
         };
         let occluders = match (plan.shadow, positions) {
-            (ShadowPlan::Rays(kernel), _) => Occluders::Rays(kernel, scene.ray_tree()?),
+            (ShadowPlan::Rays, _) => Occluders::Rays(scene.ray_tree()?),
             (_, Some(positions)) => Occluders::Map(positions),
             _ => return Err(Error::internal("a light has no shadow map")),
         };

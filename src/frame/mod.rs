@@ -27,9 +27,9 @@ use crate::{
         light::DeviceLight,
         primary_rays, rsm, sensor, shadow,
         surface::{Surfaces, upload_view},
+        trace::RayList,
         view, vpl,
     },
-    vulkan::Recorder,
 };
 
 pub(crate) use buffer_pool::BufferPool;
@@ -79,13 +79,15 @@ pub(crate) fn draw(
     } = &*images;
 
     progress.report("gbuffer", 0.0)?;
+    RayList::update(context.rays, context)?;
     context.record(|r| {
         if lights_are_new {
             lights.record_clears(r);
         }
         images.record_clears(r);
-        see(r, context, scene, DVec2::ZERO, gbuffer)
+        Ok(())
     })?;
+    see(context, scene, DVec2::ZERO, gbuffer)?;
 
     let direct_images = DirectImages {
         radiance: direct,
@@ -108,18 +110,16 @@ pub(crate) fn draw(
             )?;
             area_light_error = Some(area_light_error.unwrap_or_default().max(error));
         }
-        context.submit(|r| {
-            draw_maps(r, context, surfaces, light, &dirty)?;
-            if is_centre && !light.plan.is_area() {
-                let seen = (gbuffer, SeenAt::Centres);
-                let light = (light, None, dirty.occluders);
-                direct::shade(r, context, surfaces, seen, light, direct_images)?;
-            }
-            if let Some((rsm, vpls)) = dirty.vpls {
-                vpl::extract(r, context, light, rsm, vpls)?;
-            }
-            Ok(())
-        })?;
+        draw_maps(context, surfaces, light, &dirty)?;
+        if is_centre && !light.plan.is_area() {
+            let seen = (gbuffer, SeenAt::Centres);
+            let light = (light, None, dirty.occluders);
+            direct::shade(context, surfaces, seen, light, direct_images)?;
+        }
+        if let Some((rsm, vpls)) = dirty.vpls {
+            context.record(|r| vpl::extract(r, context, light, rsm, vpls))?;
+        }
+        context.finish()?;
         if dirty.vpls.is_some() {
             lights.take_vpls(index)?;
         }
@@ -167,7 +167,6 @@ pub(crate) fn draw(
 
 /// Fills a G-buffer with what the camera sees through points at `offset_px` from the pixels' centres.
 fn see(
-    recorder: &mut Recorder,
     context: &Context,
     scene: &SceneResources,
     offset_px: DVec2,
@@ -175,29 +174,29 @@ fn see(
 ) -> Result<()> {
     let camera = view::of_camera(&context.scene.camera, context.space, offset_px);
     let camera = upload_view(context.device, &camera)?;
-    match context.plan.primary_rays {
-        None => gbuffer::draw(recorder, context, scene.surfaces()?, &camera, gbuffer),
-        Some(kernel) => {
-            let hit = (scene.ray_tree()?, scene.hit_surfaces()?);
-            let rays = (&camera, scene.lens_rays(), offset_px);
-            primary_rays::draw(recorder, context, kernel, hit, rays, gbuffer)
-        }
+    if context.plan.has_primary_rays {
+        let hit = (scene.ray_tree()?, scene.hit_surfaces()?);
+        let rays = (&camera, scene.lens_rays(), offset_px);
+        return primary_rays::draw(context, hit, rays, gbuffer);
     }
+    let surfaces = scene.surfaces()?;
+    context.record(|r| gbuffer::draw(r, context, surfaces, &camera, gbuffer))
 }
 
 /// Draws the maps of a light that have to be made.
 fn draw_maps(
-    recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     light: &DeviceLight,
     dirty: &Dirty,
 ) -> Result<()> {
-    if let Some(map) = dirty.rsm {
-        rsm::draw(recorder, context, surfaces, light, map)?;
-    }
-    if let Some(map) = dirty.shadow_map {
-        shadow::draw(recorder, context, surfaces, light, map)?;
-    }
-    Ok(())
+    context.record(|r| {
+        if let Some(map) = dirty.rsm {
+            rsm::draw(r, context, surfaces, light, map)?;
+        }
+        if let Some(map) = dirty.shadow_map {
+            shadow::draw(r, context, surfaces, light, map)?;
+        }
+        Ok(())
+    })
 }

@@ -39,7 +39,7 @@ pub(super) fn average(
             None => done,
         };
         progress.report_sample("direct", done)?;
-        context.record(|r| see(r, context, scene, sample.offset_px, sample.gbuffer))?;
+        see(context, scene, sample.offset_px, sample.gbuffer)?;
         for light in 0..context.plan.lights.len() {
             let number = light;
             let (light, dirty) = lights.update(context, light, scene)?;
@@ -57,12 +57,10 @@ pub(super) fn average(
                 squared_errors[number] += (share * error).powi(2);
                 continue;
             }
-            context.record(|r| {
-                draw_maps(r, context, surfaces, light, &dirty)?;
-                let light = (light, None, dirty.occluders);
-                let seen = (sample.gbuffer, SeenAt::Samples { share });
-                direct::shade(r, context, surfaces, seen, light, direct_images)
-            })?;
+            draw_maps(context, surfaces, light, &dirty)?;
+            let light = (light, None, dirty.occluders);
+            let seen = (sample.gbuffer, SeenAt::Samples { share });
+            direct::shade(context, surfaces, seen, light, direct_images)?;
         }
         context.record(|r| sample.add_depth(r, context, &sampled.footprint))?;
     }

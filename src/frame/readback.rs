@@ -7,9 +7,10 @@ use crate::{
     Device, Error, LocalSpace, Result,
     model::Phasor,
     output::{
-        FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, TofCamera, for_each_at_once,
-        per_pixel, pixels_of_a_thread,
+        FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, TofCamera, per_pixel,
+        pixels_of_a_thread,
     },
+    parallel::for_each_at_once,
     scene::{Camera, TimeOfFlight},
     vulkan::{Image, Readback},
 };

@@ -10,7 +10,7 @@ use crate::{
     output::{FrameParts, Layer},
     passes::{
         final_gather, hits, light, materials, primary_rays, rays, rsm::Rsm, shadow::ShadowMap,
-        surface, textures, vpl::VplLists,
+        surface, textures, trace::RayList, vpl::VplLists,
     },
     plan::{Plan, TofPlan},
     scene::{Scene, Shadow},
@@ -167,7 +167,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
     of_scene().check("the number of triangles of all instances", placed, |_| {
         MAX_PLACED_TRIANGLES
     })?;
-    if let Some(kernel) = plan.ray_kernel() {
+    if let Some(tracer) = plan.tracer {
         let without_rays = [
             (plan.has_distortion, "a lens without distortion"),
             (scene.direct.shadow == Some(Shadow::Rays), "shadow maps"),
@@ -181,13 +181,14 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
             some => format!("use {}, ", some.join(" and ")),
         };
         let hint = format!("{without_rays}simplify the meshes, or choose another device");
-        rays::declare(&of_scene().with_hint(hint), scene, kernel)?;
+        rays::declare(&of_scene().with_hint(hint), scene, tracer)?;
+        RayList::for_plan(&requirements.of(GrowsWith::Resolution), plan)?;
     }
     for (is_there, name, passes, without) in [
         (
             plan.has_final_gather(),
             "final gathering",
-            &["final_gather", "light_rays"][..],
+            &["final_gather_shade", "light_rays"][..],
             "the instant-radiosity estimator",
         ),
         (
@@ -199,7 +200,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         (
             plan.has_cutouts,
             "shadows of cut-outs",
-            &["direct"],
+            &["trace"],
             "materials without map_d",
         ),
     ] {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::cache::Cached;
 use crate::{
-    Error, LocalSpace, RayKernel, Result,
+    Error, LocalSpace, Result, Tracer,
     geometry::{Geometry, are_shared},
     passes::{
         Context,
@@ -61,7 +61,7 @@ struct SurfacesKey {
 
 #[derive(PartialEq)]
 struct RayTreeKey {
-    kernel: Option<RayKernel>,
+    tracer: Option<Tracer>,
     space: LocalSpace,
     geometry: SameGeometry,
     /// The alpha texture of each material, and the textures; only if there are cut-outs.
@@ -146,9 +146,9 @@ impl SceneResources {
             meshes: HeldMeshes(geometry.clone()),
             textures: textures_key.clone(),
         };
-        let kernel = plan.ray_kernel();
+        let tracer = plan.tracer;
         let ray_tree_key = RayTreeKey {
-            kernel,
+            tracer,
             space: *space,
             geometry: SameGeometry(geometry.clone()),
             cutouts: plan.has_cutouts.then(|| {
@@ -164,7 +164,7 @@ impl SceneResources {
         self.ray_tree.drop_unless(&ray_tree_key);
         self.hit_surfaces.drop_unless(&surfaces_key);
         self.materials.drop_unless(&surfaces_key);
-        if kernel.is_none() {
+        if tracer.is_none() {
             self.ray_tree.take();
             self.mesh_trees = MeshTrees::default();
         }
@@ -180,9 +180,9 @@ impl SceneResources {
                 false => Textures::default(),
             }))
         })?;
-        let (instances, are_moved) = match kernel {
-            Some(kernel) => {
-                let by = (kernel, &mut self.mesh_trees);
+        let (instances, are_moved) = match tracer {
+            Some(tracer) => {
+                let by = (tracer, &mut self.mesh_trees);
                 let tree = || RayTriangles::of(commands, scene, &geometry, space, textures, by);
                 let (tree, is_new) = self.ray_tree.get_or_make(ray_tree_key, tree)?;
                 (

@@ -79,7 +79,7 @@ impl LightIntermediates {
         let shadow_map = match light.plan.shadow {
             ShadowPlan::Rsm { .. } => rsm_images.map(|rsm| &rsm.position),
             ShadowPlan::Map { .. } => shadow_map.map(|map| &map.position),
-            ShadowPlan::Rays(_) => None,
+            ShadowPlan::Rays => None,
         };
         let shadow_size = light.plan.shadow.map_size().unwrap_or_default();
         let shadow_map = read_images(device, shadow_map.as_slice())?

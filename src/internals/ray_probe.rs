@@ -1,23 +1,31 @@
-//! Many rays from points of surfaces: the kernels of `shaders/trace.wgsl` alone, for tests and benches.
+//! Many rays from points of surfaces: the trace pass alone, for tests and benches.
 
-use std::sync::Arc;
-
-use glam::DVec3;
-
-use crate::{
-    Device, LocalSpace, RayKernel, Result, Scene,
-    geometry::Geometry,
-    passes::{rays::RayTriangles, textures::Textures},
-    ray_tree::MeshTrees,
-    vulkan::{Buffer, BufferUse, CommandPool, Pipelines, TexelList, shaders::RayProbeParameters},
+use std::{
+    cell::RefCell,
+    sync::Arc,
+    time::{Duration, Instant},
 };
 
-/// Points in a row of their image.
-const ROW_POINTS: u32 = 512;
-/// Workgroups in a row of a dispatch.
-const ROW_GROUPS: u32 = 1024;
-/// Packets in a workgroup.
-const GROUP_PACKETS: u32 = 8;
+use glam::{DVec3, Vec3};
+
+use crate::{
+    Device, LocalSpace, Plan, Result, Scene, Tracer,
+    geometry::Geometry,
+    passes::{
+        Context,
+        cost::Cost,
+        rays::RayTriangles,
+        textures::Textures,
+        trace::{Find, RayList},
+    },
+    ray_tree::{MeshTrees, Ray, alpha_textures, corners_of, corners_of_placed},
+    vulkan::{CommandPool, Pipelines},
+};
+
+/// Distances by which rays start and end beside surfaces, as in `shaders/ray.wgsl`.
+const ORIGIN_SHIFT: f32 = 24.0 * ROUNDING;
+const END_SHIFT: f32 = 40.0 * ROUNDING;
+const ROUNDING: f32 = 5.9604645e-8;
 
 /// A point of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +39,7 @@ pub struct RayPoint {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayHit {
     pub distance_m: f64,
-    /// Index counted over all meshes of the scene.
+    /// Index counted over all meshes of the scene, those that instances share last.
     pub triangle: usize,
 }
 
@@ -43,62 +51,82 @@ pub struct Probed<T> {
     pub milliseconds: f64,
 }
 
-/// A scene's triangles on the device.
+/// A scene's triangles for rays.
 pub struct RayProbe {
     device: Device,
     pipelines: Pipelines,
     commands: CommandPool,
+    scene: Scene,
+    plan: Plan,
     space: LocalSpace,
-    tree: RayTriangles,
-    kernel: RayKernel,
+    triangles: RayTriangles,
+    /// For each hit: the triangle's index and its corners in local space.
+    hits: Vec<(usize, [DVec3; 3])>,
 }
 
 impl RayProbe {
     /// Uploads a valid scene.
     ///
     /// # Errors
-    /// [`Error::NoDevice`](crate::Error::NoDevice) if the device cannot run the kernel; [`Error::Memory`](crate::Error::Memory) and
+    /// [`Error::NoDevice`](crate::Error::NoDevice) if the tracer does not run on the device; [`Error::Memory`](crate::Error::Memory) and
     /// [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
-    pub fn new(device: &Device, scene: &Scene, kernel: RayKernel) -> Result<RayProbe> {
+    pub fn new(device: &Device, scene: &Scene, tracer: Tracer) -> Result<RayProbe> {
         let space = LocalSpace::of(scene.bounding_box());
         let commands = CommandPool::new(device);
-        let kernel = kernel.checked_for(device.info())?;
+        let tracer = tracer.checked_for(device.info())?;
+        let mut plan = Plan::new(scene, device.info())?;
+        plan.tracer = Some(tracer);
         let textures = Arc::new(match scene.has_cutouts() {
             true => Textures::upload(&commands, scene)?,
             false => Textures::default(),
         });
-        let by = (kernel, &mut MeshTrees::default());
+        let by = (tracer, &mut MeshTrees::default());
         let geometry = Geometry::of(scene, None);
-        let tree = RayTriangles::of(&commands, scene, &geometry, &space, &textures, by)?;
+        let triangles = RayTriangles::of(&commands, scene, &geometry, &space, &textures, by)?;
+        let mut hits = corners_of_hits(&geometry, &space);
+        if tracer == Tracer::Query {
+            // Those with cut-outs come last.
+            let placed = geometry.placed.iter();
+            let alpha = placed.flat_map(|placed| alpha_textures(scene, &placed.mesh));
+            let mut has_cutouts: Vec<bool> = alpha.map(|alpha| alpha.is_some()).collect();
+            has_cutouts.resize(hits.len(), true);
+            let placed = geometry.placed_triangle_count() as usize;
+            hits[..placed].sort_by_key(|&(triangle, _)| has_cutouts[triangle]);
+        }
         Ok(RayProbe {
             device: device.clone(),
             pipelines: Pipelines::new(device),
             commands,
+            scene: scene.clone(),
+            plan,
             space,
-            tree,
-            kernel,
+            triangles,
+            hits,
         })
     }
 
-    /// Whether something is between each point and its ends. Every point has the same number of ends, a multiple of 64.
+    /// Whether something is between each point and its ends. Every point has the same number of ends.
     ///
     /// # Errors
     /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
     pub fn any_hit(&self, points: &[RayPoint], ends: &[RayPoint]) -> Result<Probed<bool>> {
-        let texel = |end: &RayPoint| {
-            let [x, y, z] = self.space.to_local(end.position_m);
-            [x, y, z, pack_direction(end.geometric_normal)]
-        };
-        let ends: Vec<_> = ends.iter().map(texel).collect();
-        let rays = ends.len();
-        let probed = self.probe("any", points, ends, rays)?;
+        let rays = ends.iter().enumerate().map(|(ray, end)| {
+            let origin = self.beside(&points[ray * points.len() / ends.len()], ORIGIN_SHIFT);
+            Ray {
+                origin: origin.to_array(),
+                t_max: 1.0,
+                direction: (self.beside(end, END_SHIFT) - origin).to_array(),
+                end_height: 0.0,
+            }
+        });
+        let probed = self.probe(Find::Any, &rays.collect::<Vec<_>>())?;
         Ok(Probed {
-            found: probed.found.iter().map(|&is_hit| is_hit == 1).collect(),
+            found: probed.found.iter().map(|&hit| hit != u32::MAX).collect(),
             milliseconds: probed.milliseconds,
         })
     }
 
-    /// The closest hit along unit directions. Every point has the same number of directions, a multiple of 64.
+    /// The closest hit along unit directions. Every point has the same number of directions.
     ///
     /// # Errors
     /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
@@ -107,83 +135,90 @@ impl RayProbe {
         points: &[RayPoint],
         directions: &[DVec3],
     ) -> Result<Probed<Option<RayHit>>> {
-        let texel = |direction: &DVec3| direction.as_vec3().extend(0.0).to_array();
-        let ends: Vec<_> = directions.iter().map(texel).collect();
-        let words = 2 * ends.len();
-        let probed = self.probe("closest", points, ends, words)?;
-        let hit = |words: &[u32]| {
-            let triangle = (words[1] as usize).checked_sub(1)?;
-            let nearness = f64::from(f32::from_bits(words[0]));
+        let rays = directions.iter().enumerate().map(|(ray, direction)| {
+            let point = &points[ray * points.len() / directions.len()];
+            Ray {
+                origin: self.beside(point, ORIGIN_SHIFT).to_array(),
+                t_max: 1e30,
+                direction: direction.as_vec3().to_array(),
+                end_height: 0.0,
+            }
+        });
+        let rays: Vec<Ray> = rays.collect();
+        let probed = self.probe(Find::Closest, &rays)?;
+        let hit = |(ray, &hit): (&Ray, &u32)| {
+            let &(triangle, [a, b, c]) = self.hits.get(hit as usize)?;
+            let [origin, direction] = [ray.origin, ray.direction].map(|v| Vec3::from(v).as_dvec3());
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let distance = normal.dot(a - origin) / normal.dot(direction);
             Some(RayHit {
-                distance_m: self.space.metres_per_unit / nearness,
+                distance_m: self.space.metres_per_unit * distance,
                 triangle,
             })
         };
         Ok(Probed {
-            found: probed.found.chunks(2).map(hit).collect(),
+            found: rays.iter().zip(&probed.found).map(hit).collect(),
             milliseconds: probed.milliseconds,
         })
     }
 
-    fn probe(
-        &self,
-        hit: &str,
-        points: &[RayPoint],
-        ends: Vec<[f32; 4]>,
-        words: usize,
-    ) -> Result<Probed<u32>> {
-        let texels = |point: &RayPoint| {
-            let [x, y, z] = self.space.to_local(point.position_m);
-            let [nx, ny, nz] = point.geometric_normal.as_vec3().to_array();
-            [[x, y, z, 0.0], [nx, ny, nz, 0.0]]
+    /// A point beside its surface, local.
+    fn beside(&self, point: &RayPoint, shift: f32) -> Vec3 {
+        let normal = point.geometric_normal.as_vec3();
+        Vec3::from(self.space.to_local(point.position_m))
+            + shift * normal.abs().element_sum() * normal
+    }
+
+    fn probe(&self, find: Find, rays: &[Ray]) -> Result<Probed<u32>> {
+        let mut plan = self.plan.clone();
+        plan.rays_at_once = rays.len() as u32;
+        let cost = RefCell::new(Cost::new(Duration::MAX));
+        let list = RefCell::new(RayList::for_plan(&self.device, &plan)?);
+        let context = Context {
+            device: &self.device,
+            pipelines: &self.pipelines,
+            commands: &self.commands,
+            scene: &self.scene,
+            plan: &plan,
+            space: &self.space,
+            stays_on_device: false,
+            seed: 0,
+            modulation: None,
+            cost: &cost,
+            rays: &list,
+            recorded: &RefCell::default(),
         };
-        let rays = ends.len();
-        let points_list: Vec<_> = points.iter().flat_map(texels).collect();
-        debug_assert!(points_list.len() <= (2 * ROW_POINTS * 16384) as usize);
-        let points_list = TexelList::new(&self.commands, "points", points_list)?;
-        let ends = TexelList::new(&self.commands, "ends of rays", ends)?;
-        let found = Buffer::new(&self.device, "found", 4 * words as u64, BufferUse::Readback)?;
-        let pipeline = self.pipelines.compute(
-            "ray_probe",
-            &[hit, self.kernel.name(), self.tree.kernel_word()],
-        )?;
-        let packet_count = rays as u32 / pipeline.module.constant("PACKET_RAYS")?;
-        let parameters = RayProbeParameters {
-            rays_per_point: (rays / points.len().max(1)) as u32,
-            packet_count,
-        };
-        let groups = packet_count.div_ceil(GROUP_PACKETS);
-        let groups = [groups.min(ROW_GROUPS), groups.div_ceil(ROW_GROUPS), 1];
-        let mut resources = vec![
-            ("points", points_list.resource()),
-            ("ends", ends.resource()),
-            ("found", crate::vulkan::Resource::Buffer(&found)),
-        ];
-        resources.extend(self.tree.resources());
-        let mut recorder = self.commands.begin()?;
-        recorder.pass("ray_probe", |recorder| {
-            recorder.dispatch(&pipeline, &resources, &parameters, groups)
-        })?;
-        let times = recorder.submit()?;
+        RayList::upload(&context, rays)?;
+        let start = Instant::now();
+        self.triangles.trace(&context, find, 0..rays.len() as u32)?;
+        context.finish()?;
+        let wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
+        let times = &cost.borrow().times;
+        let traced = times.iter().filter(|(pass, _)| *pass == "trace");
+        let milliseconds: f64 = traced.map(|(_, milliseconds)| milliseconds).sum();
         Ok(Probed {
-            found: found.mapped(words)?.to_vec(),
-            milliseconds: times.iter().map(|(_, milliseconds)| milliseconds).sum(),
+            found: RayList::read_hits(&context, rays.len())?,
+            milliseconds: if milliseconds > 0.0 {
+                milliseconds
+            } else {
+                wall_milliseconds
+            },
         })
     }
 }
 
-/// Same as `pack_direction` of `shaders/hit.wgsl`.
-fn pack_direction(direction: DVec3) -> f32 {
-    let flat = direction.truncate() / direction.abs().element_sum();
-    let sign = |v: f64| if v >= 0.0 { 1.0 } else { -1.0 };
-    let folded = if direction.z < 0.0 {
-        glam::DVec2::new(
-            (1.0 - flat.y.abs()) * sign(flat.x),
-            (1.0 - flat.x.abs()) * sign(flat.y),
-        )
-    } else {
-        flat
-    };
-    let grid = ((folded * 0.5 + 0.5).clamp(glam::DVec2::ZERO, glam::DVec2::ONE) * 4094.0).round();
-    (grid.y * 4096.0 + grid.x) as f32
+/// The triangles in the order in which hits are numbered.
+fn corners_of_hits(geometry: &Geometry, space: &LocalSpace) -> Vec<(usize, [DVec3; 3])> {
+    let in_f64 = |corners: [Vec3; 3]| corners.map(Vec3::as_dvec3);
+    let placed = corners_of_placed(geometry, space).into_iter().map(in_f64);
+    let shared = geometry.shared.iter().flat_map(|mesh| {
+        let corners = corners_of(&mesh.mesh, &mesh.space);
+        mesh.instances.iter().flat_map(move |instance| {
+            let to_local = mesh.to_local(instance, space);
+            let corners: Vec<_> = corners.iter().map(|&corners| in_f64(corners)).collect();
+            let moved = corners.into_iter();
+            moved.map(move |corners| corners.map(|corner| to_local.transform_point3(corner)))
+        })
+    });
+    placed.chain(shared).enumerate().collect()
 }

@@ -29,7 +29,7 @@ pub use frame::{
 pub use header::{Attribute, TOF_CONVENTION};
 pub(crate) use layer::FrameParts;
 pub use layer::Layer;
-pub(crate) use per_pixel::{for_each_at_once, per_pixel, pixels_of_a_thread};
+pub(crate) use per_pixel::{per_pixel, pixels_of_a_thread};
 pub use plain::{plain_channel_names, plain_path, write_exr_files};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
 pub use tof::Exposure;

@@ -2,6 +2,8 @@
 
 use std::thread;
 
+use crate::parallel::for_each_at_once;
+
 /// Computes `N` values for each pixel.
 pub(crate) fn per_pixel<T: Send, const N: usize>(
     values: &mut [T],
@@ -21,19 +23,4 @@ pub(crate) fn per_pixel<T: Send, const N: usize>(
 pub(crate) fn pixels_of_a_thread(count: usize) -> usize {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     count.div_ceil(threads).max(1 << 14)
-}
-
-/// Works on all parts in parallel, on the first one in this thread.
-pub(crate) fn for_each_at_once<T: Send>(
-    mut parts: impl Iterator<Item = T>,
-    work: impl Fn(T) + Sync,
-) {
-    let first = parts.next();
-    thread::scope(|scope| {
-        for part in parts {
-            let work = &work;
-            scope.spawn(move || work(part));
-        }
-        first.into_iter().for_each(&work);
-    });
 }

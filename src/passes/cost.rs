@@ -34,6 +34,8 @@ pub(crate) struct Work {
     pub amount: u64,
     /// Work of other passes recorded before, which takes as long per unit.
     pub along: u64,
+    /// When it began.
+    pub start: Instant,
 }
 
 impl Cost {
@@ -57,11 +59,12 @@ impl Cost {
 
     /// Submits work in the same way, and measures the speed of its kernel.
     pub(super) fn submit_work(&mut self, recorder: Recorder, work: Work) -> Result<()> {
-        let start = Instant::now();
         self.submit(recorder)?;
-        let seconds = start.elapsed().as_secs_f64().max(1e-6);
-        self.speeds
-            .insert(work.kernel, (work.amount + work.along) as f64 / seconds);
+        let seconds = work.start.elapsed().as_secs_f64().max(1e-6);
+        if work.amount > 0 {
+            let speed = (work.amount + work.along) as f64 / seconds;
+            self.speeds.insert(work.kernel, speed);
+        }
         self.count_work(work.pass, work.amount);
         Ok(())
     }

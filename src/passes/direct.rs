@@ -1,9 +1,16 @@
 //! Direct pass: adds the direct radiance of one light to the direct image.
 
-use super::{Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, surface::Surfaces};
+use super::{
+    Context,
+    gbuffer::GBuffer,
+    light::DeviceLight,
+    rays::RayTriangles,
+    surface::Surfaces,
+    trace::{Find, no_list},
+};
 use crate::{
-    RayKernel, Result,
-    vulkan::{Buffer, Image, Recorder, Resource, shaders::DirectParameters},
+    Result,
+    vulkan::{Buffer, Image, Resource, shaders::DirectParameters},
 };
 
 /// What the shadow test searches.
@@ -12,7 +19,7 @@ pub(crate) enum Occluders<'o> {
     /// The positions and triangles that the light sees.
     Map(&'o Image),
     /// All triangles.
-    Rays(RayKernel, &'o RayTriangles),
+    Rays(&'o RayTriangles),
 }
 
 /// The images to which direct light is added.
@@ -35,7 +42,6 @@ pub(crate) enum SeenAt {
 
 /// Shades the G-buffer. For a light with an area, `point` is the uploaded point that shines.
 pub(crate) fn shade(
-    recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     (gbuffer, seen_at): (&GBuffer, SeenAt),
@@ -43,7 +49,8 @@ pub(crate) fn shade(
     direct: DirectImages,
 ) -> Result<()> {
     let plan = context.plan;
-    let mut words = vec![light.plan.emission_word(), plan.brdf_word()];
+    let emission = light.plan.emission_word();
+    let mut words = vec![emission, plan.brdf_word()];
     let mut resources = gbuffer.resources();
     resources.extend([
         ("light", Resource::Buffer(point.unwrap_or(&light.uniform))),
@@ -69,21 +76,41 @@ pub(crate) fn shade(
             ..centres
         },
     };
+    let [width, height] = plan.resolution_px;
+    let dispatch = |kernel, words: &[&str], resources: &[(&str, Resource)], rows: [u32; 2]| {
+        let [first_row, row_end] = rows;
+        let parameters = DirectParameters {
+            first_row,
+            row_end,
+            ..parameters
+        };
+        let size = [width, row_end - first_row];
+        context.record(|recorder| {
+            context.dispatch_image(recorder, (kernel, words), resources, &parameters, size)
+        })
+    };
     match occluders {
         Occluders::Map(map) => {
             resources.extend(surfaces.triangles());
             resources.push(("light_map", Resource::Image(map)));
+            words.push("map");
+            dispatch("direct", &words, &resources, [0, height])
         }
-        Occluders::Rays(kernel, tree) => {
-            words.extend([kernel.name(), tree.kernel_word()]);
-            resources.extend(tree.resources());
+        Occluders::Rays(tree) => {
+            words.push("rays");
+            for [first_row, row_end] in context.row_ranges() {
+                let rows = [first_row, row_end];
+                let with_list = |kernel, words: &[&str]| {
+                    let list = context.rays.borrow();
+                    let mut resources = resources.clone();
+                    resources.extend(list.as_ref().ok_or_else(no_list)?.resources());
+                    dispatch(kernel, words, &resources, rows)
+                };
+                with_list("direct_emit", &[emission])?;
+                tree.trace(context, Find::Any, 0..width * (row_end - first_row))?;
+                with_list("direct", &words)?;
+            }
+            Ok(())
         }
     }
-    let pipeline = context.pipelines.compute("direct", &words)?;
-    let [width, height] = plan.resolution_px;
-    let columns = width.div_ceil(pipeline.module.constant("TILE_COLUMNS")?);
-    let rows = height.div_ceil(pipeline.module.constant("TILE_ROWS")?);
-    recorder.pass("direct", |recorder| {
-        recorder.dispatch(&pipeline, &resources, &parameters, [columns, rows, 1])
-    })
 }

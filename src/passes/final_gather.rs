@@ -1,4 +1,7 @@
-//! Final gather pass: gathers the single bounce at a list of receivers, with rays from the receivers and from the lights.
+//! Final gathering: the single bounce at a list of receivers, with rays from the receivers and from the lights. [`FinalGather::take`] is
+//! the sequence of its passes: emit rays, trace them, shade what they hit, and sum up.
+
+use std::time::Instant;
 
 use super::{
     Context,
@@ -8,19 +11,21 @@ use super::{
     hits::HitSurfaces,
     light::DeviceLight,
     light_rays::{LightRays, MAX_RAYS},
+    packets::{Chunk, ChunkLimits, chunks},
     random::hash,
     rays::RayTriangles,
     receivers::{ReceiverRange, Receivers},
     sample_counts::PACKET_SAMPLES,
+    trace::{Find, no_list},
     vpl_sampler::{Pilot, RayTable, VplSampler},
 };
 use crate::{
-    Error, RayKernel, Result, lattice,
-    output::for_each_at_once,
+    Error, Result, lattice,
+    parallel::for_each_at_once,
     plan::Plan,
     vulkan::{
-        Allocate, Buffer, BufferUse, MAX_GROUPS, Resource, TexelList,
-        shaders::{self, FinalGatherParameters, PilotSample},
+        Allocate, Buffer, BufferUse, Resource, TexelList, groups_in_rows,
+        shaders::{self, FinalGatherParameters, Packet, PilotSample, Span},
     },
 };
 
@@ -38,11 +43,10 @@ const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
 const MIN_SET_SIZE: u32 = 1 << 11;
 /// Least number of rays in a set of the pilot, so that it distinguishes parts of cells.
 const PILOT_SET_SIZE: u32 = 1 << 15;
-/// Share of the loop iterations allowed by the driver that a dispatch uses. The iterations of a ray are an estimate;
-/// a ray beyond the limit would miss what it hits.
+/// Share of the loop iterations allowed by the driver that an invocation uses.
 const SHARE_OF_LOOP_ITERATIONS: f64 = 0.9;
-/// Approximate upper limit of the iterations of a packet of samples, without tracing.
-const PACKET_ITERATIONS: f64 = 800.0;
+/// Packets that a workgroup of most passes processes: an invocation takes eight samples.
+const PACKETS_OF_GROUP: u32 = 8;
 
 /// The state of the pass.
 pub(crate) struct FinalGather<'b> {
@@ -59,7 +63,6 @@ pub(crate) struct FinalGather<'b> {
     /// What each ray to a VPL finds; only during a pilot.
     pilot_samples: Option<Buffer>,
     nothing: Buffer,
-    kernel: RayKernel,
     lattice: TexelList,
 }
 
@@ -91,6 +94,18 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
         RayTable::declare(allocate, tiles)?;
     }
     LightRays::new(allocate, plan)?;
+    // Each packet has two rays per sample at least.
+    let packets = u64::from(plan.rays_at_once / PACKET_SAMPLES / 2);
+    allocate.buffer(
+        "packets",
+        packets * size_of::<Packet>() as u64,
+        BufferUse::Upload,
+    )?;
+    allocate.buffer(
+        "spans",
+        packets * size_of::<Span>() as u64,
+        BufferUse::Upload,
+    )?;
     let numbers = plan
         .lights
         .iter()
@@ -123,7 +138,6 @@ impl<'b> FinalGather<'b> {
         context: &'b Context<'b>,
         (tree, surfaces): (&'b RayTriangles, &'b HitSurfaces),
         lights: Vec<&'b DeviceLight>,
-        kernel: RayKernel,
     ) -> Result<FinalGather<'b>> {
         let device = context.device;
         let points = lattice::sequence(MAX_SAMPLES).into_iter();
@@ -139,7 +153,6 @@ impl<'b> FinalGather<'b> {
             lights,
             pilot_samples: None,
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
-            kernel,
             lattice: TexelList::new(context.commands, "lattice", points.collect())?,
         })
     }
@@ -173,27 +186,116 @@ impl<'b> FinalGather<'b> {
             (&self.lights, &self.light_list),
             sampling.table.insert(table),
             (wanted.set_count, wanted.seed),
-            self.kernel,
         )?;
         self.sent = Some(wanted);
         Ok(count)
     }
 
-    /// How many packets of a receiver and how many lights a dispatch takes, within the loop iterations that the driver allows.
-    fn at_once(&self, lobes: u32) -> (usize, usize) {
-        let all_lights = self.lights.len().max(1);
-        let all_packets = (MAX_SAMPLES / PACKET_SAMPLES) as usize;
+    /// Packets of a receiver, and lights, that an invocation of the sum takes within the loop iterations that the driver allows.
+    fn summed_at_once(&self, lobes: u32) -> (u32, u32) {
+        let lights = self.lights.len() as u32;
         let Some(most) = self.context.device.info().quirks.max_loop_iterations else {
-            return (all_packets, all_lights);
+            return (u32::MAX, lights);
         };
-        let most = SHARE_OF_LOOP_ITERATIONS * f64::from(most);
-        let of_trace = self.tree.loop_iterations(self.kernel);
-        let lobes = f64::from(lobes);
-        let of_rest = PACKET_ITERATIONS + of_trace * (1.0 + lobes);
-        let of_light = lobes * of_trace;
-        let lights = ((most - of_rest) / of_light.max(1.0)).clamp(1.0, all_lights as f64);
-        let packets = most / (of_rest + lights.floor() * of_light);
-        (packets.max(1.0) as usize, lights as usize)
+        let most = (SHARE_OF_LOOP_ITERATIONS * f64::from(most)) as u32;
+        // Pairs of samples; and of a pilot, each sample.
+        let of_light = lobes * (PACKET_SAMPLES / 2 + 1);
+        let of_packet = (lights * of_light).saturating_add(2 * PACKET_SAMPLES);
+        (
+            (most / of_packet).max(1),
+            (most / of_light).clamp(1, lights.max(1)),
+        )
+    }
+
+    /// Takes the samples of a chunk of packets.
+    fn take(&self, gather: &Gather, chunk: &Chunk, lights_at_once: u32) -> Result<()> {
+        let (context, tree) = (self.context, self.tree);
+        let device = context.device;
+        let packets = Buffer::upload(device, "packets", &chunk.packets)?;
+        let spans = Buffer::upload(device, "spans", &chunk.spans)?;
+        let packet_count = chunk.packets.len() as u32;
+        let lights = self.lights.len() as u32;
+        let of_packets = groups_in_rows(packet_count.div_ceil(PACKETS_OF_GROUP));
+        let of_lobes = groups_in_rows((gather.lobes * packet_count).div_ceil(PACKETS_OF_GROUP));
+        let of_spans = groups_in_rows((chunk.spans.len() as u32).div_ceil(64));
+        let parameters = FinalGatherParameters {
+            packet_count,
+            span_count: chunk.spans.len() as u32,
+            ..gather.parameters
+        };
+        let dispatch = |kernel, parameters: &FinalGatherParameters, groups| {
+            let words = gather.words(context, kernel);
+            let pipeline = context.pipelines.compute(kernel, &words)?;
+            let list = context.rays.borrow();
+            let list = list.as_ref().ok_or_else(no_list)?;
+            let mut resources = gather.resources.clone();
+            resources.extend(list.resources());
+            resources.extend([
+                ("packets", Resource::Buffer(&packets)),
+                ("spans", Resource::Buffer(&spans)),
+            ]);
+            context.record(|recorder| {
+                recorder.pass(kernel, |recorder| {
+                    recorder.dispatch(&pipeline, &resources, parameters, groups)
+                })
+            })
+        };
+        let directions = PACKET_SAMPLES * gather.lobes * packet_count;
+        let vpl_rays = PACKET_SAMPLES * packet_count;
+        if packet_count > 0 {
+            dispatch("final_gather_emit", &parameters, of_packets)?;
+            let mut to_light = directions..directions + vpl_rays + lights * directions;
+            match parameters.vpl_samples {
+                0 => to_light.start += vpl_rays,
+                _ => dispatch("final_gather_draw", &parameters, of_packets)?,
+            }
+            tree.trace(context, Find::Closest, 0..directions)?;
+            for light_index in 0..lights {
+                let parameters = FinalGatherParameters {
+                    light_index,
+                    ..parameters
+                };
+                dispatch("final_gather_shade", &parameters, of_lobes)?;
+            }
+            tree.trace(context, Find::Any, to_light)?;
+        }
+        for light_index in (0..lights).step_by(lights_at_once as usize) {
+            let is_first = light_index == 0;
+            let parameters = FinalGatherParameters {
+                light_index,
+                light_end: (light_index + lights_at_once).min(lights),
+                vpl_samples: if is_first { parameters.vpl_samples } else { 0 },
+                ..parameters
+            };
+            dispatch("final_gather_sum", &parameters, of_spans)?;
+        }
+        Ok(())
+    }
+}
+
+/// What all chunks of a gather share.
+struct Gather<'g> {
+    lobes: u32,
+    resources: Vec<(&'static str, Resource<'g>)>,
+    parameters: FinalGatherParameters,
+}
+
+impl Gather<'_> {
+    /// The words of a kernel's permutation.
+    fn words(&self, context: &Context, kernel: &str) -> Vec<&'static str> {
+        let plan = context.plan;
+        let lobe = if self.lobes == 2 { "glossy" } else { "matte" };
+        let mut words = vec![plan.brdf_word(), lobe];
+        if kernel == "final_gather_shade" {
+            words.extend(plan.shading_words());
+        }
+        if kernel != "final_gather_emit" {
+            words.push(plan.phasor_word());
+        }
+        if kernel == "final_gather_shade" {
+            words.push(plan.instance_word());
+        }
+        words
     }
 }
 
@@ -277,28 +379,6 @@ impl Gatherer for FinalGather<'_> {
         let Some(table) = &self.sampling[light_rays.gathered_for as usize].table else {
             return Err(Error::internal("no rays were sent from the lights"));
         };
-        let plan = self.context.plan;
-        let [shading, textured] = plan.shading_words();
-        let pipeline = self.context.pipelines.compute(
-            "final_gather",
-            &[
-                plan.brdf_word(),
-                if is_glossy { "glossy" } else { "matte" },
-                shading,
-                textured,
-                plan.phasor_word(),
-                self.kernel.name(),
-                self.tree.kernel_word(),
-            ],
-        )?;
-        let receivers_per_group = pipeline.module.constant("RECEIVERS")?;
-        // Per lobe, each direction needs a ray to each light. One more ray leads to a VPL.
-        let lobes = if is_glossy { 2 } else { 1 };
-        let light_count = self.lights.len() as u32;
-        let (packets_at_once, lights_at_once) = self.at_once(lobes);
-        // Each further group of lights follows the directions again.
-        let direction_rays = light_count.div_ceil(lights_at_once as u32);
-        let rays_per_sample = u64::from(lobes * (direction_rays + light_count) + 1);
         let mut resources = gbuffer.resources();
         resources.extend(self.tree.resources());
         resources.extend(self.surfaces.resources());
@@ -312,71 +392,56 @@ impl Gatherer for FinalGather<'_> {
             ("vpls", Resource::Image(&self.light_rays.vpls)),
             ("lattice", self.lattice.resource()),
             ("receivers", Resource::Buffer(&receivers.pixels)),
-            ("sample_ranges", Resource::Buffer(&counts.ranges)),
             ("results", Resource::Buffer(results.buffer)),
         ]);
         resources.extend(self.context.modulation());
-
-        let packets = counts.packets(range)?;
+        let lobes = if is_glossy { 2 } else { 1 };
+        let gather = Gather {
+            lobes,
+            resources,
+            parameters: FinalGatherParameters {
+                camera_position: self.context.camera_position(),
+                set_size: table.set_size,
+                set_count: light_rays.set_count,
+                vpl_samples: if table.set_size > 0 {
+                    PACKET_SAMPLES
+                } else {
+                    0
+                },
+                is_pilot: self.pilot_samples.is_some().into(),
+                result_offset: results.first.wrapping_sub(first),
+                seed: seed ^ own_seed,
+                ..FinalGatherParameters::default()
+            },
+        };
+        // Per lobe, each direction needs a ray to each light. One more ray leads to a VPL.
+        let rays_per_sample = lobes * (1 + self.lights.len() as u32) + 1;
+        let rays_per_packet = PACKET_SAMPLES * rays_per_sample;
+        let (packets_of_span, lights_at_once) = self.summed_at_once(lobes);
+        let ranges = counts.ranges(range)?;
         let cost = self.context.cost;
-        let mut done = 0;
-        while done < count {
-            let budget = cost
-                .borrow()
-                .budget(pipeline.module.name, FIRST_SUBMISSION_RAYS);
-            // Adds whole workgroups until the submission is full.
-            let (mut receiver_count, mut rays, mut most_packets) = (0, 0, 0);
-            let groups = packets[done as usize..].chunks(receivers_per_group as usize);
-            for group in groups.take(MAX_GROUPS as usize) {
-                if rays > 0 && (rays + light_rays_along) as f64 >= budget {
-                    break;
-                }
-                receiver_count += group.len() as u32;
-                most_packets = group.iter().copied().fold(most_packets, u32::max);
-                let packets: u64 = group.iter().copied().map(u64::from).sum();
-                rays += packets * u64::from(PACKET_SAMPLES) * rays_per_sample;
-            }
-            self.context.record(|recorder| {
-                recorder.pass("final_gather", |recorder| {
-                    let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
-                    let first_packets = (0..most_packets.max(1)).step_by(packets_at_once);
-                    for skipped_packets in first_packets {
-                        for first_light in (0..light_count.max(1)).step_by(lights_at_once) {
-                            let is_first = skipped_packets == 0 && first_light == 0;
-                            let parameters = FinalGatherParameters {
-                                camera_position: self.context.camera_position(),
-                                first_receiver: first + done,
-                                receiver_count,
-                                first_result: results.first + done,
-                                adds: (results.adds || !is_first).into(),
-                                skipped_packets,
-                                packet_count: packets_at_once as u32,
-                                first_light,
-                                light_count: (light_count - first_light).min(lights_at_once as u32),
-                                set_size: table.set_size,
-                                set_count: light_rays.set_count,
-                                is_pilot: self.pilot_samples.is_some().into(),
-                                seed: seed ^ own_seed,
-                                ..FinalGatherParameters::default()
-                            };
-                            if !is_first {
-                                recorder.barrier();
-                            }
-                            recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
-                        }
-                    }
-                    Ok(())
-                })
-            })?;
+        let mut chunks = chunks(&ranges, (first, results));
+        let most = self.context.plan.rays_at_once / rays_per_packet;
+        loop {
+            let budget = cost.borrow().budget("final_gather", FIRST_SUBMISSION_RAYS);
+            let in_budget = (budget - light_rays_along as f64) / f64::from(rays_per_packet);
+            let limits = ChunkLimits {
+                packets: (in_budget as u32).min(most).max(1),
+                packets_of_span,
+            };
+            let Some(chunk) = chunks.next(limits) else {
+                return Ok(());
+            };
+            let start = Instant::now();
+            self.take(&gather, &chunk, lights_at_once)?;
             self.context.finish_work(Work {
                 pass: "final_gather",
-                kernel: pipeline.module.name,
-                amount: rays,
+                kernel: "final_gather",
+                amount: u64::from(rays_per_packet) * chunk.packets.len() as u64,
                 along: std::mem::take(&mut light_rays_along),
+                start,
             })?;
-            done += receiver_count;
-            proceed(f64::from(done) / f64::from(count))?;
+            proceed(chunk.done)?;
         }
-        Ok(())
     }
 }

@@ -3,6 +3,8 @@
 //! The work is cut into submissions of bounded duration. The cuts do not change the result: dispatches always cover the same
 //! ranges of VPLs, and receivers do not depend on each other.
 
+use std::time::Instant;
+
 use super::{
     Context,
     cost::Work,
@@ -137,6 +139,7 @@ impl<'g> Gather<'g> {
             while summed < list.count {
                 let budget = budget();
                 let mut pairs = 0;
+                let start = Instant::now();
                 self.context.record(|recorder| {
                     recorder.pass("gather", |recorder| {
                         while summed < list.count && (pairs == 0 || (pairs as f64) < budget) {
@@ -165,6 +168,7 @@ impl<'g> Gather<'g> {
                     kernel: module.name,
                     amount: pairs,
                     along: 0,
+                    start,
                 })?;
                 proceed(pairs)?;
             }

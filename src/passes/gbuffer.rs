@@ -4,7 +4,7 @@ use super::{Context, surface::Surfaces};
 use crate::{
     Error, Result,
     plan::Plan,
-    vulkan::{Allocate, Buffer, BufferUse, Device, Image, ImageShape, Recorder, Resource, Target},
+    vulkan::{Allocate, Buffer, Device, Image, ImageShape, Recorder, Resource, Target},
 };
 
 /// The images of the G-buffer, at the camera's resolution.
@@ -19,16 +19,12 @@ pub(crate) struct GBuffer<A: Allocate = Device> {
     pub ks_shininess: Option<A::Image>,
     /// Only if the rasteriser fills the G-buffer.
     depth: Option<A::Image>,
-    /// The triangle that each pixel shows; only if rays fill the G-buffer.
-    pub seen_triangles: Option<A::Buffer>,
 }
 
 impl<A: Allocate> GBuffer<A> {
     pub fn new(allocate: &A, plan: &Plan) -> Result<GBuffer<A>> {
         let shape = ImageShape::plain(plan.resolution_px);
         let image = |name| allocate.image(name, shape);
-        let is_by_rays = plan.primary_rays.is_some();
-        let pixels: u64 = plan.resolution_px.map(u64::from).iter().product();
         Ok(GBuffer {
             position_mesh: image("G-buffer positions")?,
             normal_geometric: image("G-buffer normals")?,
@@ -37,11 +33,8 @@ impl<A: Allocate> GBuffer<A> {
                 .is_specular
                 .then(|| image("G-buffer k_s"))
                 .transpose()?,
-            depth: (!is_by_rays)
+            depth: (!plan.has_primary_rays)
                 .then(|| allocate.image("G-buffer depth", shape.depth()))
-                .transpose()?,
-            seen_triangles: is_by_rays
-                .then(|| allocate.buffer("triangles that are seen", 4 * pixels, BufferUse::Device))
                 .transpose()?,
         })
     }

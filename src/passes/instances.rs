@@ -1,12 +1,12 @@
 //! Where instances place the meshes that they share, on the device.
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
 use crate::{
     Result,
     geometry::Geometry,
     local_space::LocalSpace,
-    ray_tree::{TreeInstance, whole_number},
+    ray_tree::{TreeInstance, rows_of, whole_number},
     vulkan::{Allocate, CommandPool, Resource, TexelList},
 };
 
@@ -82,17 +82,5 @@ fn instance_texels(
         back_z,
         numbers.map(whole_number),
         more,
-    ]
-}
-
-/// The rows of an affine transform, in the device's layout.
-pub(crate) fn rows_of(transform: DAffine3) -> [[f32; 4]; 3] {
-    let rows = transform.matrix3.transpose();
-    let row = |row: DVec3, offset: f64| row.as_vec3().extend(offset as f32).to_array();
-    let DVec3 { x, y, z } = transform.translation;
-    [
-        row(rows.x_axis, x),
-        row(rows.y_axis, y),
-        row(rows.z_axis, z),
     ]
 }

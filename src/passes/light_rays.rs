@@ -1,10 +1,15 @@
 //! Light rays pass: makes the VPLs of final gathering, where rays from the lights hit the scene.
 
 use super::{
-    Context, hits::HitSurfaces, light::DeviceLight, rays::RayTriangles, vpl_sampler::RayTable,
+    Context,
+    hits::HitSurfaces,
+    light::DeviceLight,
+    rays::RayTriangles,
+    trace::{Find, no_list},
+    vpl_sampler::RayTable,
 };
 use crate::{
-    RayKernel, Result,
+    Result,
     plan::Plan,
     vulkan::{
         Allocate, BufferUse, Device, ImageShape, PixelKind, Resource, TexelList, groups_in_rows,
@@ -18,7 +23,8 @@ pub(crate) const MAX_RAYS: u32 = 1 << 18;
 /// VPLs, one per ray, with one layer per member.
 pub(crate) struct LightRays<A: Allocate = Device> {
     pub vpls: A::Image,
-    hits: A::Buffer,
+    /// The cell of each ray.
+    cells: A::Buffer,
 }
 
 impl<A: Allocate> LightRays<A> {
@@ -38,10 +44,10 @@ impl<A: Allocate> LightRays<A> {
             layers: Some(module.constant(layers)?),
             pixel: PixelKind::Color,
         };
-        let bytes = u64::from(rays) * size_of::<[u32; 2]>() as u64;
+        let bytes = u64::from(rays) * size_of::<u32>() as u64;
         Ok(LightRays {
             vpls: allocate.image("VPLs", shape)?,
-            hits: allocate.buffer("hits of the lights' rays", bytes, BufferUse::Device)?,
+            cells: allocate.buffer("cells of the lights' rays", bytes, BufferUse::Device)?,
         })
     }
 }
@@ -55,66 +61,66 @@ impl LightRays {
         (lights, light_list): (&[&DeviceLight], &TexelList),
         table: &RayTable,
         (set_count, seed): (u32, u32),
-        kernel: RayKernel,
     ) -> Result<u64> {
         let plan = context.plan;
-        let pipelines = context.pipelines;
-        let tree_word = tree.kernel_word();
         let [shading, textured] = plan.shading_words();
-        let shade = pipelines.compute(
-            "light_rays",
-            &[
-                "shade",
-                plan.brdf_word(),
-                shading,
-                textured,
-                plan.phasor_word(),
-            ],
-        )?;
+        let shade_words = [
+            "shade",
+            plan.brdf_word(),
+            shading,
+            textured,
+            plan.phasor_word(),
+            plan.instance_word(),
+        ];
         let count = u64::from(table.set_size) * u64::from(set_count);
         context.cost.borrow_mut().count_work("light_rays", count);
         context.record(|recorder| {
             recorder.prepare_images(&[&self.vpls]);
-            recorder.pass("light_rays", |recorder| {
-                for (index, (light, rays)) in lights.iter().zip(&table.lights).enumerate() {
-                    if rays.ray_count == 0 {
-                        continue;
-                    }
-                    let mut resources = tree.resources();
+            Ok(())
+        })?;
+        for (light_index, rays) in (0..lights.len() as u32).zip(&table.lights) {
+            let all_rays = rays.ray_count * set_count;
+            for first in (0..all_rays).step_by(plan.rays_at_once as usize) {
+                let end = all_rays.min(first + plan.rays_at_once);
+                let parameters = LightRayParameters {
+                    light_index,
+                    first_ray: rays.first_ray,
+                    ray_count: rays.ray_count,
+                    set_size: table.set_size,
+                    set_count,
+                    first_cell: rays.first_cell,
+                    cell_count: rays.cell_count,
+                    stride: rays.stride,
+                    seed,
+                    first_in_list: first,
+                    end_in_list: end,
+                };
+                let dispatch = |words: &[&str]| {
+                    let pipeline = context.pipelines.compute("light_rays", words)?;
+                    let list = context.rays.borrow();
+                    let mut resources = list.as_ref().ok_or_else(no_list)?.resources();
+                    resources.extend(tree.resources());
                     resources.extend(surfaces.resources());
                     resources.extend(table.resources());
                     resources.extend([
                         ("lights", light_list.resource()),
-                        ("light_ray_hits", Resource::Buffer(&self.hits)),
+                        ("light_ray_cells", Resource::Buffer(&self.cells)),
                         ("drawn_vpls", Resource::Image(&self.vpls)),
                     ]);
                     resources.extend(context.modulation());
-                    let parameters = LightRayParameters {
-                        light_index: index as u32,
-                        first_ray: rays.first_ray,
-                        ray_count: rays.ray_count,
-                        set_size: table.set_size,
-                        set_count,
-                        first_cell: rays.first_cell,
-                        cell_count: rays.cell_count,
-                        stride: rays.stride,
-                        seed,
-                    };
-                    let is_parallel = light.parameters.is_parallel == 1;
-                    let origin = if is_parallel { "parallel" } else { "central" };
-                    let words = ["trace", origin, kernel.name(), tree_word];
-                    let trace = pipelines.compute("light_rays", &words)?;
-                    let rays_per_group = 64 * trace.module.constant("RAYS")?;
-                    let ray_count = rays.ray_count * set_count;
-                    let groups = groups_in_rows(ray_count.div_ceil(rays_per_group));
-                    recorder.dispatch(&trace, &resources, &parameters, groups)?;
-                    recorder.barrier();
-                    let groups = groups_in_rows(ray_count.div_ceil(64));
-                    recorder.dispatch(&shade, &resources, &parameters, groups)?;
-                }
-                Ok(())
-            })
-        })?;
+                    let per_group = 64 * pipeline.module.constant("RAYS_AT_ONCE")?;
+                    let groups = groups_in_rows((end - first).div_ceil(per_group));
+                    context.record(|recorder| {
+                        recorder.pass("light_rays", |recorder| {
+                            recorder.dispatch(&pipeline, &resources, &parameters, groups)
+                        })
+                    })
+                };
+                dispatch(&["emit"])?;
+                tree.trace(context, Find::Closest, 0..end - first)?;
+                dispatch(&shade_words)?;
+            }
+        }
         Ok(count)
     }
 }

@@ -1,9 +1,10 @@
 //! The scene's materials on the device, as `shaders/materials.wgsl` lists them, and the values of vertices that few meshes have.
 
-use super::textures::{Textures, alpha_cutoff, halves_of_first_word};
+use super::textures::{Textures, halves_of_first_word};
 use crate::{
     Result, Scene,
     geometry::{Geometry, meshes_on_device},
+    ray_tree::alpha_cutoff,
     scene::{Material, Mesh, TextureLookup},
     vulkan::{Allocate, CommandPool, Resource, TexelList},
 };

@@ -11,6 +11,7 @@ use crate::{
 };
 
 use cost::{Cost, Work};
+use trace::RayList;
 
 pub(crate) mod area_light;
 pub(crate) mod compact;
@@ -27,6 +28,7 @@ pub(crate) mod light;
 pub(crate) mod light_rays;
 pub(crate) mod materials;
 pub(crate) mod modulation;
+mod packets;
 pub(crate) mod pixel_filter;
 pub(crate) mod predict;
 pub(crate) mod primary_rays;
@@ -44,6 +46,7 @@ pub(crate) mod smooth;
 pub(crate) mod stderr;
 pub(crate) mod surface;
 pub(crate) mod textures;
+pub(crate) mod trace;
 pub(crate) mod view;
 pub(crate) mod vpl;
 pub(crate) mod vpl_sampler;
@@ -64,6 +67,8 @@ pub(crate) struct Context<'c> {
     /// Only with time of flight.
     pub modulation: Option<&'c Buffer>,
     pub cost: &'c RefCell<Cost>,
+    /// The rays in memory; `None` if nothing casts rays.
+    pub rays: &'c RefCell<Option<RayList>>,
     /// Passes that are recorded but not yet submitted.
     pub recorded: &'c RefCell<Option<Recorder>>,
 }
@@ -113,15 +118,41 @@ impl Context<'_> {
         parameters: &T,
         [columns, rows]: [u32; 2],
     ) -> Result<()> {
+        if rows > 1 {
+            let kernel = (pass, words);
+            return self.dispatch_image(recorder, kernel, resources, parameters, [columns, rows]);
+        }
+        let pipeline = self.pipelines.compute(pass, words)?;
+        let [x, ..] = pipeline.module.workgroup_size;
+        recorder.pass(pass, |recorder| {
+            let groups = groups_in_rows(columns.div_ceil(x));
+            recorder.dispatch(&pipeline, resources, parameters, groups)
+        })
+    }
+
+    /// The same for an image of any size.
+    pub fn dispatch_image<T: Pod>(
+        &self,
+        recorder: &mut Recorder,
+        (pass, words): (&'static str, &[&str]),
+        resources: &[(&str, Resource)],
+        parameters: &T,
+        [columns, rows]: [u32; 2],
+    ) -> Result<()> {
         let pipeline = self.pipelines.compute(pass, words)?;
         let [x, y, _] = pipeline.module.workgroup_size;
-        let groups = match rows {
-            1 => groups_in_rows(columns.div_ceil(x)),
-            _ => [columns.div_ceil(x), rows.div_ceil(y), 1],
-        };
+        let groups = [columns.div_ceil(x), rows.div_ceil(y), 1];
         recorder.pass(pass, |recorder| {
             recorder.dispatch(&pipeline, resources, parameters, groups)
         })
+    }
+
+    /// Divides the rows of the image so that the pixels of each part have a ray in memory: the first row, and the one after the last.
+    pub fn row_ranges(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let [width, height] = self.plan.resolution_px;
+        let rows = (self.plan.rays_at_once / width).max(1);
+        let starts = (0..height).step_by(rows as usize);
+        starts.map(move |first| [first, height.min(first + rows)])
     }
 
     /// The modulation, for kernels with phasors.
@@ -146,7 +177,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use crate::{
-        GatherKernel, RayKernel,
+        GatherKernel,
         scene::VplSum,
         vulkan::shaders::{MODULES, Module},
     };
@@ -177,32 +208,35 @@ mod tests {
             ("sensor", vec!["", "sampled"]),
             ("sensor", vec!["indirect", "sampled"]),
         ];
-        let trees = ["", "tree", "cutout", "instanced"];
-        let kernels = RayKernel::ALL
-            .into_iter()
-            .flat_map(|kernel| trees.map(|tree| (kernel.name(), tree)));
-        let is_there = |&(kernel, tree): &(&str, &str)| kernel != "query" || tree != "tree";
-        let kernels: Vec<_> = kernels.filter(is_there).collect();
-        for &(kernel, tree) in &kernels {
-            for (brdf, receiver) in [
-                ("lambert", "matte"),
-                ("phong", "matte"),
-                ("phong", "glossy"),
-            ] {
-                let shadings = shadings.iter();
-                let has = |shading: &str| tree != "cutout" || shading == "detailed";
-                for [shading, texture] in shadings.filter(|[shading, _]| has(shading)) {
-                    let words =
-                        |phasors| vec![brdf, receiver, shading, texture, phasors, kernel, tree];
-                    requested.extend(["", "phasors"].map(|word| ("final_gather", words(word))));
+        for tracer in ["kernel", "query"] {
+            for geometry in ["", "cutout", "instanced"] {
+                let words = |find| ("trace", vec![find, tracer, geometry]);
+                requested.extend(["any", "closest"].map(words));
+            }
+        }
+        requested.push(("light_rays", vec!["emit"]));
+        requested.extend(["", "lens"].map(|lens| ("primary_rays", vec!["emit", lens])));
+        for (brdf, receiver) in [
+            ("lambert", "matte"),
+            ("phong", "matte"),
+            ("phong", "glossy"),
+        ] {
+            requested.push(("final_gather_emit", vec![brdf, receiver]));
+            for phasors in ["", "phasors"] {
+                for pass in ["final_gather_draw", "final_gather_sum"] {
+                    requested.push((pass, vec![brdf, receiver, phasors]));
+                }
+                for instanced in ["", "instanced"] {
+                    let words = |[shading, texture]: [&'static str; 2]| {
+                        let words = vec![brdf, receiver, shading, texture, phasors, instanced];
+                        ("final_gather_shade", words)
+                    };
+                    requested.extend(shadings.map(words));
                 }
             }
-            requested.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel, tree])));
-            let words = |lens| ("primary_rays", vec!["trace", lens, kernel, tree]);
-            requested.extend(["", "lens"].map(words));
-            let words = |light| ("light_rays", vec!["trace", light, kernel, tree]);
-            requested.extend(["central", "parallel"].map(words));
         }
+        let kinds = ["point", "spot", "directional", "pattern", "projector"];
+        requested.extend(kinds.map(|kind| ("direct_emit", vec![kind])));
         for brdf in brdfs {
             for pass in ["gbuffer", "rsm"] {
                 let words =
@@ -211,21 +245,24 @@ mod tests {
                 requested.push(words(["detailed", "cutout"]));
             }
             for [shading, texture] in shadings {
-                let words = |lens| ("primary_rays", vec!["shade", lens, brdf, shading, texture]);
-                requested.extend(["", "lens"].map(words));
-                let words =
-                    |phasors| ("light_rays", vec!["shade", brdf, shading, texture, phasors]);
-                requested.extend(["", "phasors"].map(words));
+                for instanced in ["", "instanced"] {
+                    let words = |first, other| vec!["shade", first, brdf, shading, texture, other];
+                    let rays = |lens| ("primary_rays", words(lens, instanced));
+                    requested.extend(["", "lens"].map(rays));
+                    let rays = |phasors| {
+                        let words = [words("", phasors), vec![instanced]].concat();
+                        ("light_rays", words)
+                    };
+                    requested.extend(["", "phasors"].map(rays));
+                }
             }
-            for kind in ["point", "spot", "directional", "pattern", "projector"] {
-                let words = |&(kernel, tree)| ("direct", vec![kind, brdf, kernel, tree]);
-                requested.extend(kernels.iter().map(words));
-                requested.push(("direct", vec![kind, brdf]));
-            }
-            for kind in ["point", "spot", "pattern", "projector"] {
-                let words = |&(kernel, tree)| ("direct", vec![kind, brdf, "phasors", kernel, tree]);
-                requested.extend(kernels.iter().map(words));
-                requested.push(("direct", vec![kind, brdf, "phasors"]));
+            for kind in kinds {
+                for shadow in ["map", "rays"] {
+                    requested.push(("direct", vec![kind, brdf, shadow]));
+                    if kind != "directional" {
+                        requested.push(("direct", vec![kind, brdf, "phasors", shadow]));
+                    }
+                }
             }
             requested.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
             requested.push(("vpl", vec!["count", brdf]));

@@ -4,15 +4,19 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::{Context, gbuffer::GBuffer, hits::HitSurfaces, rays::RayTriangles};
+use super::{
+    Context,
+    gbuffer::GBuffer,
+    hits::HitSurfaces,
+    rays::RayTriangles,
+    trace::{Find, no_list},
+};
 use crate::{
-    Error, RayKernel, Result,
+    Result,
     output::per_pixel,
     plan::Plan,
     scene::Camera,
-    vulkan::{
-        Allocate, Buffer, BufferUse, CommandPool, Recorder, Resource, shaders::PrimaryRayParameters,
-    },
+    vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, shaders::PrimaryRayParameters},
 };
 
 /// Declares the memory for the lens of a plan.
@@ -40,49 +44,56 @@ pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc
 
 /// Fills the G-buffer with the surfaces as seen from `view`, through points at `offset_px` from the pixels' centres.
 pub(crate) fn draw(
-    recorder: &mut Recorder,
     context: &Context,
-    kernel: RayKernel,
     (tree, surfaces): (&RayTriangles, &HitSurfaces),
     (view, lens, offset_px): (&Buffer, Option<&Buffer>, DVec2),
     gbuffer: &GBuffer,
 ) -> Result<()> {
-    let (plan, pipelines) = (context.plan, context.pipelines);
-    let seen = gbuffer.seen_triangles.as_ref();
-    let seen = seen.ok_or_else(|| Error::internal("the G-buffer is not for rays"))?;
+    let plan = context.plan;
     let lens_word = if plan.has_distortion { "lens" } else { "" };
-    let trace_words = ["trace", lens_word, kernel.name(), tree.kernel_word()];
-    let trace = pipelines.compute("primary_rays", &trace_words)?;
     let [shading, textured] = plan.shading_words();
-    let shade = pipelines.compute(
-        "primary_rays",
-        &["shade", lens_word, plan.brdf_word(), shading, textured],
-    )?;
-    let mut resources = vec![
-        ("view", Resource::Buffer(view)),
-        ("seen_triangles", Resource::Buffer(seen)),
+    let shade_words = [
+        "shade",
+        lens_word,
+        plan.brdf_word(),
+        shading,
+        textured,
+        plan.instance_word(),
     ];
+    let mut resources = vec![("view", Resource::Buffer(view))];
     resources.extend(lens.map(|lens| ("lens_rays", Resource::Buffer(lens))));
     resources.extend(tree.resources());
     resources.extend(surfaces.resources());
     let (mesh_ends, mesh_count) = surfaces.mesh_ends();
     resources.push(("mesh_ends", mesh_ends));
     resources.extend(gbuffer.resources());
-    let [width, height] = plan.resolution_px;
-    let parameters = PrimaryRayParameters {
-        resolution_px: [width, height],
-        material_count: context.scene.materials.len() as u32,
-        mesh_count,
-        offset_px: offset_px.as_vec2().to_array(),
-    };
-    recorder.prepare_images(&gbuffer.colors());
-    recorder.pass("primary_rays", |recorder| {
-        let columns = width.div_ceil(trace.module.constant("TILE_COLUMNS")?);
-        let rows = height.div_ceil(trace.module.constant("TILE_ROWS")?);
-        recorder.dispatch(&trace, &resources, &parameters, [columns, rows, 1])?;
-        recorder.barrier();
-        let [x, y, _] = shade.module.workgroup_size;
-        let groups = [width.div_ceil(x), height.div_ceil(y), 1];
-        recorder.dispatch(&shade, &resources, &parameters, groups)
-    })
+    let [width, _] = plan.resolution_px;
+    context.record(|recorder| {
+        recorder.prepare_images(&gbuffer.colors());
+        Ok(())
+    })?;
+    for [first_row, row_end] in context.row_ranges() {
+        let parameters = PrimaryRayParameters {
+            resolution_px: plan.resolution_px,
+            material_count: context.scene.materials.len() as u32,
+            mesh_count,
+            offset_px: offset_px.as_vec2().to_array(),
+            first_row,
+            row_end,
+        };
+        let dispatch = |words: &[&str]| {
+            let list = context.rays.borrow();
+            let mut resources = resources.clone();
+            resources.extend(list.as_ref().ok_or_else(no_list)?.resources());
+            let kernel = ("primary_rays", words);
+            let size = [width, row_end - first_row];
+            context.record(|recorder| {
+                context.dispatch_image(recorder, kernel, &resources, &parameters, size)
+            })
+        };
+        dispatch(&["emit", lens_word])?;
+        tree.trace(context, Find::Closest, 0..width * (row_end - first_row))?;
+        dispatch(&shade_words)?;
+    }
+    Ok(())
 }

@@ -4,28 +4,22 @@ use std::{iter, sync::Arc};
 
 use glam::DAffine3;
 
-use super::instances::{Instances, rows_of};
-use super::textures::{Textures, alpha_cutoff, halves_of_first_word};
+use super::instances::Instances;
+use super::textures::{Textures, halves_of_first_word};
 use crate::{
-    RayKernel, Result, Scene,
+    Result, Scene, Tracer,
     geometry::{Geometry, GeometrySize, PlacedMesh, SharedMesh},
     local_space::LocalSpace,
     ray_tree::{
-        HEADER_TEXELS, MeshTrees, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance,
-        corners_of, corners_of_placed, max_box_texels, max_triangle_texels, triangle_texels_in,
+        Cutouts, HostTracer, MeshTrees, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance,
+        alpha_cutoff, alpha_textures, corners_of, corners_of_placed, max_box_texels, rows_of,
+        triangle_texels_in,
     },
-    scene::{Mesh, TextureLookup},
     vulkan::{
         AccelerationStructure, Allocate, BufferUse, CommandPool, InstancedTriangles, Resource,
         TexelList,
     },
 };
-
-/// Loop iterations in which a packet traverses a tree, per halving of its nodes. This is about seven times what the knot scene
-/// takes, as estimated from the boxes that its rays test.
-const TREE_ITERATIONS: f64 = 240.0;
-/// The same for the smallest trees, per node: a lane tests its eight rays two at a time.
-const NODE_ITERATIONS: f64 = 5.0;
 
 /// Approximate bytes of an acceleration structure per triangle. Building it takes the same again.
 const STRUCTURE_BYTES: u64 = 128;
@@ -33,12 +27,11 @@ const STRUCTURE_BYTES: u64 = 128;
 /// Texels per triangle with cut-outs.
 const CUTOUT_TEXELS: u64 = 3;
 
-/// The lists in which `shaders/trace.wgsl` finds a scene's triangles.
+/// The lists in which `shaders/hit_triangle.wgsl` finds a scene's triangles, and what leads rays to them.
 pub(crate) struct RayTriangles {
     pub instances: Arc<Instances>,
     is_instanced: bool,
     triangles: TexelList,
-    triangle_count: u32,
     found_by: Finder,
     /// Only if some triangle has cut-outs.
     alpha_textures: Option<Arc<Textures>>,
@@ -46,48 +39,38 @@ pub(crate) struct RayTriangles {
 
 /// What leads rays to triangles.
 enum Finder {
-    Tree {
-        boxes: TexelList,
-        node_count: u32,
-        group_count: u32,
-    },
+    Host(Box<HostTracer>),
+    /// The boxes of a ray tree.
+    Kernel(TexelList),
     Device(Box<AccelerationStructure>),
 }
 
 /// Declares the memory for the triangles of a scene.
-pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, kernel: RayKernel) -> Result<()> {
+pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, tracer: Tracer) -> Result<()> {
     let size = GeometrySize::of(scene);
     let triangles = size.triangles;
     let with_cutouts = scene.meshes.iter().filter(|_| scene.has_cutouts());
     let alpha = with_cutouts.flat_map(|instance| alpha_textures(scene, instance));
     let of_cutouts = CUTOUT_TEXELS * alpha.flatten().count() as u64;
-    let texels = max_triangle_texels(triangles) + of_cutouts;
+    let texels = TRIANGLE_TEXELS as u64 * triangles + of_cutouts;
     TexelList::declare(allocate, "triangles for rays", texels)?;
-    if kernel == RayKernel::Query {
-        let what = "acceleration structure";
-        allocate.buffer(what, triangles * STRUCTURE_BYTES, BufferUse::Device)?;
-        allocate.buffer(what, triangles * STRUCTURE_BYTES, BufferUse::Staging)?;
-        return Ok(());
+    match tracer {
+        Tracer::Host => Ok(()),
+        Tracer::Query => {
+            let what = "acceleration structure";
+            allocate.buffer(what, triangles * STRUCTURE_BYTES, BufferUse::Device)?;
+            allocate.buffer(what, triangles * STRUCTURE_BYTES, BufferUse::Staging)?;
+            Ok(())
+        }
+        Tracer::Kernel => {
+            let texels = max_box_texels(triangles, size.shared_instances);
+            TexelList::declare(allocate, "boxes for rays", texels)
+        }
     }
-    TexelList::declare(
-        allocate,
-        "boxes for rays",
-        max_box_texels(triangles, size.shared_instances),
-    )
-}
-
-/// The alpha texture of each triangle of a mesh. A mesh without texture coordinates has no cut-outs.
-fn alpha_textures<'s>(
-    scene: &'s Scene,
-    mesh: &'s Mesh,
-) -> impl Iterator<Item = Option<TextureLookup>> + 's {
-    let materials = mesh.triangle_materials.iter();
-    let alpha = |&material: &u32| scene.materials[material as usize].alpha_texture;
-    materials.map(move |material| alpha(material).filter(|lookup| mesh.shows(lookup)))
 }
 
 /// For each triangle in the scene's space: 1 + its place among those with cut-outs, or 0. Also returns the triangles with cut-outs,
-/// as the list of `shaders/trace.wgsl`.
+/// as the list of `shaders/hit_triangle.wgsl`.
 fn cutouts_of(
     scene: &Scene,
     geometry: &Geometry,
@@ -138,7 +121,8 @@ fn by_tree(
     geometry: &Geometry,
     space: &LocalSpace,
     cutouts: &[u32],
-    trees: &mut MeshTrees,
+    (trees, host_cutouts): (&mut MeshTrees, Option<Cutouts>),
+    is_for_host: bool,
 ) -> Result<Made> {
     let to_local = geometry.shared.iter().map(|mesh| placements(mesh, space));
     let to_local: Vec<Vec<DAffine3>> = to_local.collect();
@@ -156,12 +140,12 @@ fn by_tree(
     });
     let shared: Vec<SharedTree> = shared.collect();
     let tree = RayTree::over(&scene, &shared);
+    let found_by = match is_for_host {
+        true => Finder::Host(HostTracer::over(&scene, &shared, host_cutouts).into()),
+        false => Finder::Kernel(TexelList::new(commands, "boxes for rays", tree.boxes)?),
+    };
     Ok(Made {
-        found_by: Finder::Tree {
-            node_count: (tree.boxes.len() - HEADER_TEXELS) as u32,
-            group_count: tree.group_count,
-            boxes: TexelList::new(commands, "boxes for rays", tree.boxes)?,
-        },
+        found_by,
         triangles: tree.triangles,
         instances: tree.instances,
         node_count: tree.node_count,
@@ -234,13 +218,19 @@ impl RayTriangles {
         geometry: &Geometry,
         space: &LocalSpace,
         textures: &Arc<Textures>,
-        (kernel, trees): (RayKernel, &mut MeshTrees),
+        (tracer, trees): (Tracer, &mut MeshTrees),
     ) -> Result<RayTriangles> {
         let (cutouts, cutout_texels) = cutouts_of(scene, geometry, textures);
         let alpha_textures = (!cutout_texels.is_empty()).then(|| textures.clone());
-        let mut made = match kernel {
-            RayKernel::Query => by_device(commands, geometry, space, &cutouts)?,
-            _ => by_tree(commands, geometry, space, &cutouts, trees)?,
+        let mut made = match tracer {
+            Tracer::Query => by_device(commands, geometry, space, &cutouts)?,
+            Tracer::Host | Tracer::Kernel => {
+                let host_cutouts = || Cutouts::of(scene, geometry);
+                let host_cutouts = (!cutout_texels.is_empty()).then(host_cutouts);
+                let trees = (trees, host_cutouts);
+                let is_for_host = tracer == Tracer::Host;
+                by_tree(commands, geometry, space, &cutouts, trees, is_for_host)?
+            }
         };
         let triangle_count = made.triangles.len() / TRIANGLE_TEXELS;
         if let Some(numbers) = made.triangles.get_mut(3) {
@@ -253,41 +243,32 @@ impl RayTriangles {
             instances: Arc::new(Instances::upload(commands, geometry, space, in_trees)?),
             triangles: TexelList::new(commands, "triangles for rays", made.triangles)?,
             is_instanced: !instances.is_empty(),
-            triangle_count: triangle_count as u32,
             found_by: made.found_by,
             alpha_textures,
         })
     }
 
-    /// The word of the kernels that trace rays among these triangles.
-    pub fn kernel_word(&self) -> &'static str {
+    /// The words of the kernel that traces rays among these triangles.
+    pub fn tracer_word(&self) -> &'static str {
         match self.found_by {
-            _ if self.is_instanced => "instanced",
-            _ if self.alpha_textures.is_some() => "cutout",
-            Finder::Tree {
-                node_count: 1.., ..
-            } => "tree",
-            _ => "",
+            Finder::Device(_) => "query",
+            Finder::Host(_) | Finder::Kernel(_) => "kernel",
         }
     }
 
-    /// Expected loop iterations for tracing the rays of a lane: eight rays, or two with `single` and `query`.
-    /// This is not a bound, but real counts are expected to stay far below it.
-    pub fn loop_iterations(&self, kernel: RayKernel) -> f64 {
-        let (groups, nodes) = match self.found_by {
-            Finder::Tree {
-                group_count,
-                node_count,
-                ..
-            } => (f64::from(group_count), f64::from(node_count)),
-            Finder::Device(_) => (0.0, 2.0 * f64::from(self.triangle_count)),
-        };
-        let in_tree = (TREE_ITERATIONS * (nodes + 1.0).log2()).min(NODE_ITERATIONS * nodes);
-        in_tree
-            + match kernel {
-                RayKernel::Packet => groups,
-                RayKernel::Single | RayKernel::Query => 8.0 * groups,
-            }
+    pub fn geometry_word(&self) -> &'static str {
+        match self.alpha_textures {
+            _ if self.is_instanced => "instanced",
+            Some(_) => "cutout",
+            None => "",
+        }
+    }
+
+    pub fn host_tracer(&self) -> Option<&HostTracer> {
+        match &self.found_by {
+            Finder::Host(tracer) => Some(tracer),
+            _ => None,
+        }
     }
 
     /// The lists with their names in the shaders.
@@ -295,13 +276,14 @@ impl RayTriangles {
         let mut resources = vec![
             self.instances.resource(),
             ("ray_triangles", self.triangles.resource()),
-            match &self.found_by {
-                Finder::Tree { boxes, .. } => ("ray_boxes", boxes.resource()),
-                Finder::Device(structure) => {
-                    ("ray_scene", Resource::AccelerationStructure(structure))
-                }
-            },
         ];
+        resources.extend(match &self.found_by {
+            Finder::Host(_) => None,
+            Finder::Kernel(boxes) => Some(("ray_boxes", boxes.resource())),
+            Finder::Device(structure) => {
+                Some(("ray_scene", Resource::AccelerationStructure(structure)))
+            }
+        });
         let textures = self.alpha_textures.as_ref();
         resources.extend(textures.and_then(|textures| textures.resource()));
         resources

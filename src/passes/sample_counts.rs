@@ -95,13 +95,13 @@ impl SampleCounts {
         Ok(())
     }
 
-    /// The number of packets that each receiver takes, as the host has read it back.
-    pub fn packets(&self, range: ReceiverRange) -> Result<Vec<u32>> {
+    /// The packets that each receiver takes, as the host has read them back: the first one, and the one after the last.
+    pub fn ranges(&self, range: ReceiverRange) -> Result<Vec<(u32, u32)>> {
         let ranges = self.readback.mapped::<u32>(self.capacity as usize)?;
         let ranges = &ranges[range.first as usize..][..range.count as usize];
         Ok(ranges
             .iter()
-            .map(|range| (range >> 16) - (range & 0xffff))
+            .map(|range| (range & 0xffff, range >> 16))
             .collect())
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     Result, Scene,
-    scene::{Filter, Material, Texels, Texture, TextureLookup, TextureRole, Wrap},
+    scene::{Filter, Texels, Texture, TextureLookup, TextureRole, Wrap},
     vulkan::{CommandPool, Declarations, Resource, WordList, shaders},
 };
 
@@ -121,12 +121,6 @@ impl Textures {
         let texels = self.texels.as_ref()?;
         Some(("texels", texels.resource()))
     }
-}
-
-/// The cutoff of a material's alpha on the device. Texels that equal the cutoff stay, whatever f32 rounds.
-pub(crate) fn alpha_cutoff(material: &Material) -> f32 {
-    const ROUNDING: f64 = 3e-7;
-    (material.alpha_cutoff - ROUNDING) as f32
 }
 
 fn looked_up(places: &[shaders::Texture], texture: Option<TextureLookup>) -> shaders::Texture {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{GatherPlan, LightPlan, Plan, RayKernel, ShadowPlan, TofPlan};
+use super::{GatherPlan, LightPlan, Plan, ShadowPlan, TofPlan, Tracer};
 use crate::scene::{ErrorNorm, PixelSampling};
 
 impl fmt::Display for Plan {
@@ -10,18 +10,14 @@ impl fmt::Display for Plan {
         let [width, height] = self.resolution_px;
         let brdf = self.brdf_name();
         writeln!(f, "passes")?;
-        match self.primary_rays {
-            None => writeln!(f, "  gbuffer    {width} x {height} px, {brdf}")?,
-            Some(kernel) => {
+        match self.has_primary_rays {
+            false => writeln!(f, "  gbuffer    {width} x {height} px, {brdf}")?,
+            true => {
                 let why = match self.has_distortion {
                     true => "the lens distorts the image",
                     false => "the device's rasteriser is coarse",
                 };
-                let kernel = kernel.name();
-                writeln!(
-                    f,
-                    "  primary_rays  {width} x {height} px, {brdf}, kernel {kernel}: {why}"
-                )?;
+                writeln!(f, "  primary_rays  {width} x {height} px, {brdf}: {why}")?;
             }
         }
         for (index, light) in self.lights.iter().enumerate() {
@@ -30,13 +26,11 @@ impl fmt::Display for Plan {
             if let Some(size) = self.rsm_size() {
                 writeln!(f, "  rsm        {}", map(size))?;
             }
-            let mut rays = String::new();
+            let mut rays = "";
             match light.shadow {
                 ShadowPlan::Rsm { .. } => writeln!(f, "             read by the shadow test too")?,
                 ShadowPlan::Map { size } => writeln!(f, "  shadow     {}", map(size))?,
-                ShadowPlan::Rays(kernel) => {
-                    rays = format!(", shadow rays, kernel {}", kernel.name());
-                }
+                ShadowPlan::Rays => rays = ", shadow rays",
             }
             writeln!(f, "  direct     light {index}, {brdf}{rays}")?;
         }
@@ -66,12 +60,8 @@ impl fmt::Display for Plan {
                         "interpolation error",
                     )
                 }
-                GatherPlan::FinalGather { kernel } => {
-                    let kernel = kernel.name();
-                    (
-                        format!("final_gather  visibility by rays, kernel {kernel}"),
-                        "target error",
-                    )
+                GatherPlan::FinalGather => {
+                    ("final_gather  visibility by rays".into(), "target error")
                 }
             };
             let mut aim = target.map_or(String::new(), |target| format!(", {error} {target}"));
@@ -113,6 +103,10 @@ impl fmt::Display for Plan {
                 "             with phasors of {frequency_count} frequencies, {phase_count} phase images each"
             )?;
         }
+        if let Some(tracer) = self.tracer {
+            let (name, at_once) = (tracer.name(), self.rays_at_once);
+            writeln!(f, "  trace      by {name}, up to {at_once} rays at a time")?;
+        }
         if self.joule_per_irradiance.is_some() {
             let aperture = self.irradiance_per_radiance;
             let vignetting = aperture.map_or("", |_| "     behind an aperture, cos⁴");
@@ -137,12 +131,9 @@ impl fmt::Display for Plan {
                 "shared meshes: no large mesh has several instances or an instance with a transform",
             ),
             (has_maps, "shadow maps: rays find shadows"),
+            (self.tracer.is_some(), "ray tree (BVH): nothing casts rays"),
             (
-                self.ray_kernel().is_some(),
-                "ray tree (BVH): nothing casts rays",
-            ),
-            (
-                self.ray_kernel() != Some(RayKernel::Query),
+                self.tracer != Some(Tracer::Query),
                 "ray tree (BVH): the device has its own",
             ),
             (!self.lights.is_empty(), "lights: none emits anything"),

@@ -5,58 +5,58 @@ use crate::{
     vulkan::{DeviceInfo, DeviceKind},
 };
 
-/// How rays find triangles. `Packet` and `Single` test large triangles separately; each lane traverses a tree over the others on its own.
+/// What finds the triangles that rays hit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RayKernel {
-    /// Traces the rays of a subgroup of eight lanes together: each lane prepares one triangle and broadcasts it.
-    Packet,
-    /// Traces the rays of each lane separately. Runs on any Vulkan 1.3 device.
-    Single,
-    /// Uses the device's ray tracing units (`VK_KHR_ray_query`): each ray separately, among all triangles.
+pub enum Tracer {
+    /// The host, with all its cores. Only for devices that are the host's processor: their memory is the host's.
+    Host,
+    /// The device's ray tracing units (`VK_KHR_ray_query`).
     Query,
+    /// A kernel that searches a ray tree. Runs on any Vulkan 1.3 device.
+    Kernel,
 }
 
-impl RayKernel {
-    pub const ALL: [RayKernel; 3] = [RayKernel::Packet, RayKernel::Single, RayKernel::Query];
+impl Tracer {
+    pub const ALL: [Tracer; 3] = [Tracer::Host, Tracer::Query, Tracer::Kernel];
 
-    /// The word of the shader permutation.
     pub fn name(self) -> &'static str {
         match self {
-            RayKernel::Packet => "packet",
-            RayKernel::Single => "single",
-            RayKernel::Query => "query",
+            Tracer::Host => "host",
+            Tracer::Query => "query",
+            Tracer::Kernel => "kernel",
         }
     }
 
-    /// Whether the kernel gives right results on the device. `Packet` needs eight lanes.
     pub fn runs_on(self, device: &DeviceInfo) -> bool {
         match self {
-            RayKernel::Packet => device.limits.broadcast_lanes == Some(8),
-            RayKernel::Single => true,
-            RayKernel::Query => device.has_ray_query,
+            Tracer::Host => device.kind == DeviceKind::Cpu,
+            Tracer::Query => device.has_ray_query,
+            Tracer::Kernel => true,
         }
     }
 
-    /// This kernel, if it runs on the device.
+    /// This tracer, if it runs on the device.
     pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
-        if self == RayKernel::Query && !device.has_ray_query {
-            return Err(Error::NoDevice {
-                problem: format!(
-                    "{} has no VK_KHR_ray_query, which the tracer query needs",
-                    device.name
-                ),
-                hint: "leave the choice to the renderer, or choose another device".into(),
-            });
+        if self.runs_on(device) {
+            return Ok(self);
         }
-        fitting(self, self.runs_on(device), "ray", self.name(), device)
+        let name = &device.name;
+        let problem = match self {
+            Tracer::Host => {
+                format!("{name} is not the host's processor, whose memory the tracer host needs")
+            }
+            _ => format!("{name} has no VK_KHR_ray_query, which the tracer query needs"),
+        };
+        Err(Error::NoDevice {
+            problem,
+            hint: "leave the choice to the renderer, or choose another device".into(),
+        })
     }
 
-    /// The fastest kernel that runs on the device. `Query` is skipped on CPU drivers, which have no ray tracing units.
+    /// The fastest one that runs on the device.
     pub fn best_for(device: &DeviceInfo) -> Self {
-        let own = [RayKernel::Query, RayKernel::Packet, RayKernel::Single];
-        let first = usize::from(device.kind == DeviceKind::Cpu);
-        let running = own[first..].iter().find(|kernel| kernel.runs_on(device));
-        running.copied().unwrap_or(RayKernel::Single)
+        let running = Self::ALL.into_iter().find(|tracer| tracer.runs_on(device));
+        running.unwrap_or(Tracer::Kernel)
     }
 }
 
@@ -98,7 +98,21 @@ impl GatherKernel {
 
     /// This kernel, if it runs on the device.
     pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
-        fitting(self, self.runs_on(device), "gather", self.name(), device)
+        if self.runs_on(device) {
+            return Ok(self);
+        }
+        let lanes = match device.limits.broadcast_lanes {
+            Some(lanes) => format!("the {lanes} lanes of a subgroup"),
+            None => "subgroups whose lanes do not broadcast".into(),
+        };
+        Err(Error::NoDevice {
+            problem: format!(
+                "the gather kernel {} cannot run with {lanes} of {}",
+                self.name(),
+                device.name
+            ),
+            hint: "leave the choice to the renderer, or choose another device".into(),
+        })
     }
 
     /// The fastest kernel for the device. From workgroup memory, lavapipe does one scalar load per lane; GPUs do one load for all lanes.
@@ -107,21 +121,4 @@ impl GatherKernel {
         let best = running.filter(|_| device.kind == DeviceKind::Cpu);
         best.unwrap_or(GatherKernel::Tile)
     }
-}
-
-fn fitting<K>(kernel: K, runs: bool, what: &str, name: &str, device: &DeviceInfo) -> Result<K> {
-    if runs {
-        return Ok(kernel);
-    }
-    let lanes = match device.limits.broadcast_lanes {
-        Some(lanes) => format!("the {lanes} lanes of a subgroup"),
-        None => "subgroups whose lanes do not broadcast".into(),
-    };
-    Err(Error::NoDevice {
-        problem: format!(
-            "the {what} kernel {name} cannot run with {lanes} of {}",
-            device.name
-        ),
-        hint: "leave the choice to the renderer, or choose another device".into(),
-    })
 }

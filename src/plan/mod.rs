@@ -4,7 +4,7 @@ mod display;
 mod kernels;
 mod steps;
 
-pub use kernels::{GatherKernel, RayKernel};
+pub use kernels::{GatherKernel, Tracer};
 pub(crate) use steps::GridStep;
 
 use crate::{
@@ -15,7 +15,7 @@ use crate::{
         DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling,
         PlacedLight, Scene, Shadow, TextureLookup, TextureRole, VplSum,
     },
-    vulkan::{DeviceInfo, shaders::most_storage_images},
+    vulkan::{DeviceInfo, DeviceKind, shaders::most_storage_images},
 };
 
 /// Bounds of the edge of the shared shadow map, texels. Lights whose RSM is too coarse share this map.
@@ -29,6 +29,11 @@ const RAY_GRID_POINTS: u32 = 50;
 const SUM_GRID_POINTS: u32 = 25;
 /// Texels along the edge of a tile, if the scene sets the size of the RSM for final gathering.
 const RSM_TEXELS_PER_TILE: u32 = 8;
+/// Most rays in memory at a time. More do not make a device faster, but a CPU loses them from its caches.
+const MAX_RAYS_OF_CPU: u64 = 1 << 19;
+const MAX_RAYS_OF_GPU: u64 = 1 << 22;
+/// Memory of a ray, what it hits and what it contributes.
+const BYTES_PER_RAY: u64 = 80;
 /// Most tiles along the edge of a face.
 const MAX_TILES: u32 = 32;
 
@@ -53,8 +58,12 @@ pub struct Plan {
     pub has_distortion: bool,
     /// How light is averaged over the pixels.
     pub pixel_sampling: Option<PixelSampling>,
-    /// How rays find what the camera sees; `None`: the rasteriser does.
-    pub primary_rays: Option<RayKernel>,
+    /// Rays find what the camera sees, and not the rasteriser.
+    pub has_primary_rays: bool,
+    /// What finds the triangles that rays hit; `None` if nothing casts rays.
+    pub tracer: Option<Tracer>,
+    /// Most rays that are in memory at a time.
+    pub(crate) rays_at_once: u32,
     pub lights: Vec<LightPlan>,
     /// Sets of images for what lights see: one per light if they fit, else one that the lights use one after the other.
     pub map_sets: u32,
@@ -108,7 +117,7 @@ pub enum ShadowPlan {
     /// In the light's own map. The size is the edge of a face, texels.
     Map { size: u32 },
     /// With rays among all triangles.
-    Rays(RayKernel),
+    Rays,
 }
 
 impl LightPlan {
@@ -131,7 +140,7 @@ impl ShadowPlan {
     pub fn map_size(self) -> Option<u32> {
         match self {
             ShadowPlan::Rsm { size } | ShadowPlan::Map { size } => Some(size),
-            ShadowPlan::Rays(_) => None,
+            ShadowPlan::Rays => None,
         }
     }
 
@@ -139,7 +148,7 @@ impl ShadowPlan {
     pub(crate) fn own_map_size(self) -> Option<u32> {
         match self {
             ShadowPlan::Map { size } => Some(size),
-            ShadowPlan::Rsm { .. } | ShadowPlan::Rays(_) => None,
+            ShadowPlan::Rsm { .. } | ShadowPlan::Rays => None,
         }
     }
 }
@@ -162,7 +171,7 @@ pub enum GatherPlan {
     /// The sum over all VPLs, without visibility.
     VplSum { sum: VplSum, kernel: GatherKernel },
     /// Rays from P and rays to VPLs.
-    FinalGather { kernel: RayKernel },
+    FinalGather,
 }
 
 /// Which pixels are gathered; the others are interpolated.
@@ -186,7 +195,7 @@ impl IndirectPlan {
     pub fn sum(&self) -> Option<VplSum> {
         match self.gather {
             GatherPlan::VplSum { sum, .. } => Some(sum),
-            GatherPlan::FinalGather { .. } => None,
+            GatherPlan::FinalGather => None,
         }
     }
 
@@ -197,7 +206,7 @@ impl IndirectPlan {
 
     /// Whether rays find visibility.
     pub fn is_final_gather(&self) -> bool {
-        matches!(self.gather, GatherPlan::FinalGather { .. })
+        matches!(self.gather, GatherPlan::FinalGather)
     }
 }
 
@@ -238,9 +247,9 @@ impl Plan {
             refinement: planned_refinement(indirect, scene.camera.resolution_px),
             has_stderr_layer: indirect.stderr_layer().unwrap_or(false),
         });
-        let primary_rays = planned_primary_rays(scene, device);
+        let has_primary_rays = has_primary_rays(scene, device);
         // If something casts rays anyway, they cost less than a map, and their shadows are exact.
-        let has_rays = primary_rays.is_some() || indirect.is_some_and(|i| i.is_final_gather());
+        let has_rays = has_primary_rays || indirect.is_some_and(|i| i.is_final_gather());
         // Rays are also used where the test by a map would be wrong. It takes a triangle with cut-outs as whole.
         // It sees all from one point, but a light with an area shines from many. It names a triangle, but not its instance.
         let has_rays = has_rays || has_cutouts || scene.has_area_light() || has_shared_meshes;
@@ -251,7 +260,7 @@ impl Plan {
         // The shadow test uses the RSM's positions if they are as dense as those of a plain map: 64² texels would miss
         // what is smaller than twenty pixels.
         let shadow = match (shadow, indirect.and_then(|indirect| indirect.rsm_size())) {
-            (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
+            (Shadow::Rays, _) => ShadowPlan::Rays,
             (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
             (Shadow::Map, _) => ShadowPlan::Map { size: fine_enough },
         };
@@ -266,7 +275,7 @@ impl Plan {
             },
             shadow,
         });
-        Ok(Plan {
+        let mut plan = Plan {
             resolution_px: scene.camera.resolution_px,
             is_specular: meshes().any(|mesh| is_specular(mesh)),
             is_smooth: is_detailed || has_cutouts || meshes().any(|mesh| !mesh.normals.is_empty()),
@@ -276,7 +285,9 @@ impl Plan {
             has_shared_meshes,
             has_distortion: scene.camera.distortion().is_some(),
             pixel_sampling: scene.camera.pixel_sampling,
-            primary_rays,
+            has_primary_rays,
+            tracer: None,
+            rays_at_once: 0,
             lights: lights.collect(),
             map_sets: 1,
             image_block_rows: device.quirks.image_block_rows,
@@ -291,27 +302,22 @@ impl Plan {
                 let target = scene.indirect.and_then(|indirect| indirect.target_error());
                 target.unwrap_or(DEFAULT_TARGET_ERROR)
             }),
-        })
+        };
+        if plan.casts_rays() {
+            plan.tracer = Some(Tracer::best_for(device));
+            plan.rays_at_once = rays_at_once(&plan, device);
+        }
+        Ok(plan)
     }
 
-    /// Changes how rays find triangles.
+    /// Changes what finds the triangles that rays hit, if anything casts rays.
     ///
     /// # Errors
-    /// [`Error::NoDevice`](crate::Error::NoDevice) if that kernel does not run on the device.
-    pub fn trace_by(&mut self, chosen: RayKernel, device: &DeviceInfo) -> Result<()> {
+    /// [`Error::NoDevice`](crate::Error::NoDevice) if that tracer does not run on the device.
+    pub fn trace_by(&mut self, chosen: Tracer, device: &DeviceInfo) -> Result<()> {
         let chosen = chosen.checked_for(device)?;
-        if let Some(GatherPlan::FinalGather { kernel }) =
-            self.indirect.as_mut().map(|indirect| &mut indirect.gather)
-        {
-            *kernel = chosen;
-        }
-        if let Some(kernel) = &mut self.primary_rays {
-            *kernel = chosen;
-        }
-        for light in &mut self.lights {
-            if let ShadowPlan::Rays(kernel) = &mut light.shadow {
-                *kernel = chosen;
-            }
+        if let Some(tracer) = &mut self.tracer {
+            *tracer = chosen;
         }
         Ok(())
     }
@@ -319,6 +325,15 @@ impl Plan {
     /// The permutation word that says whether there is a specular term.
     pub(crate) fn brdf_word(&self) -> &'static str {
         if self.is_specular { "phong" } else { "lambert" }
+    }
+
+    /// The permutation word that says whether what rays hit may be an instance of a shared mesh.
+    pub(crate) fn instance_word(&self) -> &'static str {
+        if self.has_shared_meshes {
+            "instanced"
+        } else {
+            ""
+        }
     }
 
     /// Whether kernels read the list of materials.
@@ -370,22 +385,12 @@ impl Plan {
 
     /// Whether the shadow test of some light uses rays.
     pub(crate) fn has_shadow_rays(&self) -> bool {
-        let is_by_rays = |light: &LightPlan| matches!(light.shadow, ShadowPlan::Rays(_));
+        let is_by_rays = |light: &LightPlan| light.shadow == ShadowPlan::Rays;
         self.lights.iter().any(is_by_rays)
     }
 
-    /// How rays find triangles; `None` if nothing casts rays.
-    pub fn ray_kernel(&self) -> Option<RayKernel> {
-        let of_light = |light: &LightPlan| match light.shadow {
-            ShadowPlan::Rays(kernel) => Some(kernel),
-            _ => None,
-        };
-        let of_gather = match self.bounce().map(|indirect| indirect.gather) {
-            Some(GatherPlan::FinalGather { kernel }) => Some(kernel),
-            _ => None,
-        };
-        let of_lights = || self.lights.iter().find_map(of_light);
-        self.primary_rays.or(of_gather).or_else(of_lights)
+    fn casts_rays(&self) -> bool {
+        self.has_primary_rays || self.has_shadow_rays() || self.has_final_gather()
     }
 
     /// Whether the standard error of each pixel's indirect light is requested.
@@ -409,7 +414,7 @@ impl Plan {
 
     /// Whether surfaces are shaded where rays hit them.
     pub(crate) fn shades_hits(&self) -> bool {
-        self.has_final_gather() || self.primary_rays.is_some()
+        self.has_final_gather() || self.has_primary_rays
     }
 
     /// Whether indirect light is gathered by rays.
@@ -445,12 +450,29 @@ pub(crate) fn shading_words(
 
 /// Plans primary rays if the lens bends rays, or if the rasteriser snaps corners to a grid so coarse that it shows wrong
 /// triangles next to edges.
-fn planned_primary_rays(scene: &Scene, device: &DeviceInfo) -> Option<RayKernel> {
+fn has_primary_rays(scene: &Scene, device: &DeviceInfo) -> bool {
     let limits = device.limits;
     let is_coarse = limits.sub_pixel_bits < FINE_SUB_PIXEL_BITS
         && u64::from(limits.max_storage_images) >= most_storage_images(&["primary_rays"]);
-    let is_by_rays = scene.camera.distortion().is_some() || is_coarse;
-    is_by_rays.then(|| RayKernel::best_for(device))
+    scene.camera.distortion().is_some() || is_coarse
+}
+
+/// Most rays that are in memory at a time: enough to fill the device, but at most a tenth of its memory. A row of pixels, and a packet of samples
+/// with its rays to all lights, always fit.
+fn rays_at_once(plan: &Plan, device: &DeviceInfo) -> u32 {
+    let most = match device.kind {
+        DeviceKind::Cpu => MAX_RAYS_OF_CPU,
+        _ => MAX_RAYS_OF_GPU,
+    };
+    let limits = &device.limits;
+    let fitting = (limits.memory_bytes / 10).min(limits.max_storage_buffer_bytes) / BYTES_PER_RAY;
+    let [width, height] = plan.resolution_px.map(u64::from);
+    let (needed, at_least) = match plan.has_final_gather() {
+        true => (most, 64 * (3 + 2 * plan.lights.len() as u64)),
+        false => (width * height, 0),
+    };
+    let count = fitting.min(most).min(needed);
+    count.max(at_least).max(width).min(u32::MAX.into()) as u32
 }
 
 fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {
@@ -459,9 +481,7 @@ fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {
             sum,
             kernel: GatherKernel::best_for(device),
         },
-        None => GatherPlan::FinalGather {
-            kernel: RayKernel::best_for(device),
-        },
+        None => GatherPlan::FinalGather,
     }
 }
 

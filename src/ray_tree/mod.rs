@@ -1,9 +1,13 @@
-//! The scene's triangles as rays test them on the device: the large ones one by one, the others in a ray tree (BVH).
+//! The scene's triangles as rays find them: in a ray tree (BVH) on the device, or in a wider one on the host.
 
+mod cutouts;
+mod host;
 mod kept;
+mod lanes;
 mod mesh_tree;
 mod nodes;
 mod triangles;
+mod wide;
 
 use std::time::Duration;
 
@@ -13,11 +17,13 @@ use obvhs::{
     bvh2::{builder::build_bvh2, node::Bvh2Node},
 };
 
+pub(crate) use cutouts::{Cutouts, alpha_cutoff, alpha_textures};
+pub(crate) use host::{Find, HostTracer};
 pub(crate) use kept::{MeshTrees, corners_of_placed};
 use mesh_tree::MeshTree;
-use mesh_tree::{GROUP, MAX_FACETS};
 use nodes::{LEAF, LEAF_INSTANCE, build_parameters, flatten};
 pub(crate) use triangles::{TRIANGLE_TEXELS, corners_of, triangle_texels_in};
+pub(crate) use wide::Ray;
 
 /// Texels in the list of boxes before the first node.
 pub(crate) const HEADER_TEXELS: usize = 3;
@@ -30,18 +36,9 @@ const BOX_SLACK_OF_SHARED: f32 = 1e-5;
 
 pub(crate) type Texel = [f32; 4];
 
-/// Maximum number of texels for this many triangles. Boxes have fewer.
-pub(crate) fn max_triangle_texels(triangle_count: u64) -> u64 {
-    TRIANGLE_TEXELS as u64 * (triangle_count + GROUP as u64)
-}
-
 /// Maximum number of texels of the boxes over this many triangles and instances: the header, and trees with one of them per leaf.
 pub(crate) fn max_box_texels(triangle_count: u64, instance_count: u64) -> u64 {
-    let in_trees = match triangle_count {
-        0..=MAX_FACETS => instance_count,
-        _ => triangle_count + instance_count,
-    };
-    HEADER_TEXELS as u64 + 2 * in_trees
+    HEADER_TEXELS as u64 + 2 * (triangle_count + instance_count)
 }
 
 /// A shared mesh for a ray tree, which keeps the order of these meshes.
@@ -56,14 +53,12 @@ pub(crate) struct SharedTree<'t> {
 /// The two lists of texels of the ray tree (BVH).
 #[derive(Debug, Default)]
 pub(crate) struct RayTree {
-    /// The header: the number of groups of triangles outside the tree and the number of nodes of the scene's own tree, as [`whole_number`];
-    /// the low corner of that tree's grid; the grid's steps. Then the nodes of that tree, with those over instances at the end. Then the
+    /// The header: the number of nodes of the scene's own tree, as [`whole_number`]; the low corner of that tree's grid; the grid's steps. Then the nodes of that tree, with those over instances at the end. Then the
     /// grid and the nodes of each shared mesh.
     pub boxes: Vec<Texel>,
     /// The triangles as in [`MeshTree`], mesh after mesh.
     pub triangles: Vec<Texel>,
-    pub group_count: u32,
-    /// Nodes of the scene's own tree; 0 if all triangles are outside the tree.
+    /// Nodes of the scene's own tree.
     pub node_count: u32,
     /// The instances, one shared mesh after the other.
     pub instances: Vec<TreeInstance>,
@@ -89,15 +84,13 @@ impl RayTree {
         let mut tree = RayTree {
             boxes: vec![[0.0; 4]; HEADER_TEXELS],
             triangles: scene.triangles.clone(),
-            group_count: scene.group_count,
             node_count: 0,
             instances: Vec::new(),
         };
         tree.boxes.extend(&scene.nodes);
         let next_nodes = tree.add_instances(scene, shared);
         tree.node_count = (tree.boxes.len() - HEADER_TEXELS) as u32;
-        let [groups, nodes] = [tree.group_count, tree.node_count].map(whole_number);
-        tree.boxes[0] = [groups, nodes, 0.0, 0.0];
+        tree.boxes[0][0] = whole_number(tree.node_count);
         tree.boxes[1..HEADER_TEXELS].copy_from_slice(&scene.grid.texels());
         let mut next_nodes = next_nodes.into_iter();
         for mesh in shared {
@@ -111,21 +104,7 @@ impl RayTree {
 
     /// Adds the tree over instances. Returns the node after the leaf of each instance.
     fn add_instances(&mut self, scene: &MeshTree, shared: &[SharedTree]) -> Vec<u32> {
-        let bounds = shared.iter().flat_map(|mesh| {
-            let cover = mesh.tree.cover();
-            let bounds = move |to_local: &DAffine3| {
-                let mut bounds = Aabb::empty();
-                for corner in cover
-                    .iter()
-                    .flat_map(|&[low, high]| corners_of_box(low, high))
-                {
-                    bounds.extend(to_local.transform_point3(corner.as_dvec3()).as_vec3a());
-                }
-                bounds
-            };
-            mesh.to_local.iter().map(bounds)
-        });
-        let bounds: Vec<Aabb> = bounds.collect();
+        let bounds = placed_bounds(shared);
         if bounds.is_empty() {
             return Vec::new();
         }
@@ -177,6 +156,37 @@ impl RayTree {
             next_node: 0,
         }
     }
+}
+
+/// The boxes of all instances, mesh after mesh.
+fn placed_bounds(shared: &[SharedTree]) -> Vec<Aabb> {
+    let bounds = shared.iter().flat_map(|mesh| {
+        let cover = mesh.tree.cover();
+        let bounds = move |to_local: &DAffine3| {
+            let mut bounds = Aabb::empty();
+            for corner in cover
+                .iter()
+                .flat_map(|&[low, high]| corners_of_box(low, high))
+            {
+                bounds.extend(to_local.transform_point3(corner.as_dvec3()).as_vec3a());
+            }
+            bounds
+        };
+        mesh.to_local.iter().map(bounds)
+    });
+    bounds.collect()
+}
+
+/// The rows of an affine transform, in the device's layout.
+pub(crate) fn rows_of(transform: DAffine3) -> [[f32; 4]; 3] {
+    let rows = transform.matrix3.transpose();
+    let row = |row: DVec3, offset: f64| row.as_vec3().extend(offset as f32).to_array();
+    let DVec3 { x, y, z } = transform.translation;
+    [
+        row(rows.x_axis, x),
+        row(rows.y_axis, y),
+        row(rows.z_axis, z),
+    ]
 }
 
 /// The slack of the boxes of a mesh with these placements.
@@ -253,13 +263,13 @@ mod tests {
     fn boxes_hold_the_triangles_below_them() {
         let tree = tree_over(&corners());
         let node_count = tree.boxes.len() - HEADER_TEXELS;
-        assert_eq!(tree.boxes[0][..2], [1, node_count as u32].map(whole_number));
+        assert_eq!(tree.boxes[0][0], whole_number(node_count as u32));
         // A tree with one triangle per leaf.
-        assert_eq!(node_count, 2 * 100 - 1);
+        assert_eq!(node_count, 2 * 101 - 1);
         assert_boxes_hold_triangles(&tree);
     }
 
-    /// Checks a tree of a hundred leaves.
+    /// Checks a tree over [`corners`].
     fn assert_boxes_hold_triangles(tree: &RayTree) {
         let node_count = tree.boxes.len() - HEADER_TEXELS;
         let word = |node: usize| word(tree, node);
@@ -283,24 +293,18 @@ mod tests {
                 }
             }
         }
-        assert_eq!(leaves, 100);
+        assert_eq!(leaves, 101);
     }
 
     #[test]
-    fn large_triangles_stand_alone_in_full_groups() {
-        let tree = tree_over(&corners());
-        assert_eq!(tree.triangles[3][0], 100.0);
-        let filled_up = &tree.triangles[TRIANGLE_TEXELS..GROUP * TRIANGLE_TEXELS];
-        assert_eq!(filled_up, [[0.0; 4]; 28]);
-        let few = tree_over(&corners()[..9]);
-        assert_eq!(few.boxes[0][..2], [2, 0].map(whole_number));
-        assert_eq!(few.triangles.len(), 2 * GROUP * TRIANGLE_TEXELS);
+    fn a_scene_without_triangles_has_no_nodes() {
         let none = tree_over(&[]);
-        assert_eq!(none.triangles, [[0.0; 4]; GROUP * TRIANGLE_TEXELS]);
+        assert_eq!((none.boxes.len(), none.node_count), (HEADER_TEXELS, 0));
+        assert!(none.triangles.is_empty());
     }
 
     #[test]
-    fn triangles_with_cutouts_are_in_the_tree() {
+    fn triangles_with_cutouts_are_marked() {
         let mut cutouts = vec![0; 101];
         (cutouts[3], cutouts[100]) = (1, 2);
         let tree = tree_with_cutouts(&corners(), &cutouts);
@@ -310,8 +314,11 @@ mod tests {
         let mut of_cutouts: Vec<_> = of_cutouts.map(|texel| [texel[0], texel[1]]).collect();
         of_cutouts.sort_by(|a, b| a[0].total_cmp(&b[0]));
         assert_eq!(of_cutouts, [[3.0, 1.0], [100.0, 2.0]]);
-        let few = tree_with_cutouts(&corners()[..9], &cutouts[..9]);
-        assert_eq!((few.group_count, few.node_count), (1, 1));
+        let marked = (0..tree.node_count as usize).filter(|&node| {
+            let flags = LEAF | nodes::LEAF_CUTOUT;
+            word(&tree, node) & flags == flags
+        });
+        assert_eq!(marked.count(), 2);
     }
 
     #[test]
@@ -333,7 +340,7 @@ mod tests {
         };
         let tree = RayTree::over(&scene, &[shared]);
         let own_nodes = 2 * 101 - 1;
-        assert_eq!(tree.node_count, 2 * 100 - 1 + 2 * 5 - 1);
+        assert_eq!(tree.node_count, 2 * 101 - 1 + 2 * 5 - 1);
         let nodes = tree.node_count + 2 + own_nodes;
         assert_eq!(tree.boxes.len(), HEADER_TEXELS + nodes as usize);
         for (i, (instance, to_local)) in tree.instances.iter().zip(&to_local).enumerate() {
@@ -398,10 +405,6 @@ mod tests {
         let mut cutouts = [0; 101];
         cutouts[5] = 1;
         assert!(!tree().refit_scene(&corners(), &cutouts, false));
-        // Another triangle is as large as the scene.
-        let mut grown = corners();
-        grown[7] = grown[100];
-        assert!(!tree().refit_scene(&grown, &[0; 101], false));
         let mesh = || MeshTree::of_mesh(&corners(), 1e-5);
         assert!(mesh().refit_mesh(&corners(), 1e-5));
         assert!(!mesh().refit_mesh(&corners(), 2e-5));
@@ -419,6 +422,6 @@ mod tests {
     #[test]
     fn equal_triangles_have_a_tree() {
         let tree = tree_over(&vec![[Vec3::ZERO, 0.01 * Vec3::X, 0.01 * Vec3::Y]; 1000]);
-        assert_eq!(tree.boxes.len(), HEADER_TEXELS + 2 * (1000 - 64) - 1);
+        assert_eq!(tree.boxes.len(), HEADER_TEXELS + 2 * 1000 - 1);
     }
 }

@@ -70,12 +70,19 @@ pub(super) fn build_parameters() -> BvhBuildParams {
     }
 }
 
+/// Boxes larger than this share of the first one do not count for [`spread`]: walls would hide what happens to small triangles.
+const LARGE_SHARE: f32 = 0.004;
+
 /// The area of the inner boxes relative to the area of the leaves: what a ray has to test relative to what it may hit. Each box comes with
-/// whether it is a leaf.
+/// whether it is a leaf; the first one is the whole tree's.
 pub(super) fn spread<'b>(boxes: impl Iterator<Item = (bool, &'b Aabb)>) -> f32 {
     let mut areas = [0.0, 0.0];
+    let mut largest = None;
     for (is_leaf, bounds) in boxes {
-        areas[usize::from(is_leaf)] += bounds.half_area();
+        let area = bounds.half_area();
+        if area <= *largest.get_or_insert(LARGE_SHARE * area) {
+            areas[usize::from(is_leaf)] += area;
+        }
     }
     areas[0] / f32::max(areas[1], f32::MIN_POSITIVE)
 }

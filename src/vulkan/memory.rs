@@ -123,13 +123,7 @@ impl Buffer {
 
     /// Writes values to the start of a buffer that the host can access and that no command buffer uses.
     pub fn write<T: Pod>(&mut self, values: &[T]) -> Result<()> {
-        let bytes: &[u8] = bytemuck::cast_slice(values);
-        Arc::get_mut(&mut self.owned)
-            .and_then(|owned| owned.allocation.as_mut())
-            .and_then(Allocation::mapped_slice_mut)
-            .and_then(|memory| memory.get_mut(..bytes.len()))
-            .ok_or_else(|| Error::internal("a buffer to be filled is in use or not mapped"))?
-            .copy_from_slice(bytes);
+        self.mapped_mut(values.len())?.copy_from_slice(values);
         Ok(())
     }
 
@@ -141,6 +135,16 @@ impl Buffer {
             .and_then(|memory| memory.get(..count * size_of::<T>()))
             .and_then(|bytes| bytemuck::try_cast_slice(bytes).ok())
             .ok_or_else(|| Error::internal("a buffer to be read back is not mapped"))
+    }
+
+    /// The same values, for the host to write. The buffer must not be in use by a command buffer.
+    pub fn mapped_mut<T: Pod>(&mut self, count: usize) -> Result<&mut [T]> {
+        Arc::get_mut(&mut self.owned)
+            .and_then(|owned| owned.allocation.as_mut())
+            .and_then(Allocation::mapped_slice_mut)
+            .and_then(|memory| memory.get_mut(..count * size_of::<T>()))
+            .and_then(|bytes| bytemuck::try_cast_slice_mut(bytes).ok())
+            .ok_or_else(|| Error::internal("a buffer for the host is in use or not mapped"))
     }
 }
 

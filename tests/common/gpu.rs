@@ -3,7 +3,7 @@
 use std::{path::Path, sync::OnceLock};
 
 use camlux::{
-    Device, DeviceKind, DeviceOptions, GatherKernel, RayKernel, RenderOptions, Renderer, Scene,
+    Device, DeviceKind, DeviceOptions, GatherKernel, RenderOptions, Renderer, Scene, Tracer,
     output::{Frame, Layer},
     scene::{IndirectLight, VplSum},
 };
@@ -28,13 +28,13 @@ impl Gpu {
         Gpu { device, renderer }
     }
 
-    /// Renders the scene with each ray kernel that the device runs.
-    pub fn render_by_each_ray_kernel(&mut self, scene: &Scene) -> Vec<Frame> {
-        let kernels = ray_kernels(&self.device).into_iter();
-        kernels
-            .map(|kernel| {
+    /// Renders the scene with each tracer that the device runs.
+    pub fn render_by_each_tracer(&mut self, scene: &Scene) -> Vec<Frame> {
+        let tracers = tracers(&self.device).into_iter();
+        tracers
+            .map(|tracer| {
                 let mut options = RenderOptions {
-                    ray_kernel: Some(kernel),
+                    tracer: Some(tracer),
                     ..RenderOptions::default()
                 };
                 let frame = self.renderer.render(scene, &mut options);
@@ -53,17 +53,17 @@ impl Gpu {
         frame.expect("the scene renders")
     }
 
-    /// Renders with the ray kernel that `scripts/test-rust --tracer` names, or else with the device's best.
+    /// Renders with the tracer that `scripts/test-rust --tracer` names, or else with the device's best.
     pub fn render(&mut self, scene: &Scene) -> Frame {
         let name = std::env::var("CAMLUX_TEST_TRACER").ok();
         let named = |name: String| {
-            let mut kernels = RayKernel::ALL.into_iter();
-            kernels
-                .find(|kernel| kernel.name() == name)
+            let mut tracers = Tracer::ALL.into_iter();
+            tracers
+                .find(|tracer| tracer.name() == name)
                 .expect("a tracer")
         };
         let mut options = RenderOptions {
-            ray_kernel: name.map(named),
+            tracer: name.map(named),
             ..RenderOptions::default()
         };
         self.renderer
@@ -122,21 +122,16 @@ pub fn gather_kernels(device: &Device) -> Vec<GatherKernel> {
     kernels
 }
 
-/// The ray kernels that the device runs. Asserts that it runs packets if it has eight lanes, and queries if it supports them.
-pub fn ray_kernels(device: &Device) -> Vec<RayKernel> {
-    let kernels = RayKernel::ALL.into_iter();
-    let kernels: Vec<_> = kernels
-        .filter(|kernel| kernel.runs_on(device.info()))
-        .collect();
+/// The tracers that the device runs. Asserts that the host traces for a CPU driver, and that a device with ray queries uses them.
+pub fn tracers(device: &Device) -> Vec<Tracer> {
     let info = device.info();
-    let is_there = |kernel: &RayKernel| kernels.contains(kernel);
-    let expected = [info.limits.subgroup_lanes == 8, true, info.has_ray_query];
-    assert_eq!(
-        RayKernel::ALL.each_ref().map(is_there),
-        expected,
-        "{info:?}"
-    );
-    kernels
+    let tracers = Tracer::ALL.into_iter();
+    let tracers: Vec<_> = tracers.filter(|tracer| tracer.runs_on(info)).collect();
+    let is_there = |tracer: &Tracer| tracers.contains(tracer);
+    let expected = [info.kind == DeviceKind::Cpu, info.has_ray_query, true];
+    let found = Tracer::ALL.each_ref().map(is_there);
+    assert_eq!(found, expected, "{info:?}");
+    tracers
 }
 
 /// A scene of the repository, at another resolution.

@@ -89,7 +89,7 @@ fn soft_shadows_and_their_bounce_are_those_of_the_reference() {
         scene.lights = vec![area(position_m, DVec3::new(0.1, -1.0, 0.05), shape).into()];
         scene.indirect = Some(IndirectLight::final_gather(target));
         let truth = reference_frame(&scene, 256, 12);
-        for frame in gpu.render_by_each_ray_kernel(&scene) {
+        for frame in gpu.render_by_each_tracer(&scene) {
             let [direct, indirect] = [Layer::Direct, Layer::Indirect]
                 .map(|layer| error_off_edges(&frame, &truth, layer));
             let estimated = frame.stats.estimated_area_light_error.expect("it has one");

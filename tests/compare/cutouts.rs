@@ -88,7 +88,7 @@ fn a_card_with_half_of_it_cut_out_is_half_a_card() {
             scene.materials[1].alpha_texture = None;
             gpu.render(&scene)
         };
-        let [cut, small] = [cut, small].map(|scene| gpu.render_by_each_ray_kernel(&scene));
+        let [cut, small] = [cut, small].map(|scene| gpu.render_by_each_tracer(&scene));
         for (cut, small) in cut.iter().zip(&small) {
             let ids = [cut, small].map(|frame| frame.ids(Layer::InstanceId).expect("it is there"));
             let differing = ids[0].iter().zip(ids[1]).filter(|(a, b)| a != b).count();
@@ -152,7 +152,7 @@ fn the_cutoff_says_where_a_card_ends() {
             assert!(others < 4 && unlike < 6, "{what}: {others}, {unlike}");
         };
         check("reference", &reference_frame(&cut, 1, 0));
-        for frame in gpu.render_by_each_ray_kernel(&cut) {
+        for frame in gpu.render_by_each_tracer(&cut) {
             check("frame", &frame);
         }
     }
@@ -185,7 +185,7 @@ fn the_reference_has_the_same_holes_and_light() {
     };
     let truth = reference_frame(&scene, 512, 8);
     let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
-    for frame in gpu.render_by_each_ray_kernel(&scene) {
+    for frame in gpu.render_by_each_tracer(&scene) {
         let [position, direct, indirect] =
             [Layer::Position, Layer::Direct, Layer::Indirect].map(|layer| error(&frame, layer));
         println!("P {position:.1e}, direct {direct:.1e}, indirect {indirect:.1e}");

@@ -470,7 +470,7 @@ fn kernels_agree() {
     // No ray of the box differs. In the glossy room one may, and the bound is the requested noise.
     for (name, bound) in [("cornell", 1e-3), ("glossy", 0.1)] {
         let scene = final_gather(demo_scene(name, [48, 48]), 0.1);
-        let frames = gpu.render_by_each_ray_kernel(&scene);
+        let frames = gpu.render_by_each_tracer(&scene);
         let images: Vec<_> = frames
             .iter()
             .map(|frame| frame.values(Layer::Indirect).expect("it is there"))

@@ -66,8 +66,8 @@ fn differing(shared: &Frame, own: &Frame, layer: Layer, bound: f32) -> f64 {
 }
 
 pub fn assert_same(gpu: &mut Gpu, what: &str, scene: &Scene) {
-    let shared = gpu.render_by_each_ray_kernel(scene);
-    let own = gpu.render_by_each_ray_kernel(&scene.flattened());
+    let shared = gpu.render_by_each_tracer(scene);
+    let own = gpu.render_by_each_tracer(&scene.flattened());
     for (shared, own) in shared.iter().zip(&own) {
         let ids = [shared, own].map(|frame| frame.ids(Layer::InstanceId).expect("it is there"));
         assert!(

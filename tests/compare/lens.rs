@@ -60,9 +60,9 @@ fn a_fisheye_sees_more_than_half_of_all_directions() {
 }
 
 #[test]
-fn every_ray_kernel_sees_the_same() {
+fn every_tracer_sees_the_same() {
     let scene = through("knot", [64, 48], Distortion::Fisheye([0.05, 0.0, 0.0, 0.0]));
-    let frames = Gpu::open().render_by_each_ray_kernel(&scene);
+    let frames = Gpu::open().render_by_each_tracer(&scene);
     let truth = Reference::new(&scene, 1).expect("a valid scene").frame();
     let seen = |frame: &Frame| {
         let ids = frame.ids(Layer::MaterialId).expect("every frame has it");

@@ -1,6 +1,6 @@
 //! The kernels of `shaders/trace.wgsl` against rays in f64: right everywhere except within rounding of an edge.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, ray_kernels};
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, tracers};
 use crate::common::instances;
 use crate::common::ray_caster::RayCaster;
 use crate::common::rooms;
@@ -228,7 +228,7 @@ fn assert_is_exact(gpu: &mut Gpu, what: &str, scene: &Scene, point_count: usize)
         .map(|ray| random.direction(points[ray / RAYS].geometric_normal))
         .collect();
     let truth = Truth::new(flattened);
-    for kernel in ray_kernels(&gpu.device) {
+    for kernel in tracers(&gpu.device) {
         let probe = RayProbe::new(&gpu.device, scene, kernel).expect("a probe");
         let any = probe.any_hit(&points, &ends).expect("rays");
         let wrong = any_hits(&truth, &points, &ends, &any.found);

@@ -103,13 +103,13 @@ fn lights_just_above_a_floor_have_exact_shadows() {
 
 /// All ray kernels give the same image, bit for bit.
 #[test]
-fn ray_kernels_agree() {
+fn tracers_agree() {
     let mut gpu = Gpu::open();
     for name in DEMO_SCENES {
         // A size that does not fill the workgroups.
         let mut scene = by_rays(demo_scene(name, [157, 101]));
         scene.indirect = None;
-        let frames = gpu.render_by_each_ray_kernel(&scene);
+        let frames = gpu.render_by_each_tracer(&scene);
         let images: Vec<_> = frames
             .iter()
             .map(|frame| frame.values(Layer::Direct).expect("it is there"))

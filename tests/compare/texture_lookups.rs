@@ -238,7 +238,7 @@ fn the_reference_looks_up_the_same() {
     scene.indirect = Some(IndirectLight::final_gather(0.03));
     let truth = reference_frame(&scene, 1024, 8);
     let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
-    for frame in gpu.render_by_each_ray_kernel(&scene) {
+    for frame in gpu.render_by_each_tracer(&scene) {
         let layers = [
             Layer::Position,
             Layer::Normal,

@@ -87,7 +87,7 @@ fn the_reference_has_the_same_colours_and_light() {
         };
         let truth = reference_frame(&scene, 512, 8);
         let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
-        for frame in gpu.render_by_each_ray_kernel(&scene) {
+        for frame in gpu.render_by_each_tracer(&scene) {
             let [direct, indirect] =
                 [Layer::Direct, Layer::Indirect].map(|layer| error(&frame, layer));
             println!("{name}: direct {direct:.1e}, indirect {indirect:.1e}");

@@ -7,7 +7,7 @@ use std::{
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    Device, DeviceOptions, Error, Fault, Progress, RayKernel, RenderOptions, Renderer, Scene,
+    Device, DeviceOptions, Error, Fault, Progress, RenderOptions, Renderer, Scene, Tracer,
     internals::ray_probe::RayProbe,
     output::{Frame, Layer},
     scene::{IndirectLight, Shadow},
@@ -189,7 +189,7 @@ fn lose(scene: &Scene, fresh: &Frame, fault: Fault) -> Option<&'static str> {
     let mut other = Renderer::new(&gpu.device).expect("a renderer asks nothing of the device");
     let again = try_render(&mut other, scene).expect_err("it is lost");
     assert_eq!(again.to_string(), message);
-    let probe = RayProbe::new(&gpu.device, scene, RayKernel::Single);
+    let probe = RayProbe::new(&gpu.device, scene, Tracer::Kernel);
     assert_eq!(probe.err().expect("it is lost").to_string(), message);
     assert!(start.elapsed() < Duration::from_millis(500));
     assert_nothing_held(&gpu.device);

@@ -7,8 +7,8 @@ use std::{
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    DeviceInfo, DeviceKind, Error, GatherKernel, Plan, Quirks, RayKernel, RenderOptions, Scene,
-    ShadowPlan,
+    DeviceInfo, DeviceKind, Error, GatherKernel, Plan, Quirks, RenderOptions, Scene, ShadowPlan,
+    Tracer,
     output::{Frame, Layer},
     scene::{Encoding, IndirectLight, Material, Mesh, Shadow, Shared, Texels, Texture, VplSum},
 };
@@ -262,45 +262,30 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     assert!(Plan::new(&scene, &device).is_ok());
 }
 
-/// The packet kernel needs subgroups of eight lanes.
+/// A GPU traces rays with its own units, or with a kernel; on the host's processor, the host does.
 #[test]
-fn other_lanes_take_no_packets() {
+fn each_device_has_its_tracer() {
     let gpu = Gpu::open();
     let mut scene = demo_scene("cornell", [8, 8]);
     scene.direct.shadow = Some(Shadow::Rays);
     let mut device = small_device(&gpu);
-    for (lanes, kernel) in [
-        (Some(4), RayKernel::Single),
-        (Some(8), RayKernel::Packet),
-        (Some(32), RayKernel::Single),
-        (None, RayKernel::Single),
+    for (kind, has_ray_query, tracer) in [
+        (DeviceKind::Discrete, true, Tracer::Query),
+        (DeviceKind::Discrete, false, Tracer::Kernel),
+        (DeviceKind::Cpu, true, Tracer::Host),
+        (DeviceKind::Cpu, false, Tracer::Host),
     ] {
-        device.limits.broadcast_lanes = lanes;
-        let plan = Plan::new(&scene, &device).expect("the scene is valid");
-        assert_eq!(plan.lights[0].shadow, ShadowPlan::Rays(kernel));
-    }
-}
-
-/// A GPU has hardware for ray queries. On a CPU driver they are slower than camlux's own kernels.
-#[test]
-fn a_gpu_with_ray_queries_takes_them() {
-    let gpu = Gpu::open();
-    let mut scene = demo_scene("cornell", [8, 8]);
-    scene.direct.shadow = Some(Shadow::Rays);
-    let mut device = small_device(&gpu);
-    device.limits.broadcast_lanes = Some(8);
-    device.has_ray_query = true;
-    for (kind, kernel) in [
-        (DeviceKind::Discrete, RayKernel::Query),
-        (DeviceKind::Cpu, RayKernel::Packet),
-    ] {
-        device.kind = kind;
+        (device.kind, device.has_ray_query) = (kind, has_ray_query);
         let mut plan = Plan::new(&scene, &device).expect("the scene is valid");
-        assert_eq!(plan.lights[0].shadow, ShadowPlan::Rays(kernel));
-        let single = plan.trace_by(RayKernel::Single, &device);
-        single.expect("it runs anywhere");
-        assert_eq!(plan.ray_kernel(), Some(RayKernel::Single));
+        assert_eq!(plan.tracer, Some(tracer));
+        let kernel = plan.trace_by(Tracer::Kernel, &device);
+        kernel.expect("it runs anywhere");
+        assert_eq!(plan.tracer, Some(Tracer::Kernel));
     }
+    scene.direct.shadow = Some(Shadow::Map);
+    scene.indirect = None;
+    let plan = Plan::new(&scene, &device).expect("the scene is valid");
+    assert_eq!(plan.tracer, None);
 }
 
 /// The renderer makes the plan first, so it allocates nothing.
@@ -345,24 +330,22 @@ fn a_kernel_for_other_subgroups_is_refused() {
     assert!(refused > 0, "every kernel runs here");
     let mut scene = scene;
     scene.direct.shadow = Some(Shadow::Rays);
-    for kernel in RayKernel::ALL {
+    for tracer in Tracer::ALL {
         let mut options = RenderOptions {
-            ray_kernel: Some(kernel),
+            tracer: Some(tracer),
             ..RenderOptions::default()
         };
         let result = gpu.renderer.render(&scene, &mut options);
-        match kernel.runs_on(&device) {
+        match tracer.runs_on(&device) {
             true => assert!(result.is_ok()),
             false => {
                 let message = result.expect_err("it cannot run").to_string();
-                let lack = match kernel {
-                    RayKernel::Query => "VK_KHR_ray_query",
-                    _ => "lanes",
+                let lack = match tracer {
+                    Tracer::Query => "VK_KHR_ray_query",
+                    _ => "the host's processor",
                 };
-                assert!(
-                    message.contains(kernel.name()) && message.contains(lack),
-                    "{message}"
-                );
+                let says = message.contains(tracer.name()) && message.contains(lack);
+                assert!(says, "{message}");
             }
         }
     }
@@ -493,12 +476,12 @@ fn where_the_rasteriser_is_coarse_rays_find_what_the_camera_sees() {
     let scene = demo_scene("cornell", [64, 48]);
     let plan = |info: &DeviceInfo| Plan::new(&scene, info).expect("the scene is valid");
     info.limits.sub_pixel_bits = 8;
-    assert_eq!(plan(&info).primary_rays, None);
+    assert!(!plan(&info).has_primary_rays);
     info.limits.sub_pixel_bits = 4;
     let by_rays = plan(&info);
-    assert_eq!(by_rays.primary_rays, Some(RayKernel::best_for(&info)));
+    assert!(by_rays.has_primary_rays);
     assert!(by_rays.to_string().contains("primary_rays  64 x 48 px"));
-    // The ray kernels need more storage images than Vulkan guarantees.
+    // Shading what rays hit needs more storage images than Vulkan guarantees.
     info.limits.max_storage_images = 4;
-    assert_eq!(plan(&info).primary_rays, None);
+    assert!(!plan(&info).has_primary_rays);
 }

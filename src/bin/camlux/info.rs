@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use camlux::{Device, DeviceInfo, DeviceLimits, DeviceOptions, Error, GatherKernel, RayKernel};
+use camlux::{Device, DeviceInfo, DeviceLimits, DeviceOptions, Error, GatherKernel, Tracer};
 use indicatif::HumanBytes;
 
 use crate::{Failure, print};
@@ -94,19 +94,18 @@ fn rasteriser(limits: &DeviceLimits) -> String {
     format!("corners to 1/{steps} px{coarse}")
 }
 
-/// The kernels that the device can run, and what it lacks for the others.
+/// What camlux uses on the device, and what else it could use.
 fn kernels(device: &DeviceInfo) -> String {
-    let (rays, gather) = (RayKernel::best_for(device), GatherKernel::best_for(device));
-    let cost = match rays {
-        RayKernel::Packet | RayKernel::Query => "",
-        RayKernel::Single => {
-            "; the packet kernel, faster for large triangles, needs subgroups of 8 lanes"
-        }
+    let (tracer, gather) = (Tracer::best_for(device), GatherKernel::best_for(device));
+    let others = Tracer::ALL
+        .into_iter()
+        .filter(|other| *other != tracer && other.runs_on(device));
+    let others: Vec<String> = others
+        .map(|other| format!("--tracer {}", other.name()))
+        .collect();
+    let others = match others.is_empty() {
+        true => String::new(),
+        false => format!(" (or {})", others.join(", ")),
     };
-    let own = if device.has_ray_query && rays != RayKernel::Query {
-        " (or --tracer query)"
-    } else {
-        ""
-    };
-    format!("rays {}{own}, gather {}{cost}", rays.name(), gather.name())
+    format!("rays {}{others}, gather {}", tracer.name(), gather.name())
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use camlux::output::{ExrOptions, Frame, Layer, OutputFile, PngView, write_exr_files, write_png};
-use camlux::{Device, Plan, RayKernel, RenderOptions, Renderer, Scene};
+use camlux::{Device, Plan, RenderOptions, Renderer, Scene, Tracer};
 
 use crate::indirect::IndirectArgs;
 use crate::options::{DeviceArgs, SizeArgs};
@@ -44,9 +44,9 @@ pub struct Args {
     /// Print the time of each pass, counts and the device
     #[arg(short, long)]
     pub verbose: bool,
-    /// Ray kernel: packet, single or query [default: the fastest]
+    /// What traces rays: host, query or kernel [default: the fastest]
     #[arg(long, value_name = "KERNEL", value_parser = parse_tracer)]
-    pub tracer: Option<RayKernel>,
+    pub tracer: Option<Tracer>,
     /// Store light and normals as 16-bit floats
     #[arg(long, requires = "output")]
     pub half: bool,
@@ -58,9 +58,9 @@ pub struct Args {
     pub layers: Option<Vec<Layer>>,
 }
 
-fn parse_tracer(name: &str) -> Result<RayKernel, String> {
-    let kernel = RayKernel::ALL.into_iter().find(|k| k.name() == name);
-    kernel.ok_or_else(|| "the ray kernels are packet, single, query".into())
+fn parse_tracer(name: &str) -> Result<Tracer, String> {
+    let tracer = Tracer::ALL.into_iter().find(|tracer| tracer.name() == name);
+    tracer.ok_or_else(|| "the tracers are host, query, kernel".into())
 }
 
 pub fn parse_layer(name: &str) -> Result<Layer, String> {
@@ -94,8 +94,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let device = Device::open(&args.device.options())?;
     if args.plan {
         let mut plan = Plan::new(&scene, device.info())?;
-        if let Some(kernel) = args.tracer {
-            plan.trace_by(kernel, device.info())?;
+        if let Some(tracer) = args.tracer {
+            plan.trace_by(tracer, device.info())?;
         }
         let plan = plan.to_string();
         match outputs {
@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut show = |progress| display.show(progress);
     let mut options = RenderOptions {
         progress: Some(&mut show),
-        ray_kernel: args.tracer,
+        tracer: args.tracer,
         ..RenderOptions::default()
     };
     let rendered = renderer.render(&scene, &mut options);

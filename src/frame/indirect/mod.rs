@@ -103,10 +103,10 @@ pub(super) fn gather(
                 ..found
             })
         }
-        GatherPlan::FinalGather { kernel } => {
+        GatherPlan::FinalGather => {
             let rays = (scene.ray_tree()?, scene.hit_surfaces()?);
             let lights = lights.on_device();
-            let mut gatherer = FinalGather::new(context, rays, lights, kernel)?;
+            let mut gatherer = FinalGather::new(context, rays, lights)?;
             run(&mut gatherer)
         }
     }

@@ -70,8 +70,8 @@ pub(super) fn average(
         .transpose()?;
     let pass = refiner.gatherer.pass();
     for (index, sample) in all.iter().enumerate() {
+        see(context, scene, sample.offset_px, sample.gbuffer)?;
         context.submit(|r| {
-            see(r, context, scene, sample.offset_px, sample.gbuffer)?;
             let centres = (&images.gbuffer, gathered);
             sample.interpolate(r, context, centres, &receivers, filtered)?;
             receivers::list(r, context, sample.gbuffer, &receivers, None)

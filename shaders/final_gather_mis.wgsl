@@ -1,0 +1,37 @@
+// How the two techniques are weighted.
+
+#import final_gather_receiver
+
+var<storage, read_write> contributions: array<vec4<f32>>;
+
+// Contribution of a Q that sends `radiance` to P, for one sample of each technique. `direction` leads from P to Q and has unit length.
+// `vpl_density` is the density of VPLs at Q, per area.
+fn mis_contribution(
+    receiver: Receiver,
+    direction: vec3<f32>,
+    distance_squared: f32,
+    radiance: vec3<f32>,
+    cosine_q: f32,
+    vpl_density: f32,
+) -> Contribution {
+    let cosine = dot(receiver.normal, direction);
+    let is_above = cosine > 0.0 && dot(receiver.geometric_normal, direction) > 0.0 && cosine_q > 0.0;
+    // Samples per solid angle at P: from P, and from L.
+    var density = diffuse_density(1.0, cosine);
+    var contribution: Contribution;
+#if GLOSSY
+    let shape = eval_lobe(receiver.lobe, direction);
+    density += lobe_density(1.0, receiver.lobe, direction, shape);
+    contribution.lobe = shape * specular_factor(vec3<f32>(1.0), receiver.lobe.shininess).x;
+#endif
+    density += f32(CANDIDATES) * vpl_density * distance_squared / max(cosine_q, 1e-6);
+    contribution.irradiance = select(vec3<f32>(0.0), radiance * (cosine / density), is_above);
+    return contribution;
+}
+
+fn store_contribution(place: u32, contribution: Contribution) {
+    contributions[place] = vec4<f32>(contribution.irradiance, contribution.lobe);
+#if PHASORS
+    contributions[place + 1u] = contribution.turns;
+#endif
+}

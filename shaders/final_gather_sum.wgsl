@@ -1,0 +1,132 @@
+// Sums the contributions of the rays that nothing blocks, receiver by receiver. Packet follows packet in the order of their numbers, so the
+// result does not depend on which of them are processed together.
+
+#import final_gather
+#import signal
+
+// A receiver and its packets in the list.
+struct Span {
+    // Index of the result.
+    result: u32,
+    first_packet: u32,
+    packet_count: u32,
+    // 1: adds to the stored result.
+    adds: u32,
+}
+
+var<storage, read> spans: array<Span>;
+var<storage, read> packets: array<Packet>;
+var<storage, read> hits: array<u32>;
+var<storage, read> contributions: array<vec4<f32>>;
+// Sums over a receiver's samples, in the refinement's layout: light reflected by its diffuse and by its specular lobe, as if k_d and k_s
+// were 1; and for each the squared differences.
+var<storage, read_write> results: array<vec4<f32>>;
+var<storage, read_write> pilot_samples: array<PilotSample>;
+
+// What the samples of a receiver find, for each of its lobes; and the squared differences of neighbouring samples.
+struct Found {
+    diffuse: Signal,
+    diffuse_differences: Squares,
+#if GLOSSY
+    specular: Signal,
+    specular_differences: Squares,
+#endif
+}
+
+fn load_contribution(ray: u32) -> Contribution {
+    let place = contribution_place(ray);
+    let light = contributions[place];
+    var contribution: Contribution;
+    contribution.irradiance = select(vec3<f32>(0.0), light.xyz, hits[ray] == NOTHING_HIT);
+    contribution.lobe = light.w;
+#if PHASORS
+    contribution.turns = contributions[place + 1u];
+#endif
+    return contribution;
+}
+
+fn signal_of(contribution: Contribution) -> Signal {
+#if PHASORS
+    return modulated_signal(contribution.irradiance, contribution.turns);
+#else
+    return Signal(contribution.irradiance);
+#endif
+}
+
+// Adds two neighbouring samples.
+fn add_pair(found: ptr<function, Found>, ray: u32) {
+    let a = load_contribution(ray);
+    let b = load_contribution(ray + 1u);
+    let signal_a = signal_of(a);
+    let signal_b = signal_of(b);
+    (*found).diffuse = add_signals((*found).diffuse, add_signals(signal_a, signal_b));
+    (*found).diffuse_differences = add_squares((*found).diffuse_differences, squared_difference(signal_a, signal_b));
+#if GLOSSY
+    let specular_a = scaled_signal(signal_a, a.lobe);
+    let specular_b = scaled_signal(signal_b, b.lobe);
+    (*found).specular = add_signals((*found).specular, add_signals(specular_a, specular_b));
+    (*found).specular_differences = add_squares((*found).specular_differences, squared_difference(specular_a, specular_b));
+#endif
+}
+
+fn found_by(index: u32) -> Found {
+    var found: Found;
+    for (var light = parameters.light_index; light < parameters.light_end; light++) {
+        for (var lobe = 0u; lobe < DIRECTIONS; lobe++) {
+            for (var sample = 0u; sample < SAMPLES; sample += 2u) {
+                add_pair(&found, light_ray(light, index, lobe, sample));
+            }
+        }
+    }
+    for (var sample = 0u; sample < parameters.vpl_samples; sample += 2u) {
+        add_pair(&found, vpl_ray(index, sample));
+        let differences = contributions[difference_place(index, sample)] + contributions[difference_place(index, sample + 1u)];
+        found.diffuse_differences = add_squares(found.diffuse_differences, squares_of(differences.x, differences.z));
+#if GLOSSY
+        found.specular_differences = add_squares(found.specular_differences, squares_of(differences.y, differences.w));
+#endif
+    }
+    return found;
+}
+
+fn add_to_result(place: u32, lobe: u32, signal: Signal, squares: Squares) {
+    results[place + lobe] += vec4<f32>(signal.light, squares.light);
+#if PHASORS
+    results[place + PHASOR_SQUARES + lobe] += squares.phasors;
+    var re = signal.phasors.re;
+    var im = signal.phasors.im;
+    for (var band = 0u; band < 3u; band++) {
+        results[place + phasor_result(0u, band, lobe)] += vec4<f32>(re[band].xy, im[band].xy).xzyw;
+        results[place + phasor_result(1u, band, lobe)] += vec4<f32>(re[band].zw, im[band].zw).xzyw;
+    }
+#endif
+}
+
+@compute @workgroup_size(64)
+fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let slot = 64u * (group.x + 65535u * group.y) + local;
+    if (slot >= parameters.span_count) {
+        return;
+    }
+    let span = spans[slot];
+    let place = RESULT_VECTORS * span.result;
+    let cleared = select(RESULT_VECTORS, 0u, span.adds == 1u || parameters.light_index > 0u);
+    for (var i = 0u; i < cleared; i++) {
+        results[place + i] = vec4<f32>(0.0);
+    }
+    let diffuse = diffuse_factor(vec3<f32>(1.0)).x;
+    for (var i = 0u; i < span.packet_count; i++) {
+        let index = span.first_packet + i;
+        let found = found_by(index);
+        add_to_result(place, 0u, scaled_signal(found.diffuse, diffuse), scaled_squares(found.diffuse_differences, diffuse * diffuse));
+#if GLOSSY
+        add_to_result(place, 1u, found.specular, found.specular_differences);
+#endif
+        let pilot_count = select(0u, SAMPLES, parameters.is_pilot == 1u);
+        for (var sample = 0u; sample < pilot_count; sample++) {
+            if (hits[vpl_ray(index, sample)] != NOTHING_HIT) {
+                pilot_samples[pilot_place(packets[index], sample)].found = 0.0;
+            }
+        }
+    }
+}

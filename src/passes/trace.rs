@@ -1,0 +1,173 @@
+//! Trace pass: finds what the rays of a list hit, by the plan's tracer. Other passes emit the rays and shade the hits.
+
+use std::{cell::RefCell, ops::Range, time::Instant};
+
+#[cfg(feature = "test-hooks")]
+use crate::vulkan::Buffer;
+
+use super::{Context, rays::RayTriangles};
+use crate::{
+    Error, Result,
+    plan::{Plan, Tracer},
+    ray_tree,
+    vulkan::{
+        Allocate, BufferUse, Device, Resource, groups_in_rows,
+        shaders::{self, TraceParameters},
+    },
+};
+pub(crate) use ray_tree::Find;
+
+/// Rays in memory: those that a pass has emitted, what they hit, and what they contribute.
+pub(crate) struct RayList<A: Allocate = Device> {
+    rays: A::Buffer,
+    hits: A::Buffer,
+    /// Only with final gathering.
+    contributions: Option<A::Buffer>,
+    is_for_host: bool,
+    capacity: u32,
+    has_phasors: bool,
+}
+
+impl<A: Allocate> RayList<A> {
+    /// Allocates room for the plan's number of rays; `None` if nothing casts rays.
+    pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<RayList<A>>> {
+        let Some(tracer) = plan.tracer else {
+            return Ok(None);
+        };
+        let is_for_host = tracer == Tracer::Host;
+        let usage = match is_for_host {
+            true => BufferUse::Readback,
+            false => BufferUse::Device,
+        };
+        let has_phasors = plan.bounced_tof().is_some();
+        let capacity = u64::from(plan.rays_at_once);
+        let buffer =
+            |name, bytes: usize, usage| allocate.buffer(name, capacity * bytes as u64, usage);
+        // Of the rays that lead to light; those to VPLs have one vector more, but there are as many rays that have none.
+        let contribution = if has_phasors { 32 } else { 16 };
+        let contributions = || buffer("contributions of rays", contribution, BufferUse::Device);
+        Ok(Some(RayList {
+            rays: buffer("rays", size_of::<shaders::Ray>(), usage)?,
+            hits: buffer("hits", size_of::<u32>(), usage)?,
+            contributions: plan.has_final_gather().then(contributions).transpose()?,
+            is_for_host,
+            capacity: plan.rays_at_once,
+            has_phasors,
+        }))
+    }
+}
+
+impl RayList {
+    /// Makes the list that the plan needs, unless it is there.
+    pub fn update(list: &RefCell<Option<RayList>>, context: &Context) -> Result<()> {
+        let plan = context.plan;
+        let mut list = list.borrow_mut();
+        let fits = list.as_ref().is_some_and(|list| {
+            plan.tracer.map(|tracer| tracer == Tracer::Host) == Some(list.is_for_host)
+                && plan.rays_at_once == list.capacity
+                && plan.has_final_gather() == list.contributions.is_some()
+                && plan.bounced_tof().is_some() == list.has_phasors
+        });
+        if !fits {
+            *list = None;
+            *list = RayList::for_plan(context.device, plan)?;
+        }
+        Ok(())
+    }
+
+    /// The lists with their names in the shaders.
+    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let mut resources = vec![
+            ("rays", Resource::Buffer(&self.rays)),
+            ("hits", Resource::Buffer(&self.hits)),
+        ];
+        let contributions = self.contributions.as_ref();
+        resources.extend(contributions.map(|list| ("contributions", Resource::Buffer(list))));
+        resources
+    }
+
+    /// Copies rays to the device.
+    #[cfg(feature = "test-hooks")]
+    pub fn upload(context: &Context, rays: &[ray_tree::Ray]) -> Result<()> {
+        let staging = Buffer::filled(context.device, "rays", rays, BufferUse::Staging)?;
+        context.submit(|recorder| {
+            let list = context.rays.borrow();
+            let list = list.as_ref().ok_or_else(no_list)?;
+            recorder.copy_buffer(&staging, &list.rays, size_of_val(rays) as u64);
+            Ok(())
+        })
+    }
+
+    /// Reads what the first rays hit.
+    #[cfg(feature = "test-hooks")]
+    pub fn read_hits(context: &Context, count: usize) -> Result<Vec<u32>> {
+        let bytes = 4 * count as u64;
+        let readback = Buffer::new(context.device, "hits", bytes, BufferUse::Readback)?;
+        context.submit(|recorder| {
+            let list = context.rays.borrow();
+            let list = list.as_ref().ok_or_else(no_list)?;
+            recorder.barrier();
+            recorder.copy_buffer(&list.hits, &readback, bytes);
+            Ok(())
+        })?;
+        Ok(readback.mapped(count)?.to_vec())
+    }
+}
+
+impl RayTriangles {
+    /// Finds what these rays of the context's list hit.
+    pub fn trace(&self, context: &Context, find: Find, rays: Range<u32>) -> Result<()> {
+        if let Some(tracer) = self.host_tracer() {
+            context.finish()?;
+            let start = Instant::now();
+            let mut list = context.rays.borrow_mut();
+            let list = list.as_mut().ok_or_else(no_list)?;
+            let rays = rays.start as usize..rays.end as usize;
+            let all = list.rays.mapped::<ray_tree::Ray>(rays.end)?;
+            let hits = list.hits.mapped_mut::<u32>(rays.end)?;
+            tracer.trace(find, &all[rays.clone()], &mut hits[rays]);
+            let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+            context
+                .cost
+                .borrow_mut()
+                .times
+                .push(("trace", milliseconds));
+            return Ok(());
+        }
+        let list = context.rays.borrow();
+        let list = list.as_ref().ok_or_else(no_list)?;
+        let words = [
+            match find {
+                Find::Closest => "closest",
+                Find::Any => "any",
+            },
+            self.tracer_word(),
+            self.geometry_word(),
+        ];
+        let pipeline = context.pipelines.compute("trace", &words)?;
+        let mut resources = self.resources();
+        resources.extend(list.resources());
+        let parameters = TraceParameters {
+            first_ray: rays.start,
+            ray_count: rays.end - rays.start,
+        };
+        let groups = groups_in_rows(parameters.ray_count.div_ceil(64));
+        context.record(|recorder| {
+            recorder.pass("trace", |recorder| {
+                recorder.dispatch(&pipeline, &resources, &parameters, groups)
+            })
+        })
+    }
+}
+
+pub(super) fn no_list() -> Error {
+    Error::internal("there is no list of rays")
+}
+
+/// The host reads rays as the shaders write them.
+const _: () = {
+    assert!(size_of::<ray_tree::Ray>() == size_of::<shaders::Ray>());
+    assert!(std::mem::offset_of!(shaders::Ray, t_max) == 12);
+    assert!(std::mem::offset_of!(shaders::Ray, direction) == 16);
+    assert!(std::mem::offset_of!(shaders::Ray, end_height) == 28);
+};
