@@ -36,6 +36,7 @@ from .comparison import compare
 from .dataset import Dataset, DatasetFrame
 from .errors import (
     ArgumentError,
+    ArgumentTypeError,
     CamluxWarning,
     Cancelled,
     DeviceError,
@@ -47,6 +48,7 @@ from .errors import (
     MissingFileError,
     MissingSceneFileError,
     SceneError,
+    SceneTypeError,
     UnsupportedError,
 )
 from .job import run_job
@@ -77,6 +79,7 @@ for _class in (Frame, Image):
 
 __all__ = [
     "ArgumentError",
+    "ArgumentTypeError",
     "AreaLight",
     "Camera",
     "CamluxWarning",
@@ -116,6 +119,7 @@ __all__ = [
     "RsmAverage",
     "Scene",
     "SceneError",
+    "SceneTypeError",
     "Sensor",
     "SensorNoise",
     "SpotLight",

@@ -8,6 +8,7 @@ use camlux::output::{
     Attribute, DATASET_FORMAT, ExrOptions, Layer, NextFrame, dataset_conventions, describe_frame,
     describe_scene, write_exr_files,
 };
+use camlux::scene::IndirectLight;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
@@ -118,6 +119,23 @@ impl DatasetOptions {
             ..ExrOptions::default()
         };
         Ok(DatasetOptions { exr, flow })
+    }
+
+    /// Refuses layers that a frame of the scene will not have. `is_indirect`: the frame has indirect light, even if the scene has none.
+    fn check(&self, state: &SceneState, is_indirect: bool) -> PyResult<()> {
+        let mut scene = state.0.clone();
+        if is_indirect && scene.indirect.is_none() {
+            scene.indirect = Some(IndirectLight::final_gather(1.0));
+        }
+        let mut layers = self.exr.layers.iter().flatten();
+        let is_made =
+            layers.try_for_each(
+                |layer| match self.flow && Layer::OF_SEQUENCE.contains(layer) {
+                    true => Ok(()),
+                    false => layer.check_made_for(&scene),
+                },
+            );
+        is_made.map_err(raised)
     }
 
     /// The contents of dataset.json that do not depend on the number of frames, as JSON.
