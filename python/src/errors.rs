@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 import_exception!(camlux.errors, Error);
 import_exception!(camlux.errors, ArgumentError);
+import_exception!(camlux.errors, ArgumentTypeError);
 import_exception!(camlux.errors, Cancelled);
 import_exception!(camlux.errors, DeviceError);
 import_exception!(camlux.errors, DeviceLostError);
@@ -15,6 +16,7 @@ import_exception!(camlux.errors, LayerError);
 import_exception!(camlux.errors, MissingFileError);
 import_exception!(camlux.errors, MissingSceneFileError);
 import_exception!(camlux.errors, SceneError);
+import_exception!(camlux.errors, SceneTypeError);
 import_exception!(camlux.errors, UnsupportedError);
 import_exception!(camlux.errors, CamluxWarning);
 
@@ -89,7 +91,7 @@ impl Watch {
             && !callback.is_callable()
         {
             let is = callback.get_type().to_string();
-            return Err(ArgumentError::new_err(format!(
+            return Err(ArgumentTypeError::new_err(format!(
                 "progress is {is}; give a function, or True for a bar"
             )));
         }

@@ -11,7 +11,7 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arguments::{check_extension, layers};
+use crate::arguments::{check_extension, layers, refuse};
 use crate::arrays::view;
 use crate::errors::{ArgumentError, LayerError, not_copied, raised};
 
@@ -241,7 +241,11 @@ impl Frame {
     /// plain: writes a file for each layer, with the channels R, G, B or Y that OpenCV reads: x.depth.exr for x.exr.
     ///
     /// Raises FileError.
-    #[pyo3(signature = (path, *, layers=None, half=false, compression="none", plain=false))]
+    #[pyo3(
+        signature = (path, *, layers=None, half=false, compression="none", plain=false, **others),
+        text_signature = "($self, path, *, layers=None, half=False, compression=\"none\", plain=False)"
+    )]
+    #[expect(clippy::too_many_arguments, reason = "Python's keywords")]
     fn save(
         &self,
         py: Python,
@@ -250,7 +254,9 @@ impl Frame {
         half: bool,
         compression: &str,
         plain: bool,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
+        refuse("Frame.save", others)?;
         let frame = self.frame()?;
         check_extension(&path, "exr")?;
         let options = ExrOptions {
@@ -272,6 +278,13 @@ impl Frame {
     fn save_png(&self, py: Python, path: PathBuf) -> PyResult<f32> {
         let frame = self.frame()?;
         check_extension(&path, "png")?;
+        if frame.values(output::Layer::Radiance).is_none() {
+            return Err(LayerError::new_err(format!(
+                "{}: a preview shows the layer \"radiance\", and the frame has only {}; render it with layers=\"radiance\"",
+                path.display(),
+                self.keys()?.join(", ")
+            )));
+        }
         let view = PngView::for_frame(frame);
         let written = py.detach(|| write_png(OutputFile::create(path)?, frame, view));
         Ok(written.map_err(raised)?.white_radiance)

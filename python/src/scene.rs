@@ -24,7 +24,7 @@ pub const FISHEYE: [&str; 4] = ["k1", "k2", "k3", "k4"];
 
 /// The scene that a `camlux.Scene` describes; its values are not validated yet.
 pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
-    let part = Part::new(object.clone(), "scene");
+    let part = Part::new(object.clone(), "scene")?;
     let need = |name: &str, hint: &str| {
         let found = part.part(name)?;
         found.ok_or_else(|| part.error(format_args!("{name} is None"), hint))
@@ -36,7 +36,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     let meshes = part.parts("meshes", "mesh")?;
     let meshes = meshes.iter().map(|mesh| {
         let known = mesh.object.cast::<Mesh>();
-        let known = known.map_err(|_| mesh.error("is not a camlux.Mesh", "give one"))?;
+        let known = known.map_err(|_| mesh.type_error("is not a camlux.Mesh", "give one"))?;
         Ok(known.get().instance.clone())
     });
     let mut scene = camlux::Scene {
@@ -177,7 +177,7 @@ fn light_from(part: &Part) -> PyResult<Light> {
                     RadiationPattern::Projected(image.get().0.clone())
                 } else {
                     let hint = "give a camlux.Pattern or a camlux.ProjectedImage";
-                    return Err(part.error("pattern is of another class", hint));
+                    return Err(part.type_error("pattern is of another class", hint));
                 },
                 power_w: part.bands("power_w")?,
             }
@@ -213,7 +213,7 @@ fn light_from(part: &Part) -> PyResult<Light> {
         }
         _ => {
             let hint = "give a PointLight, SpotLight, DirectionalLight, PatternLight or AreaLight";
-            return Err(part.error(format_args!("is of {}", part.object.get_type()), hint));
+            return Err(part.type_error(format_args!("is of {}", part.object.get_type()), hint));
         }
     })
 }
@@ -259,9 +259,9 @@ impl<'py> Textures<'py> {
         if !given.object.hasattr("texcoord_set")? {
             let hint = "give a camlux.Texture, a camlux.TextureLookup, or None";
             let problem = format_args!("{name} is of {}", given.object.get_type());
-            return Err(part.error(problem, hint));
+            return Err(part.type_error(problem, hint));
         }
-        let given = Part::new(given.object, format!("{}: {name}", part.at));
+        let given = Part::new(given.object, format!("{}: {name}", part.at))?;
         let texture: Bound<'py, Texture> = given.need("texture", "give a camlux.Texture")?;
         let wrap: [String; 2] =
             given.need("wrap", "give two strings, such as (\"repeat\", \"clamp\")")?;
@@ -373,7 +373,7 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
             rsm_size: part.optional("rsm_size", "give a whole number, or None")?,
             max_ms: part.optional_number("max_ms")?,
             max_rays: part.optional("max_rays", "give a whole number, or None")?,
-            stderr_layer: part.need("stderr_layer", "give True or False")?,
+            stderr_layer: part.flag("stderr_layer")?,
         },
         Ok("rsm-average") => IndirectLight::RsmAverage {
             rsm_size: part.count("rsm_size")?,
@@ -384,7 +384,7 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
         },
         _ => {
             let hint = "give a FinalGather, RsmAverage or InstantRadiosity, or None";
-            return Err(part.error(format_args!("is of {}", part.object.get_type()), hint));
+            return Err(part.type_error(format_args!("is of {}", part.object.get_type()), hint));
         }
     })
 }
