@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import json
 import os
-import signal
-import subprocess
 import sys
-import threading
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 from ._fields import knows_its_arguments
 from ._progress import Bar
 from .dataset import Dataset
 from .errors import ArgumentTypeError, CamluxWarning, Cancelled, Error, MissingFileError
+
+if TYPE_CHECKING:
+    import subprocess
 
 _WARNING = "camlux: warning: "
 #: Time between two looks at the manifest, seconds.
@@ -69,6 +69,10 @@ def _run(
     device: str | None,
     report: Callable[[int, int], object] | None,
 ) -> Dataset:
+    import signal
+    import subprocess
+    import threading
+
     command = [sys.executable, "-c", _PROGRAM.format(caller=os.getpid()), "batch", os.fspath(job), "-o", os.fspath(folder)]
     command += [] if device is None else ["--device", device]
     # A process group of its own: a terminal would send Control-C to both processes.
@@ -110,6 +114,8 @@ def _collect(stream: IO[str], lines: list[str]) -> None:
 
 def _watch(process: subprocess.Popen[str], folder: Path, report: Callable[[int, int], object] | None) -> None:
     """Reports progress until the process ends."""
+    import subprocess
+
     shown = -1
     while True:
         try:

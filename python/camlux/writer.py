@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-import tempfile
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -212,6 +210,9 @@ class DatasetWriter:
             raise ArgumentError(f"layers is {copied}, and the files of the data set need {names}; add these, or leave out layers")
 
     def _inputs(self, state: SceneState, description: dict[str, Any], options: dict[str, Any]) -> str:
+        # Imported where it is used, as are others of the package: so that `import camlux` is quick.
+        import hashlib
+
         known = {key: value for key, value in options.items() if key != "progress"}
         parts = [self._about["engine_hash"], state.hash, description, self._settings, known]
         text = json.dumps(parts, sort_keys=True, default=str)
@@ -261,6 +262,8 @@ def _read_lines(path: Path) -> dict[int, dict[str, Any]]:
 
 def _replace(path: Path, text: str) -> None:
     """Replaces a file as a whole."""
+    import tempfile
+
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     with open(descriptor, "w", encoding="utf-8") as file:
         file.write(text)
