@@ -31,6 +31,7 @@ from ._camlux import (
     read_exr,
     reference,
 )
+from ._camlux import Layers as _Layers
 from ._layers import Points
 from .comparison import compare
 from .dataset import Dataset, DatasetFrame
@@ -74,8 +75,7 @@ from .scene import (
 )
 from .writer import DatasetWriter
 
-for _class in (Frame, Image):
-    _Mapping.register(_class)  # pyright: ignore[reportAttributeAccessIssue]
+_Mapping.register(_Layers)  # pyright: ignore[reportAttributeAccessIssue]
 
 __all__ = [
     "ArgumentError",

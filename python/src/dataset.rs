@@ -42,7 +42,7 @@ impl SceneState {
     fn describe(&self, base: &SceneState) -> String {
         let scene = self.0.in_world();
         let camera = scene.camera.basis();
-        let axes = DMat3::from_cols(camera.right, camera.down, camera.forward);
+        let axes = camera.matrix();
         let rotation = DQuat::from_mat3(&axes);
         let poses: Vec<_> = self.moves_since(base).filter_map(pose).collect();
         let described = describe_frame(&scene, &base.0, rotation, &poses);
@@ -175,7 +175,7 @@ impl DatasetOptions {
         base: &SceneState,
         next: Option<&SceneState>,
     ) -> PyResult<(Vec<PathBuf>, String, u64, Vec<String>)> {
-        let rendered = frame.get().frame()?;
+        let rendered = frame.as_super().get().frame()?;
         let written = py.detach(|| {
             let mut exr = self.exr.clone();
             let number = i32::try_from(index).unwrap_or(i32::MAX);

@@ -32,7 +32,7 @@ pub fn reference(
     samples_per_pixel: Option<Bound<'_, PyAny>>,
     progress: Option<Bound<'_, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Frame> {
+) -> PyResult<Py<Frame>> {
     refuse("reference", others)?;
     process::begin()?;
     let stderr = stderr.map(|value| number(&value, "stderr", "a number, such as 0.01 for 1 %"));
@@ -69,5 +69,5 @@ pub fn reference(
             ControlFlow::Break(()) => Err(camlux::Error::Cancelled),
         }
     });
-    Ok(Frame::new(watch.outcome(py, found)?, &scene, None))
+    Frame::create(py, watch.outcome(py, found)?, &scene, None)
 }

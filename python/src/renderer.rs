@@ -10,7 +10,8 @@ use pyo3::types::PyDict;
 use crate::arguments::{count, layers, number, refuse};
 use crate::device::Device;
 use crate::errors::{Watch, not_copied, raised, warn};
-use crate::frame::{Frame, Returned};
+use crate::frame::Frame;
+use crate::layers::Returned;
 use crate::process::OfProcess;
 use crate::scene::scene_from;
 
@@ -121,7 +122,7 @@ impl Renderer {
         layers: Option<Bound<'_, PyAny>>,
         progress: Option<Bound<'_, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Frame> {
+    ) -> PyResult<Py<Frame>> {
         refuse("Renderer.render", others)?;
         let renderer = self.renderer.get()?;
         let wanted = layers.map(|value| self::layers(&value)).transpose()?;
@@ -175,7 +176,7 @@ impl Renderer {
             Ok((frame, warnings))
         });
         let (frame, warnings) = watch.outcome(py, rendered)?;
-        let frame = Frame::new(frame, &scene, Some(self.returned.clone()));
+        let frame = Frame::create(py, frame, &scene, Some(self.returned.clone()))?;
         warn(py, &warnings)?;
         Ok(frame)
     }
