@@ -59,9 +59,14 @@ pub fn not_copied(class: &str, instead: &str) -> PyErr {
 
 /// Shows each text as a [`CamluxWarning`] at the caller's line.
 pub fn warn(py: Python, texts: &[String]) -> PyResult<()> {
+    warn_above(py, texts, 0)
+}
+
+/// Does so where functions of the package, as many as `levels`, are between the caller and this module.
+pub fn warn_above(py: Python, texts: &[String], levels: i32) -> PyResult<()> {
     for text in texts {
         let text = std::ffi::CString::new(text.as_str())?;
-        PyErr::warn(py, &py.get_type::<CamluxWarning>(), &text, 1)?;
+        PyErr::warn(py, &py.get_type::<CamluxWarning>(), &text, 1 + levels)?;
     }
     Ok(())
 }

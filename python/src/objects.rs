@@ -9,7 +9,7 @@ use camlux::scene::{
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::errors::{raised, warn};
+use crate::errors::{raised, warn_above};
 use crate::mesh::meshes;
 use crate::parts::{Pattern, ProjectedImage, Texture};
 use crate::scene::{FISHEYE, RATIONAL, filter_name, wrap_name};
@@ -23,7 +23,8 @@ pub fn load_scene(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
         Ok((scene, warnings))
     });
     let (scene, warnings) = loaded.map_err(raised)?;
-    warn(py, &warnings)?;
+    // `load`, and what checks its arguments.
+    warn_above(py, &warnings, 2)?;
     Classes(py.import("camlux.scene")?).scene(&scene)
 }
 
