@@ -147,8 +147,7 @@ impl Texture {
         };
         let keywords = PyDict::new(py);
         if let Some(encoding) = source.encoding() {
-            let is_linear = encoding == Encoding::Linear;
-            keywords.set_item("encoding", if is_linear { "linear" } else { "srgb" })?;
+            keywords.set_item("encoding", encoding.name())?;
         }
         made_by_new(slf.as_any(), (&texture.name, pixels), keywords)
     }
@@ -198,13 +197,11 @@ fn source<C: Component + numpy::Element>(
 
 /// How integers encode values; `at`: the name of the object, for messages.
 fn encoding_named(name: &str, at: &str) -> PyResult<Encoding> {
-    match name {
-        "srgb" => Ok(Encoding::Srgb),
-        "linear" => Ok(Encoding::Linear),
-        other => Err(SceneError::new_err(format!(
-            "{at}: encoding is \"{other}\"; give \"srgb\" or \"linear\""
-        ))),
-    }
+    let known = Encoding::ALL.into_iter().find(|known| known.name() == name);
+    known.ok_or_else(|| {
+        let problem = format!("{at}: encoding is \"{name}\"");
+        SceneError::new_err(format!("{problem}; give \"srgb\" or \"linear\""))
+    })
 }
 
 /// The measured radiant intensity of a lamp over all directions, in the C-γ system of the CIE.

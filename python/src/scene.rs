@@ -16,12 +16,6 @@ use crate::errors::raised;
 use crate::mesh::Mesh;
 use crate::parts::{Pattern, ProjectedImage, Texture};
 
-const FILTERS: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
-const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
-const FILTERS_OF_TEXTURES: [Filter; 2] = [Filter::Bilinear, Filter::Nearest];
-pub const RATIONAL: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
-pub const FISHEYE: [&str; 4] = ["k1", "k2", "k3", "k4"];
-
 /// The scene that a `camlux.Scene` describes; its values are not validated yet.
 pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     let part = Part::new(object.clone(), "scene")?;
@@ -74,7 +68,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
 
 fn camera_from(part: &Part) -> PyResult<Camera> {
     let samples = part.count("samples")?;
-    let filter = part.choice("filter", &FILTERS, PixelFilter::name)?;
+    let filter = part.choice("filter", &PixelFilter::ALL, PixelFilter::name)?;
     let intrinsics = part.part("intrinsics_px")?;
     let intrinsics = intrinsics.map(|k| intrinsics_from(&k)).transpose()?;
     let distortion = part.part("distortion")?;
@@ -128,9 +122,15 @@ fn distortion_from(part: &Part) -> PyResult<Distortion> {
     }
     // A fisheye lens has no tangential coefficients.
     if part.object.hasattr("p1")? {
-        Ok(Distortion::Rational(coefficients(part, RATIONAL)?))
+        Ok(Distortion::Rational(coefficients(
+            part,
+            Distortion::RATIONAL,
+        )?))
     } else {
-        Ok(Distortion::Fisheye(coefficients(part, FISHEYE)?))
+        Ok(Distortion::Fisheye(coefficients(
+            part,
+            Distortion::FISHEYE,
+        )?))
     }
 }
 
@@ -218,21 +218,6 @@ fn light_from(part: &Part) -> PyResult<Light> {
     })
 }
 
-pub fn wrap_name(wrap: Wrap) -> &'static str {
-    match wrap {
-        Wrap::Repeat => "repeat",
-        Wrap::Mirror => "mirror",
-        Wrap::Clamp => "clamp",
-    }
-}
-
-pub fn filter_name(filter: Filter) -> &'static str {
-    match filter {
-        Filter::Bilinear => "bilinear",
-        Filter::Nearest => "nearest",
-    }
-}
-
 /// The textures of a scene, each once.
 #[derive(Default)]
 struct Textures<'py> {
@@ -266,12 +251,12 @@ impl<'py> Textures<'py> {
         let wrap: [String; 2] =
             given.need("wrap", "give two strings, such as (\"repeat\", \"clamp\")")?;
         let wrap = wrap.map(|word| {
-            let known = WRAPS.into_iter().find(|&wrap| wrap_name(wrap) == word);
+            let known = Wrap::ALL.into_iter().find(|wrap| wrap.name() == word);
             let hint = "give one of: repeat, mirror, clamp";
             known.ok_or_else(|| given.error(format_args!("wrap is \"{word}\""), hint))
         });
         let [wrap_u, wrap_v] = wrap;
-        let filter = given.choice("filter", &FILTERS_OF_TEXTURES, filter_name)?;
+        let filter = given.choice("filter", &Filter::ALL, Filter::name)?;
         Ok(Some(TextureLookup {
             texture: self.index(&texture),
             texcoord_set: given.count("texcoord_set")?,
