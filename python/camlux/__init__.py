@@ -31,11 +31,13 @@ from ._camlux import (
     read_exr,
     reference,
 )
+from ._camlux import Layers as _Layers
 from ._layers import Points
 from .comparison import compare
 from .dataset import Dataset, DatasetFrame
 from .errors import (
     ArgumentError,
+    ArgumentTypeError,
     CamluxWarning,
     Cancelled,
     DeviceError,
@@ -47,6 +49,7 @@ from .errors import (
     MissingFileError,
     MissingSceneFileError,
     SceneError,
+    SceneTypeError,
     UnsupportedError,
 )
 from .job import run_job
@@ -72,11 +75,11 @@ from .scene import (
 )
 from .writer import DatasetWriter
 
-for _class in (Frame, Image):
-    _Mapping.register(_class)  # pyright: ignore[reportAttributeAccessIssue]
+_Mapping.register(_Layers)  # pyright: ignore[reportAttributeAccessIssue]
 
 __all__ = [
     "ArgumentError",
+    "ArgumentTypeError",
     "AreaLight",
     "Camera",
     "CamluxWarning",
@@ -116,6 +119,7 @@ __all__ = [
     "RsmAverage",
     "Scene",
     "SceneError",
+    "SceneTypeError",
     "Sensor",
     "SensorNoise",
     "SpotLight",

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import html as markup
-import struct
-import zlib
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, Union
 
 import numpy as np
@@ -48,6 +44,9 @@ def points(image: Layered) -> Points:
 
 def png(image: Layered) -> bytes | None:
     """The radiance as a PNG file."""
+    import struct
+    import zlib
+
     radiance = image.get("radiance")
     if radiance is None:
         return None
@@ -77,6 +76,9 @@ def text(image: Layered) -> str:
 
 def html(image: Layered) -> str:
     """The picture, and a table of the layers and errors."""
+    import base64
+    import html as markup
+
     picture = png(image)
     shown = ""
     if picture is not None:

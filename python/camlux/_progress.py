@@ -18,8 +18,10 @@ class Bar:
         self._bar: Any = tqdm(total=1.0, bar_format="{desc}{percentage:3.0f}% {bar} {elapsed}<{remaining}")
 
     def __call__(self, progress: Any) -> None:
-        fraction = float(getattr(progress, "fraction", progress))
-        self._bar.set_description_str(getattr(progress, "pass_name", ""), refresh=False)
+        self.show(float(getattr(progress, "fraction", progress)), getattr(progress, "pass_name", ""))
+
+    def show(self, fraction: float, text: str) -> None:
+        self._bar.set_description_str(text, refresh=False)
         self._bar.update(max(fraction - self._bar.n, 0.0))
 
     def close(self, is_done: bool) -> None:

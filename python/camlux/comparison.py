@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._camlux import Comparison, Frame, Image, compare_arrays
+from ._fields import knows_its_arguments
 from ._layers import surface
 from .dataset import DatasetFrame
 from .errors import ArgumentError
@@ -18,6 +19,7 @@ _NOISY = ("indirect", "radiance")
 _LAYERED = (Frame, Image, DatasetFrame)
 
 
+@knows_its_arguments
 def compare(
     image: Frame | Image | DatasetFrame | npt.ArrayLike,
     reference: Frame | Image | DatasetFrame | npt.ArrayLike,

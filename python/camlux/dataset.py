@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from . import _layers
 from ._camlux import Image, read_exr
+from ._fields import knows_its_arguments
 from ._layers import Points
 from .errors import LayerError, MissingFileError
 
@@ -174,6 +175,7 @@ class Dataset:
     about: dict[str, Any]
     failed: list[dict[str, Any]]
 
+    @knows_its_arguments
     def __init__(self, folder: str | os.PathLike[str], transform: Callable[[DatasetFrame], Any] | None = None) -> None:
         self.folder = Path(folder)
         self.transform = transform
@@ -181,7 +183,7 @@ class Dataset:
             self.about = json.loads((self.folder / "dataset.json").read_text(encoding="utf-8"))
             manifest = (self.folder / "manifest.jsonl").read_text(encoding="utf-8")
         except FileNotFoundError as error:
-            raise MissingFileError(f"{error.filename}: there is no such file; give the folder that camlux batch has written") from None
+            raise MissingFileError(f"{error.filename}: there is no such file; {self._hint()}") from None
         by_index: dict[int, dict[str, Any]] = {}
         for text in manifest.splitlines():
             try:
@@ -192,6 +194,15 @@ class Dataset:
         lines = [line for _, line in sorted(by_index.items())]
         self.lines = [line for line in lines if "blake3" in line]
         self.failed = [line for line in lines if "error" in line]
+
+    def _hint(self) -> str:
+        """What to do if a file of the data set is missing."""
+        shards = sorted(self.folder.glob("manifest-*-of-*.jsonl"))
+        if not shards:
+            return "give the folder that camlux batch has written"
+        job = (getattr(self, "about", {}).get("job") or {}).get("file", "JOB.toml")
+        names = ", ".join(path.name for path in shards)
+        return f"the folder has the manifests of shards alone ({names}); merge them by: camlux batch {job} -o {self.folder} --merge"
 
     def __len__(self) -> int:
         return len(self.lines)

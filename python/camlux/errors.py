@@ -19,6 +19,14 @@ class ArgumentError(Error, ValueError):
     """An argument of a function has a value that cannot be used."""
 
 
+class SceneTypeError(SceneError, TypeError):
+    """A part of a scene is of a type that it cannot have, such as a class instead of an object of it."""
+
+
+class ArgumentTypeError(ArgumentError, TypeError):
+    """An argument is of a type that it cannot have, or there is no argument of its name."""
+
+
 class UnsupportedError(Error, TypeError):
     """An object cannot be copied or pickled, or an operation is not defined for its class."""
 

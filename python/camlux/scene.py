@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from . import _camlux
 from ._camlux import Mesh, Pattern, ProjectedImage, Texture
-from ._fields import Fields
+from ._fields import Fields, knows_its_arguments
 from .errors import SceneError
 
 #: A number of Python or numpy.
@@ -106,6 +106,7 @@ class Camera(Fields):
     filter: Literal["box", "gaussian"] | None = None
 
     @staticmethod
+    @knows_its_arguments
     def from_matrix(
         camera_to_world: Matrix,
         intrinsics: Matrix,
@@ -264,7 +265,8 @@ class TextureLookup(Fields):
     texture: the texture.
     texcoord_set: 0: by the mesh's `texcoords`; 1: by its `texcoords_1`.
     transform: the rows of the affine transform from (u, v, 1) of the mesh to (u, v) of the texture.
-    wrap: what is beyond 0 and 1, along u and v. mirror: repeated, every second time mirrored; clamp: the texels at the edge.
+    wrap: what is beyond 0 and 1, along u and v. repeat: the texels at an edge blend with those at the opposite edge; mirror: repeated, every
+        second time mirrored; clamp: the texels at the edge, for a picture that covers a surface once.
     filter: between texels.
     """
 
@@ -285,7 +287,8 @@ class Material(Fields):
     shininess: Phong exponent, 0 or more; required where ks is above 0.
     kd_texture: multiplies kd.
     normal_texture: turns the normal. Red, green and blue from 0 to 1 stand for -1 to 1: along the direction in which u grows, across it on
-        the side to which v grows, and along the normal of the mesh.
+        the side to which v grows, and along the normal of the mesh. The flat (128, 128, 255) of 8 bits tilts it by 0.32 degrees; floats of
+        (0.5, 0.5, 1) are exactly flat.
     alpha_texture: cut-out: there is no surface where its alpha, or the brightness of a texture without alpha, is below
         `alpha_cutoff`.
     ks_texture: multiplies ks.
@@ -458,6 +461,7 @@ class Scene(Fields):
         ) -> None: ...
 
     @staticmethod
+    @knows_its_arguments
     def load(path: str | os.PathLike[str]) -> Scene:
         """Loads a scene file and the meshes, materials and textures that it names.
 
@@ -465,6 +469,7 @@ class Scene(Fields):
         """
         return _camlux.load_scene(path)
 
+    @knows_its_arguments
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Writes the scene to a folder: scene.toml, with its meshes, textures and patterns below.
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-import tempfile
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,8 +11,12 @@ from types import TracebackType
 from typing import IO, Any, Literal
 
 from ._camlux import DatasetOptions, Frame, Renderer, SceneState, hash_files
-from .errors import CamluxWarning, Cancelled, Error, FileError
+from ._fields import knows_its_arguments
+from .errors import ArgumentError, CamluxWarning, Cancelled, Error, FileError
 from .scene import Scene
+
+#: The layers that the writer itself adds.
+_OF_FLOW = ("flow", "scene_flow")
 
 
 class DatasetWriter:
@@ -26,11 +28,12 @@ class DatasetWriter:
                 writer.render(scene, target_error=0.05)
 
     The same loop run again continues where it was stopped or killed: frames that are there are not rendered again, unless their scene or
-    their settings have changed.
+    their settings have changed. A shorter loop keeps the frames that it does not reach, and warns of them.
     """
 
     folder: Path
 
+    @knows_its_arguments
     def __init__(
         self,
         folder: str | os.PathLike[str],
@@ -38,7 +41,7 @@ class DatasetWriter:
         *,
         renderer: Renderer | None = None,
         flow: bool = False,
-        layers: Sequence[str] | None = None,
+        layers: str | Sequence[str] | None = None,
         half: bool = False,
         compression: Literal["none", "rle", "zips", "zip", "piz"] = "rle",
         plain: bool = False,
@@ -52,9 +55,12 @@ class DatasetWriter:
         self._renderer = renderer or Renderer()
         self._flow = flow
         self._options = DatasetOptions(flow, layers, half, compression, plain)
-        self._settings = [flow, None if layers is None else list(layers), half, compression, plain]
+        self._layers = None if layers is None else [layers] if isinstance(layers, str) else list(layers)
+        self._settings = [flow, self._layers, half, compression, plain]
         self._plain = plain
         self._base = SceneState(scene)
+        # A loop may render with a target_error, and so with indirect light.
+        self._options.check(self._base, True)
         self._about: dict[str, Any] = json.loads(self._options.describe(self._base))
         _refuse_job(self.folder)
         (self.folder / "frames").mkdir(parents=True, exist_ok=True)
@@ -79,6 +85,7 @@ class DatasetWriter:
         options.setdefault("frame_index", index)
         try:
             state = SceneState(scene)
+            self._check_layers(state, options)
         except Error as error:
             self._end_held(None)
             self._lines.pop(index, None)
@@ -114,20 +121,29 @@ class DatasetWriter:
 
     def close(self) -> None:
         """Writes the last frame and the whole manifest. The `with` statement calls it."""
+        self._close()
+
+    def _close(self) -> None:
         if self._lock is None:
             return
-        self._end_held(None)
-        self._lines = {index: line for index, line in self._lines.items() if index < self._next}
+        later = sorted(index for index in self._lines if index >= self._next)
+        if self._held is None or self._held[1] is not None or not later:
+            self._end_held(None)
+        # Else the frame before is there, with its flow to a frame that stays.
+        self._held = None
         self._write_lines()
-        self._write_about(self._next)
+        self._write_about(max(self._lines, default=-1) + 1 if later else self._next)
         self._release()
+        if later:
+            problem = f"frames {later[0]} to {later[-1]} are of an earlier loop, which was longer, and stay; to be rid of them, delete the folder first"
+            warnings.warn(f"{self.folder}: {problem}", CamluxWarning, stacklevel=3)
 
     def __enter__(self) -> DatasetWriter:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if kind is None:
-            self.close()
+            self._close()
         else:
             # The frame before may not be the last one of the loop, so its flow is not known.
             self._held = None
@@ -179,7 +195,24 @@ class DatasetWriter:
             line["flow_to"] = flow_to
         self._append(line)
 
+    def _check_layers(self, state: SceneState, options: dict[str, Any]) -> None:
+        """Refuses, before a frame is rendered, layers that it will not have."""
+        self._options.check(state, options.get("target_error") is not None)
+        copied = options.get("layers")
+        if copied is None:
+            return
+        copied = [copied] if isinstance(copied, str) else list(copied)
+        due = [name for name in self._layers or [] if not (self._flow and name in _OF_FLOW)]
+        due += ["range", "id.instance"] if self._flow else []
+        missing = [name for name in dict.fromkeys(due) if name not in copied]
+        if missing:
+            names = ", ".join(missing)
+            raise ArgumentError(f"layers is {copied}, and the files of the data set need {names}; add these, or leave out layers")
+
     def _inputs(self, state: SceneState, description: dict[str, Any], options: dict[str, Any]) -> str:
+        # Imported where it is used, as are others of the package: so that `import camlux` is quick.
+        import hashlib
+
         known = {key: value for key, value in options.items() if key != "progress"}
         parts = [self._about["engine_hash"], state.hash, description, self._settings, known]
         text = json.dumps(parts, sort_keys=True, default=str)
@@ -206,7 +239,8 @@ class DatasetWriter:
 def _refuse_job(folder: Path) -> None:
     """Raises an error for the data set of a job, whose manifest a loop would replace."""
     try:
-        job = json.loads((folder / "dataset.json").read_text(encoding="utf-8"))["job"]
+        about = json.loads((folder / "dataset.json").read_text(encoding="utf-8"))
+        job = about["job"] and about["job"]["file"]
     except (OSError, ValueError, KeyError, TypeError):
         return
     if job is not None:
@@ -228,6 +262,8 @@ def _read_lines(path: Path) -> dict[int, dict[str, Any]]:
 
 def _replace(path: Path, text: str) -> None:
     """Replaces a file as a whole."""
+    import tempfile
+
     descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     with open(descriptor, "w", encoding="utf-8") as file:
         file.write(text)

@@ -7,7 +7,7 @@ use numpy::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::SceneError;
+use crate::errors::{SceneError, SceneTypeError};
 
 /// An array element that can be made from a number of another type.
 pub trait Number: Sized {
@@ -81,23 +81,30 @@ pub fn numbers<T: Number + Copy>(
     name: &str,
     expected: &str,
 ) -> PyResult<Vec<T>> {
-    let wrong = |what: String| SceneError::new_err(format!("{name} {what}; give {expected}"));
+    let wrong_type = |_: f64| {
+        let kind = array.dtype();
+        SceneTypeError::new_err(format!("{name} is an array of {kind}; give {expected}"))
+    };
+    let wrong_value =
+        |value: i64| SceneError::new_err(format!("{name} holds {value}; give {expected}"));
     let py = array.py();
     macro_rules! read {
         ($from:ident, $problem:expr, $($source:ty),*) => {
             $(if array.dtype().is_equiv_to(&numpy::dtype::<$source>(py)) {
                 let array: PyReadonlyArrayDyn<$source> = array.extract()?;
                 let number = |&value: &$source| {
-                    T::$from(value.into()).ok_or_else(|| wrong($problem(value.into())))
+                    T::$from(value.into()).ok_or_else(|| $problem(value.into()))
                 };
                 return array.as_array().iter().map(number).collect();
             })*
         };
     }
-    let of_type = |_: f64| format!("is an array of {}", array.dtype());
-    let of_value = |value: i64| format!("holds {value}");
-    read!(from_f64, of_type, f32, f64);
-    read!(from_i64, of_value, i64, i32, u32, u16, i16, u8, i8);
+    read!(from_f64, wrong_type, f32, f64);
+    read!(from_i64, wrong_value, i64, i32, u32, u16, i16, u8, i8);
+    // numpy would make numbers of them.
+    if array.dtype().kind() == b'b' {
+        return Err(wrong_type(0.0));
+    }
     // Other arrays, such as those with the other byte order, are converted by numpy if nothing is lost.
     for kind in ["int64", "float64"] {
         let options = PyDict::new(py);
@@ -106,7 +113,7 @@ pub fn numbers<T: Number + Copy>(
             return numbers(converted.cast()?, name, expected);
         }
     }
-    Err(wrong(of_type(0.0)))
+    Err(wrong_type(0.0))
 }
 
 /// A read-only array that reads memory of `owner` and keeps it alive.

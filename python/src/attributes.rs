@@ -1,9 +1,10 @@
 //! Reads the attributes of scene.py's objects; each error names the part of the scene.
 
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyList, PyType};
 
-use crate::errors::SceneError;
+use crate::arguments::{is_bool, shown};
+use crate::errors::{SceneError, SceneTypeError};
 
 /// An object, and its name in messages: `light 0`.
 pub struct Part<'py> {
@@ -12,21 +13,32 @@ pub struct Part<'py> {
 }
 
 impl<'py> Part<'py> {
-    pub fn new(object: Bound<'py, PyAny>, at: impl Into<String>) -> Self {
-        Part {
+    pub fn new(object: Bound<'py, PyAny>, at: impl Into<String>) -> PyResult<Self> {
+        let part = Part {
             object,
             at: at.into(),
+        };
+        // It has attributes of the right names, without values.
+        if let Ok(class) = part.object.cast::<PyType>() {
+            let name = class.name()?;
+            let hint = format!("give an object of it: {name}(...)");
+            return Err(part.type_error(format_args!("is the class {name}"), &hint));
         }
+        Ok(part)
     }
 
     pub fn error(&self, problem: impl std::fmt::Display, hint: &str) -> PyErr {
         SceneError::new_err(format!("{}: {problem}; {hint}", self.at))
     }
 
+    pub fn type_error(&self, problem: impl std::fmt::Display, hint: &str) -> PyErr {
+        SceneTypeError::new_err(format!("{}: {problem}; {hint}", self.at))
+    }
+
     fn get(&self, name: &str) -> PyResult<Bound<'py, PyAny>> {
         self.object.getattr(name).map_err(|_| {
             let is = self.object.get_type().to_string();
-            self.error(
+            self.type_error(
                 format_args!("{is} has no {name}"),
                 "give an object of a class of camlux.scene",
             )
@@ -37,14 +49,12 @@ impl<'py> Part<'py> {
     where
         T: for<'a> FromPyObject<'a, 'py>,
     {
-        value.extract().map_err(|_| {
-            // The object's class, if its `repr` fails.
-            let shown = value.repr().map_or_else(
-                |_| value.get_type().to_string(),
-                |repr| repr.to_string_lossy().chars().take(200).collect(),
-            );
-            self.error(format_args!("{name} is {shown}"), expected)
-        })
+        if is_bool(&value) {
+            return Err(self.type_error(format_args!("{name} is {}", shown(&value)), expected));
+        }
+        value
+            .extract()
+            .map_err(|_| self.error(format_args!("{name} is {}", shown(&value)), expected))
     }
 
     pub fn need<T>(&self, name: &str, expected: &str) -> PyResult<T>
@@ -77,6 +87,13 @@ impl<'py> Part<'py> {
         self.need(name, "give a whole number from 0 to 4294967295")
     }
 
+    pub fn flag(&self, name: &str) -> PyResult<bool> {
+        let value = self.get(name)?;
+        let problem = || format!("{name} is {}", shown(&value));
+        let flag = value.extract();
+        flag.map_err(|_| self.type_error(problem(), "give True or False"))
+    }
+
     pub fn text(&self, name: &str) -> PyResult<String> {
         self.need(name, "give a string")
     }
@@ -90,7 +107,9 @@ impl<'py> Part<'py> {
     /// One number for all bands, or one per band.
     pub fn bands(&self, name: &str) -> PyResult<[f64; 3]> {
         let value = self.get(name)?;
-        if let Ok(one) = value.extract() {
+        if !is_bool(&value)
+            && let Ok(one) = value.extract()
+        {
             return Ok([one; 3]);
         }
         self.extract(
@@ -123,8 +142,8 @@ impl<'py> Part<'py> {
     /// The object of that name, unless it is None.
     pub fn part(&self, name: &str) -> PyResult<Option<Part<'py>>> {
         let value = self.get(name)?;
-        let part = || Part::new(value.clone(), name);
-        Ok((!value.is_none()).then(part))
+        let part = (!value.is_none()).then(|| Part::new(value, name));
+        part.transpose()
     }
 
     /// The objects of a list, named `one` and their index.
@@ -136,10 +155,10 @@ impl<'py> Part<'py> {
         });
         let list = listed.map_err(|_| {
             let is = value.get_type().to_string();
-            self.error(format_args!("{name} is {is}"), "give a list")
+            self.type_error(format_args!("{name} is {is}"), "give a list")
         })?;
         let numbered = list.iter().enumerate();
         let parts = numbered.map(|(index, object)| Part::new(object, format!("{one} {index}")));
-        Ok(parts.collect())
+        parts.collect()
     }
 }

@@ -8,6 +8,7 @@ use camlux::output::{
     Attribute, DATASET_FORMAT, ExrOptions, Layer, NextFrame, dataset_conventions, describe_frame,
     describe_scene, write_exr_files,
 };
+use camlux::scene::IndirectLight;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
@@ -41,7 +42,7 @@ impl SceneState {
     fn describe(&self, base: &SceneState) -> String {
         let scene = self.0.in_world();
         let camera = scene.camera.basis();
-        let axes = DMat3::from_cols(camera.right, camera.down, camera.forward);
+        let axes = camera.matrix();
         let rotation = DQuat::from_mat3(&axes);
         let poses: Vec<_> = self.moves_since(base).filter_map(pose).collect();
         let described = describe_frame(&scene, &base.0, rotation, &poses);
@@ -120,6 +121,23 @@ impl DatasetOptions {
         Ok(DatasetOptions { exr, flow })
     }
 
+    /// Refuses layers that a frame of the scene will not have. `is_indirect`: the frame has indirect light, even if the scene has none.
+    fn check(&self, state: &SceneState, is_indirect: bool) -> PyResult<()> {
+        let mut scene = state.0.clone();
+        if is_indirect && scene.indirect.is_none() {
+            scene.indirect = Some(IndirectLight::final_gather(1.0));
+        }
+        let mut layers = self.exr.layers.iter().flatten();
+        let is_made =
+            layers.try_for_each(
+                |layer| match self.flow && Layer::OF_SEQUENCE.contains(layer) {
+                    true => Ok(()),
+                    false => layer.check_made_for(&scene),
+                },
+            );
+        is_made.map_err(raised)
+    }
+
     /// The contents of dataset.json that do not depend on the number of frames, as JSON.
     fn describe(&self, base: &SceneState) -> String {
         let mut scene = json!({ "file": "scene", "hash": base.0.hash(), "frames": "frames/" });
@@ -157,7 +175,7 @@ impl DatasetOptions {
         base: &SceneState,
         next: Option<&SceneState>,
     ) -> PyResult<(Vec<PathBuf>, String, u64, Vec<String>)> {
-        let rendered = frame.get().frame()?;
+        let rendered = frame.as_super().get().frame()?;
         let written = py.detach(|| {
             let mut exr = self.exr.clone();
             let number = i32::try_from(index).unwrap_or(i32::MAX);

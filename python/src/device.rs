@@ -2,8 +2,9 @@
 
 use camlux::{DeviceChoice, DeviceOptions};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::arguments::count;
+use crate::arguments::{count, refuse};
 use crate::errors::{not_copied, raised};
 use crate::process::{self, OfProcess};
 
@@ -84,8 +85,17 @@ impl Device {
 #[pymethods]
 impl Device {
     #[new]
-    #[pyo3(signature = (choice=None, *, validation=false))]
-    pub fn new(py: Python, choice: Option<Bound<'_, PyAny>>, validation: bool) -> PyResult<Device> {
+    #[pyo3(
+        signature = (choice=None, *, validation=false, **others),
+        text_signature = "(choice=None, *, validation=False)"
+    )]
+    pub fn new(
+        py: Python,
+        choice: Option<Bound<'_, PyAny>>,
+        validation: bool,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Device> {
+        refuse("Device", others)?;
         let choice = choice.map(|choice| match choice.extract::<String>() {
             Ok(name) => Ok(name),
             Err(_) => count(&choice, "choice").map(|index| index.to_string()),

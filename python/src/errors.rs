@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 import_exception!(camlux.errors, Error);
 import_exception!(camlux.errors, ArgumentError);
+import_exception!(camlux.errors, ArgumentTypeError);
 import_exception!(camlux.errors, Cancelled);
 import_exception!(camlux.errors, DeviceError);
 import_exception!(camlux.errors, DeviceLostError);
@@ -15,6 +16,7 @@ import_exception!(camlux.errors, LayerError);
 import_exception!(camlux.errors, MissingFileError);
 import_exception!(camlux.errors, MissingSceneFileError);
 import_exception!(camlux.errors, SceneError);
+import_exception!(camlux.errors, SceneTypeError);
 import_exception!(camlux.errors, UnsupportedError);
 import_exception!(camlux.errors, CamluxWarning);
 
@@ -57,9 +59,14 @@ pub fn not_copied(class: &str, instead: &str) -> PyErr {
 
 /// Shows each text as a [`CamluxWarning`] at the caller's line.
 pub fn warn(py: Python, texts: &[String]) -> PyResult<()> {
+    warn_above(py, texts, 0)
+}
+
+/// Does so where functions of the package, as many as `levels`, are between the caller and this module.
+pub fn warn_above(py: Python, texts: &[String], levels: i32) -> PyResult<()> {
     for text in texts {
         let text = std::ffi::CString::new(text.as_str())?;
-        PyErr::warn(py, &py.get_type::<CamluxWarning>(), &text, 1)?;
+        PyErr::warn(py, &py.get_type::<CamluxWarning>(), &text, 1 + levels)?;
     }
     Ok(())
 }
@@ -89,7 +96,7 @@ impl Watch {
             && !callback.is_callable()
         {
             let is = callback.get_type().to_string();
-            return Err(ArgumentError::new_err(format!(
+            return Err(ArgumentTypeError::new_err(format!(
                 "progress is {is}; give a function, or True for a bar"
             )));
         }

@@ -1,10 +1,9 @@
 //! OpenEXR images, and their comparison.
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 
 use camlux::metrics::{self, CorrectedRmse, Pixels};
-use camlux::output::{Layer, LayeredImage, srgb_byte, white_radiance};
+use camlux::output::{LayeredImage, srgb_byte, white_radiance};
 use numpy::{
     IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArray1, PyReadonlyArrayDyn,
     PyUntypedArrayMethods,
@@ -12,138 +11,26 @@ use numpy::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::view;
-use crate::errors::{LayerError, not_copied, raised};
-use crate::frame::{SEND_ARRAYS, shared};
+use crate::errors::raised;
+use crate::layers::Layers;
 
 /// An OpenEXR image: a mapping from the names of its layers to arrays, (height, width) or (height, width, channels).
 ///
 /// Ids are uint32, all others float32. Arrays read the memory of the image and keep it alive. They are read-only: copy them to change them.
-#[pyclass(module = "camlux", frozen, mapping)]
-pub struct Image(LayeredImage);
+#[pyclass(module = "camlux", frozen, extends = Layers)]
+pub struct Image;
 
 #[pymethods]
 impl Image {
-    fn __getitem__<'py>(slf: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-        let image = &slf.get().0;
-        let Some(layer) = image.layer(name) else {
-            return Err(LayerError::new_err(format!(
-                "the image has no layer \"{name}\"; it has {}",
-                slf.get().keys().join(", ")
-            )));
-        };
-        let [width, height] = image.resolution_px().map(|px| px as usize);
-        let shape = match layer.channel_names.len() {
-            1 => vec![height, width],
-            channels => vec![height, width, channels],
-        };
-        if !Layer::from_name(name).is_some_and(Layer::is_id) {
-            return Ok(view(&layer.values, &shape, slf.clone().into_any())?.into_any());
-        }
-        let ids = layer.values.iter().map(|&id| id as u32);
-        let ids = ids.collect::<Vec<_>>().into_pyarray(slf.py());
-        let ids = ids.reshape(shape)?;
-        Ok(ids.readwrite().make_nonwriteable().as_any().clone())
-    }
-
-    fn __contains__(&self, name: &str) -> bool {
-        self.0.layer(name).is_some()
-    }
-
-    fn __len__(&self) -> usize {
-        self.0.layers().len()
-    }
-
-    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let names = self.keys().into_pyobject(py)?;
-        Ok(names.try_iter()?.into_any())
-    }
-
-    /// The names of the layers.
-    fn keys(&self) -> Vec<&str> {
-        let layers = self.0.layers().iter();
-        layers.map(|layer| layer.name.as_str()).collect()
-    }
-
-    /// Names and arrays of the layers.
-    fn items<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
-        let names = slf.get().keys().into_iter();
-        let items = names.map(|name| Ok((name.to_owned(), Self::__getitem__(slf, name)?)));
-        items.collect()
-    }
-
-    /// The arrays of the layers.
-    fn values<'py>(slf: &Bound<'py, Self>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let names = slf.get().keys().into_iter();
-        names.map(|name| Self::__getitem__(slf, name)).collect()
-    }
-
-    /// The array of a layer, or the default if the image has no such layer.
-    #[pyo3(signature = (name, default=None, /))]
-    fn get<'py>(
-        slf: &Bound<'py, Self>,
-        name: &str,
-        default: Option<Bound<'py, PyAny>>,
-    ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        match slf.get().__contains__(name) {
-            true => Self::__getitem__(slf, name).map(Some),
-            false => Ok(default),
-        }
-    }
-
-    /// The unit of each layer for which the header has one.
-    #[getter]
-    fn units(&self) -> HashMap<&str, &str> {
-        let names = self.keys().into_iter();
-        let unit = |name| Some((name, self.0.attribute(&format!("camlux.unit.{name}"))?));
-        names.filter_map(unit).collect()
-    }
-
-    /// The surface points that the pixels show, with their colours: camlux.Points. It needs the layers P and radiance.
-    fn points<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        shared(slf.as_any(), "points")
-    }
-
-    /// For notebooks: the radiance as a PNG file; None without that layer.
-    fn _repr_png_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        shared(slf.as_any(), "png")
-    }
-
-    /// For notebooks: the picture, and a table of the layers and errors.
-    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        shared(slf.as_any(), "html")
-    }
-
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    fn __deepcopy__(slf: Py<Self>, _memo: Bound<'_, PyAny>) -> Py<Self> {
-        slf
-    }
-
-    fn __reduce__(&self) -> PyResult<()> {
-        Err(not_copied("Image", SEND_ARRAYS))
-    }
-
-    /// Width, height.
-    #[getter]
-    fn resolution_px(&self) -> (u32, u32) {
-        self.0.resolution_px().into()
-    }
-
     /// The texts and numbers of the header, as text by name; docs/output.md lists those that camlux writes.
     #[getter]
-    fn attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let attributes = PyDict::new(py);
-        for (name, value) in self.0.attributes() {
+    fn attributes<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let attributes = PyDict::new(slf.py());
+        let image = slf.as_super().get().image();
+        for (name, value) in image.into_iter().flat_map(LayeredImage::attributes) {
             attributes.set_item(name, value)?;
         }
         Ok(attributes)
-    }
-
-    fn __repr__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        shared(slf.as_any(), "text")
     }
 }
 
@@ -151,9 +38,9 @@ impl Image {
 ///
 /// Raises FileError if it cannot be read.
 #[pyfunction]
-pub fn read_exr(py: Python, path: PathBuf) -> PyResult<Image> {
-    let image = py.detach(|| LayeredImage::read(&path));
-    Ok(Image(image.map_err(raised)?))
+pub fn read_exr(py: Python, path: PathBuf) -> PyResult<Py<Image>> {
+    let image = py.detach(|| LayeredImage::read(&path)).map_err(raised)?;
+    Py::new(py, (Image, Layers::of_image(image)))
 }
 
 /// For pictures: a radiance, (height, width, 3), as the preview shows it, sRGB.

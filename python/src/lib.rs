@@ -10,6 +10,7 @@ mod device;
 mod errors;
 mod frame;
 mod image;
+mod layers;
 mod mesh;
 mod objects;
 mod parts;
@@ -29,6 +30,7 @@ mod _camlux {
         device::{Device, DeviceInfo, devices},
         frame::{Frame, FrameStats},
         image::{Comparison, Image, compare_arrays, preview, read_exr},
+        layers::Layers,
         mesh::{Mesh, place_mesh},
         objects::load_scene,
         parts::{Pattern, ProjectedImage, Texture, restore_pattern},

@@ -10,11 +10,11 @@ use camlux::scene::{self, Instance, MeshFile, MeshOptions, Shared};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use crate::arguments::count;
+use crate::arguments::{count, is_bool, needed, number, refuse, shown};
 use crate::arrays::{list, rows, view};
 use crate::errors::{SceneError, raised, warn};
 use crate::objects::materials;
-use crate::parts::made_by_new;
+use crate::parts::{made_by_new, name_of};
 
 const NUMBERS: &str = "numbers";
 const INDICES: &str = "whole numbers from 0 to 4294967295";
@@ -98,22 +98,31 @@ impl Mesh {
 #[pymethods]
 impl Mesh {
     #[new]
-    #[pyo3(signature = (
-        name, positions_m, triangles, material=None, *,
-        normals=None, texcoords=None, texcoords_1=None, colors=None, tangents=None
-    ))]
+    #[pyo3(
+        signature = (
+            name=None, positions_m=None, triangles=None, material=None, *,
+            normals=None, texcoords=None, texcoords_1=None, colors=None, tangents=None, **others
+        ),
+        text_signature = "(name, positions_m, triangles, material=None, *, \
+            normals=None, texcoords=None, texcoords_1=None, colors=None, tangents=None)"
+    )]
     #[expect(clippy::too_many_arguments, reason = "Python's keywords")]
     fn new(
-        name: String,
-        positions_m: Bound<'_, PyAny>,
-        triangles: Bound<'_, PyAny>,
+        name: Option<Bound<'_, PyAny>>,
+        positions_m: Option<Bound<'_, PyAny>>,
+        triangles: Option<Bound<'_, PyAny>>,
         material: Option<Bound<'_, PyAny>>,
         normals: Option<Bound<'_, PyAny>>,
         texcoords: Option<Bound<'_, PyAny>>,
         texcoords_1: Option<Bound<'_, PyAny>>,
         colors: Option<Bound<'_, PyAny>>,
         tangents: Option<Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Mesh> {
+        refuse("Mesh", others)?;
+        let name: String = name_of("Mesh", name)?;
+        let positions_m = needed(positions_m, "Mesh", "positions_m")?;
+        let triangles = needed(triangles, "Mesh", "triangles")?;
         let at = |array: &str| format!("mesh \"{name}\": {array}");
         let vectors = |value: &Bound<'_, PyAny>, array: &str| -> PyResult<Vec<DVec3>> {
             let rows = rows::<f64, 3>(value, &at(array), NUMBERS)?;
@@ -123,8 +132,8 @@ impl Mesh {
         let triangle_materials = match &material {
             None => vec![0; triangles.len()],
             Some(material) => match material.extract() {
-                Ok(one) => vec![one; triangles.len()],
-                Err(_) => list(material, &at("material"), INDICES)?,
+                Ok(one) if !is_bool(material) => vec![one; triangles.len()],
+                _ => list(material, &at("material"), INDICES)?,
             },
         };
         let normals = normals.map(|value| vectors(&value, "normals"));
@@ -215,20 +224,19 @@ impl Mesh {
 
     /// The mesh rotated about the world's origin by the unit quaternion x, y, z, w, and then moved.
     #[pyo3(
-        signature = (position_m=None, orientation_xyzw=None),
+        signature = (position_m=None, orientation_xyzw=None, **others),
         text_signature = "($self, position_m=(0, 0, 0), orientation_xyzw=(0, 0, 0, 1))"
     )]
     fn posed<'py>(
         slf: &Bound<'py, Self>,
         position_m: Option<Bound<'py, PyAny>>,
         orientation_xyzw: Option<Bound<'py, PyAny>>,
+        others: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, Mesh>> {
+        refuse("Mesh.posed", others)?;
         fn numbers<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
             value.extract().map_err(|_| {
-                let shown = value
-                    .repr()
-                    .map_or_else(|_| "?".into(), |repr| repr.to_string());
-                SceneError::new_err(format!("{name} is {shown}; give {N} numbers"))
+                SceneError::new_err(format!("{name} is {}; give {N} numbers", shown(value)))
             })
         }
         let position_m = position_m.map(|value| numbers::<3>(&value, "position_m"));
@@ -258,21 +266,24 @@ impl Mesh {
     ///
     /// Raises SceneError with file and line. Shows a CamluxWarning for what is left out, such as lights.
     #[staticmethod]
-    #[pyo3(signature = (path, material=None, *, first_material=None, scale=1.0, flat=false),
+    #[pyo3(signature = (path, material=None, *, first_material=None, scale=None, flat=false, **others),
            text_signature = "(path, material=None, *, first_material=0, scale=1.0, flat=False)")]
     fn load<'py>(
         py: Python<'py>,
         path: PathBuf,
         material: Option<Bound<'py, PyAny>>,
         first_material: Option<Bound<'py, PyAny>>,
-        scale: f64,
+        scale: Option<Bound<'py, PyAny>>,
         flat: bool,
+        others: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<(Vec<Bound<'py, Mesh>>, Bound<'py, PyAny>)> {
+        refuse("Mesh.load", others)?;
         let index = |value: Option<Bound<'_, PyAny>>, name| {
             value.map(|value| count(&value, name)).transpose()
         };
+        let scale = scale.map(|scale| number(&scale, "scale", "a number"));
         let options = MeshOptions {
-            scale,
+            scale: scale.transpose()?.unwrap_or(1.0),
             flat,
             material: index(material, "material")?,
             first_material: index(first_material, "first_material")?.unwrap_or_default(),

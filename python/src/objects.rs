@@ -9,10 +9,9 @@ use camlux::scene::{
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use crate::errors::{raised, warn};
+use crate::errors::{raised, warn_above};
 use crate::mesh::meshes;
 use crate::parts::{Pattern, ProjectedImage, Texture};
-use crate::scene::{FISHEYE, RATIONAL, filter_name, wrap_name};
 
 /// Implements `camlux.Scene.load`.
 #[pyfunction]
@@ -23,7 +22,8 @@ pub fn load_scene(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
         Ok((scene, warnings))
     });
     let (scene, warnings) = loaded.map_err(raised)?;
-    warn(py, &warnings)?;
+    // `load`, and what checks its arguments.
+    warn_above(py, &warnings, 2)?;
     Classes(py.import("camlux.scene")?).scene(&scene)
 }
 
@@ -78,8 +78,8 @@ impl<'py> Classes<'py> {
             intrinsics.map(|k| object!(self, "Intrinsics", fx: k.fx, fy: k.fy, cx: k.cx, cy: k.cy));
         let distortion = camera.distortion().map(|distortion| {
             let (class, names) = match distortion {
-                Distortion::Rational(_) => ("RationalDistortion", &RATIONAL[..]),
-                Distortion::Fisheye(_) => ("FisheyeDistortion", &FISHEYE[..]),
+                Distortion::Rational(_) => ("RationalDistortion", &Distortion::RATIONAL[..]),
+                Distortion::Fisheye(_) => ("FisheyeDistortion", &Distortion::FISHEYE[..]),
             };
             let fields = PyDict::new(self.0.py());
             for (name, value) in names.iter().zip(distortion.coefficients()) {
@@ -254,8 +254,8 @@ impl<'py> Classes<'py> {
             texture: texture,
             texcoord_set: texcoord_set,
             transform: (along_u, along_v),
-            wrap: (wrap_name(wrap_u), wrap_name(wrap_v)),
-            filter: filter_name(filter),
+            wrap: (wrap_u.name(), wrap_v.name()),
+            filter: filter.name(),
         )
     }
 

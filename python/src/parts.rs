@@ -10,8 +10,9 @@ use pyo3::BoundObject;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
+use crate::arguments::{needed, number, refuse, shown};
 use crate::arrays::{as_array, list, numbers};
-use crate::errors::{SceneError, raised, warn};
+use crate::errors::{ArgumentTypeError, SceneError, SceneTypeError, raised, warn};
 
 const NUMBERS: &str = "numbers";
 
@@ -26,6 +27,15 @@ pub fn made_by_new<'py>(
     let arguments = arguments.into_pyobject(py)?.into_bound();
     let arguments = (object.get_type(), arguments, keywords).into_pyobject(py)?;
     (make, arguments).into_pyobject(py)
+}
+
+/// The name of an object that is made.
+pub fn name_of(class: &str, name: Option<Bound<'_, PyAny>>) -> PyResult<String> {
+    let name = needed(name, class, "name")?;
+    name.extract().map_err(|_| {
+        let shown = shown(&name);
+        ArgumentTypeError::new_err(format!("{class}: name is {shown}; give a string"))
+    })
 }
 
 fn hash_of(value: impl Hash) -> u64 {
@@ -56,8 +66,19 @@ pub struct Texture(pub TextureSource);
 #[pymethods]
 impl Texture {
     #[new]
-    #[pyo3(signature = (name, pixels, *, encoding=None))]
-    fn new(name: String, pixels: Bound<'_, PyAny>, encoding: Option<&str>) -> PyResult<Texture> {
+    #[pyo3(
+        signature = (name=None, pixels=None, *, encoding=None, **others),
+        text_signature = "(name, pixels, *, encoding=None)"
+    )]
+    fn new(
+        name: Option<Bound<'_, PyAny>>,
+        pixels: Option<Bound<'_, PyAny>>,
+        encoding: Option<&str>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Texture> {
+        refuse("Texture", others)?;
+        let name = name_of("Texture", name)?;
+        let pixels = needed(pixels, "Texture", "pixels")?;
         let wrong = |problem: String| SceneError::new_err(format!("texture \"{name}\": {problem}"));
         let array = as_array(&pixels)?;
         let pixels = match array.ndim() {
@@ -83,8 +104,8 @@ impl Texture {
         let pixels = pixels.call_method1("astype", ("float32",))?;
         match pixels.extract::<PyReadonlyArray3<f32>>() {
             Ok(pixels) if kind.starts_with("float") => source(of, &pixels),
-            _ => Err(wrong(format!(
-                "pixels is an array of {kind}; give uint8, uint16 or floats"
+            _ => Err(SceneTypeError::new_err(format!(
+                "texture \"{name}\": pixels is an array of {kind}; give uint8, uint16 or floats"
             ))),
         }
     }
@@ -126,8 +147,7 @@ impl Texture {
         };
         let keywords = PyDict::new(py);
         if let Some(encoding) = source.encoding() {
-            let is_linear = encoding == Encoding::Linear;
-            keywords.set_item("encoding", if is_linear { "linear" } else { "srgb" })?;
+            keywords.set_item("encoding", encoding.name())?;
         }
         made_by_new(slf.as_any(), (&texture.name, pixels), keywords)
     }
@@ -177,13 +197,11 @@ fn source<C: Component + numpy::Element>(
 
 /// How integers encode values; `at`: the name of the object, for messages.
 fn encoding_named(name: &str, at: &str) -> PyResult<Encoding> {
-    match name {
-        "srgb" => Ok(Encoding::Srgb),
-        "linear" => Ok(Encoding::Linear),
-        other => Err(SceneError::new_err(format!(
-            "{at}: encoding is \"{other}\"; give \"srgb\" or \"linear\""
-        ))),
-    }
+    let known = Encoding::ALL.into_iter().find(|known| known.name() == name);
+    known.ok_or_else(|| {
+        let problem = format!("{at}: encoding is \"{name}\"");
+        SceneError::new_err(format!("{problem}; give \"srgb\" or \"linear\""))
+    })
 }
 
 /// The measured radiant intensity of a lamp over all directions, in the C-γ system of the CIE.
@@ -198,14 +216,22 @@ pub struct Pattern(pub Shared<scene::Pattern>);
 #[pymethods]
 impl Pattern {
     #[new]
+    #[pyo3(
+        signature = (gammas_deg=None, planes_deg=None, intensities=None, **others),
+        text_signature = "(gammas_deg, planes_deg, intensities)"
+    )]
     fn new(
-        gammas_deg: Bound<'_, PyAny>,
-        planes_deg: Bound<'_, PyAny>,
-        intensities: Bound<'_, PyAny>,
+        gammas_deg: Option<Bound<'_, PyAny>>,
+        planes_deg: Option<Bound<'_, PyAny>>,
+        intensities: Option<Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Pattern> {
-        let gammas: Vec<f64> = list(&gammas_deg, "gammas_deg", NUMBERS)?;
-        let planes: Vec<f64> = list(&planes_deg, "planes_deg", NUMBERS)?;
-        let intensities = as_array(&intensities)?;
+        refuse("Pattern", others)?;
+        let needed = |value, name| needed(value, "Pattern", name);
+        let angles = |value, name| list::<f64>(&needed(value, name)?, name, NUMBERS);
+        let gammas = angles(gammas_deg, "gammas_deg")?;
+        let planes = angles(planes_deg, "planes_deg")?;
+        let intensities = as_array(&needed(intensities, "intensities")?)?;
         if intensities.shape() != [planes.len(), gammas.len()] {
             let shape = intensities.shape();
             let due = [planes.len(), gammas.len()];
@@ -232,8 +258,17 @@ impl Pattern {
 
     /// Reads an IES (.ies) or EULUMDAT (.ldt) file, or a map of all directions (.png, .exr).
     #[staticmethod]
-    #[pyo3(signature = (path, *, encoding="srgb"))]
-    fn load(py: Python<'_>, path: PathBuf, encoding: &str) -> PyResult<Pattern> {
+    #[pyo3(
+        signature = (path, *, encoding="srgb", **others),
+        text_signature = "(path, *, encoding=\"srgb\")"
+    )]
+    fn load(
+        py: Python<'_>,
+        path: PathBuf,
+        encoding: &str,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Pattern> {
+        refuse("Pattern.load", others)?;
         let at = path.display().to_string();
         let encoding = encoding_named(encoding, &at)?;
         let (pattern, warning) = scene::Pattern::load(&path, encoding, &at).map_err(raised)?;
@@ -288,9 +323,28 @@ pub struct ProjectedImage(pub Shared<scene::ProjectedImage>);
 #[pymethods]
 impl ProjectedImage {
     #[new]
-    #[pyo3(signature = (values, *, fx, fy, cx, cy))]
-    fn new(values: Bound<'_, PyAny>, fx: f64, fy: f64, cx: f64, cy: f64) -> PyResult<Self> {
-        let array = as_array(&values)?;
+    #[pyo3(
+        signature = (values=None, *, fx=None, fy=None, cx=None, cy=None, **others),
+        text_signature = "(values, *, fx, fy, cx, cy)"
+    )]
+    fn new(
+        values: Option<Bound<'_, PyAny>>,
+        fx: Option<Bound<'_, PyAny>>,
+        fy: Option<Bound<'_, PyAny>>,
+        cx: Option<Bound<'_, PyAny>>,
+        cy: Option<Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        refuse("ProjectedImage", others)?;
+        let needed = |value, name| needed(value, "ProjectedImage", name);
+        let length = |value, name| number(&needed(value, name)?, name, "a number of pixels");
+        let intrinsics = Intrinsics {
+            fx: length(fx, "fx")?,
+            fy: length(fy, "fy")?,
+            cx: length(cx, "cx")?,
+            cy: length(cy, "cy")?,
+        };
+        let array = as_array(&needed(values, "values")?)?;
         let &[height, width] = array.shape() else {
             let shape = array.shape();
             return Err(SceneError::new_err(format!(
@@ -300,7 +354,7 @@ impl ProjectedImage {
         let values: Vec<f64> = numbers(&array, "values", NUMBERS)?;
         let image = scene::ProjectedImage {
             size_px: [width as u32, height as u32],
-            intrinsics: Intrinsics { fx, fy, cx, cy },
+            intrinsics,
             values: values.into_iter().map(|value| value as f32).collect(),
         };
         Ok(ProjectedImage(image.into()))

@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 
 use camlux::reference::{Goal, Reference};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::arguments::count;
+use crate::arguments::{count, number, refuse};
 use crate::errors::{ArgumentError, Watch};
 use crate::frame::Frame;
 use crate::process;
@@ -20,15 +21,22 @@ use crate::scene::scene_from;
 ///
 /// The frame has the layers `stderr`, the standard error of each pixel, and `edge`, 1 where rounding decides which surface a pixel shows.
 #[pyfunction]
-#[pyo3(signature = (scene, *, stderr=None, samples_per_pixel=None, progress=None))]
+#[pyo3(
+    signature = (scene, *, stderr=None, samples_per_pixel=None, progress=None, **others),
+    text_signature = "(scene, *, stderr=None, samples_per_pixel=None, progress=None)"
+)]
 pub fn reference(
     py: Python,
     scene: &Bound<'_, PyAny>,
-    stderr: Option<f64>,
+    stderr: Option<Bound<'_, PyAny>>,
     samples_per_pixel: Option<Bound<'_, PyAny>>,
     progress: Option<Bound<'_, PyAny>>,
-) -> PyResult<Frame> {
+    others: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Py<Frame>> {
+    refuse("reference", others)?;
     process::begin()?;
+    let stderr = stderr.map(|value| number(&value, "stderr", "a number, such as 0.01 for 1 %"));
+    let stderr = stderr.transpose()?;
     let samples_per_pixel = samples_per_pixel.map(|value| count(&value, "samples_per_pixel"));
     let samples_per_pixel = samples_per_pixel.transpose()?;
     let goal = match (stderr, samples_per_pixel) {
@@ -61,5 +69,5 @@ pub fn reference(
             ControlFlow::Break(()) => Err(camlux::Error::Cancelled),
         }
     });
-    Ok(Frame::new(watch.outcome(py, found)?, &scene, None))
+    Frame::create(py, watch.outcome(py, found)?, &scene, None)
 }

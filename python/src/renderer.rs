@@ -5,11 +5,13 @@ use std::sync::{Mutex, PoisonError};
 use camlux::scene::{IndirectLight, LensLights, Material, Mesh, Shared};
 use camlux::{RenderOptions, Scene};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use crate::arguments::{count, layers};
+use crate::arguments::{count, layers, number, refuse};
 use crate::device::Device;
 use crate::errors::{Watch, not_copied, raised, warn};
-use crate::frame::{Frame, Returned};
+use crate::frame::Frame;
+use crate::layers::Returned;
 use crate::process::OfProcess;
 use crate::scene::scene_from;
 
@@ -68,11 +70,16 @@ impl Renderer {
 impl Renderer {
     /// device: None opens the best one.
     #[new]
-    #[pyo3(signature = (device=None))]
-    fn new(py: Python, device: Option<Py<Device>>) -> PyResult<Renderer> {
+    #[pyo3(signature = (device=None, **others), text_signature = "(device=None)")]
+    fn new(
+        py: Python,
+        device: Option<Py<Device>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Renderer> {
+        refuse("Renderer", others)?;
         let device = match device {
             Some(device) => device,
-            None => Py::new(py, Device::new(py, None, false)?)?,
+            None => Py::new(py, Device::new(py, None, false, None)?)?,
         };
         let renderer = camlux::Renderer::new(device.get().get()?).map_err(raised)?;
         Ok(Renderer {
@@ -102,29 +109,33 @@ impl Renderer {
     /// frame that is probably a mistake, such as a black one.
     #[allow(clippy::too_many_arguments, reason = "Python's have names")]
     #[pyo3(
-        signature = (scene, *, target_error=None, seed=None, frame_index=None, layers=None, progress=None),
+        signature = (scene, *, target_error=None, seed=None, frame_index=None, layers=None, progress=None, **others),
         text_signature = "($self, scene, *, target_error=None, seed=0, frame_index=None, layers=None, progress=None)"
     )]
     fn render(
         &self,
         py: Python,
         scene: &Bound<'_, PyAny>,
-        target_error: Option<f64>,
+        target_error: Option<Bound<'_, PyAny>>,
         seed: Option<Bound<'_, PyAny>>,
         frame_index: Option<Bound<'_, PyAny>>,
         layers: Option<Bound<'_, PyAny>>,
         progress: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Frame> {
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Py<Frame>> {
+        refuse("Renderer.render", others)?;
         let renderer = self.renderer.get()?;
         let wanted = layers.map(|value| self::layers(&value)).transpose()?;
-        let number = |value: Option<Bound<'_, PyAny>>, name| {
+        let whole = |value: Option<Bound<'_, PyAny>>, name| {
             let given = value.map(|value| count(&value, name));
             given.transpose()
         };
-        let seed = number(seed, "seed")?.unwrap_or_default();
-        let frame_index = number(frame_index, "frame_index")?;
+        let seed = whole(seed, "seed")?.unwrap_or_default();
+        let frame_index = whole(frame_index, "frame_index")?;
+        let target_error = target_error
+            .map(|value| number(&value, "target_error", "a number, such as 0.02 for 2 %"));
         let mut scene = scene_from(scene)?;
-        if let Some(requested) = target_error {
+        if let Some(requested) = target_error.transpose()? {
             match &mut scene.indirect {
                 Some(IndirectLight::FinalGather { target_error, .. }) => *target_error = requested,
                 other => *other = Some(IndirectLight::final_gather(requested)),
@@ -165,7 +176,7 @@ impl Renderer {
             Ok((frame, warnings))
         });
         let (frame, warnings) = watch.outcome(py, rendered)?;
-        let frame = Frame::new(frame, &scene, Some(self.returned.clone()));
+        let frame = Frame::create(py, frame, &scene, Some(self.returned.clone()))?;
         warn(py, &warnings)?;
         Ok(frame)
     }

@@ -16,15 +16,9 @@ use crate::errors::raised;
 use crate::mesh::Mesh;
 use crate::parts::{Pattern, ProjectedImage, Texture};
 
-const FILTERS: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
-const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
-const FILTERS_OF_TEXTURES: [Filter; 2] = [Filter::Bilinear, Filter::Nearest];
-pub const RATIONAL: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
-pub const FISHEYE: [&str; 4] = ["k1", "k2", "k3", "k4"];
-
 /// The scene that a `camlux.Scene` describes; its values are not validated yet.
 pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
-    let part = Part::new(object.clone(), "scene");
+    let part = Part::new(object.clone(), "scene")?;
     let need = |name: &str, hint: &str| {
         let found = part.part(name)?;
         found.ok_or_else(|| part.error(format_args!("{name} is None"), hint))
@@ -36,7 +30,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     let meshes = part.parts("meshes", "mesh")?;
     let meshes = meshes.iter().map(|mesh| {
         let known = mesh.object.cast::<Mesh>();
-        let known = known.map_err(|_| mesh.error("is not a camlux.Mesh", "give one"))?;
+        let known = known.map_err(|_| mesh.type_error("is not a camlux.Mesh", "give one"))?;
         Ok(known.get().instance.clone())
     });
     let mut scene = camlux::Scene {
@@ -74,7 +68,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
 
 fn camera_from(part: &Part) -> PyResult<Camera> {
     let samples = part.count("samples")?;
-    let filter = part.choice("filter", &FILTERS, PixelFilter::name)?;
+    let filter = part.choice("filter", &PixelFilter::ALL, PixelFilter::name)?;
     let intrinsics = part.part("intrinsics_px")?;
     let intrinsics = intrinsics.map(|k| intrinsics_from(&k)).transpose()?;
     let distortion = part.part("distortion")?;
@@ -128,9 +122,15 @@ fn distortion_from(part: &Part) -> PyResult<Distortion> {
     }
     // A fisheye lens has no tangential coefficients.
     if part.object.hasattr("p1")? {
-        Ok(Distortion::Rational(coefficients(part, RATIONAL)?))
+        Ok(Distortion::Rational(coefficients(
+            part,
+            Distortion::RATIONAL,
+        )?))
     } else {
-        Ok(Distortion::Fisheye(coefficients(part, FISHEYE)?))
+        Ok(Distortion::Fisheye(coefficients(
+            part,
+            Distortion::FISHEYE,
+        )?))
     }
 }
 
@@ -177,7 +177,7 @@ fn light_from(part: &Part) -> PyResult<Light> {
                     RadiationPattern::Projected(image.get().0.clone())
                 } else {
                     let hint = "give a camlux.Pattern or a camlux.ProjectedImage";
-                    return Err(part.error("pattern is of another class", hint));
+                    return Err(part.type_error("pattern is of another class", hint));
                 },
                 power_w: part.bands("power_w")?,
             }
@@ -213,24 +213,9 @@ fn light_from(part: &Part) -> PyResult<Light> {
         }
         _ => {
             let hint = "give a PointLight, SpotLight, DirectionalLight, PatternLight or AreaLight";
-            return Err(part.error(format_args!("is of {}", part.object.get_type()), hint));
+            return Err(part.type_error(format_args!("is of {}", part.object.get_type()), hint));
         }
     })
-}
-
-pub fn wrap_name(wrap: Wrap) -> &'static str {
-    match wrap {
-        Wrap::Repeat => "repeat",
-        Wrap::Mirror => "mirror",
-        Wrap::Clamp => "clamp",
-    }
-}
-
-pub fn filter_name(filter: Filter) -> &'static str {
-    match filter {
-        Filter::Bilinear => "bilinear",
-        Filter::Nearest => "nearest",
-    }
 }
 
 /// The textures of a scene, each once.
@@ -259,19 +244,19 @@ impl<'py> Textures<'py> {
         if !given.object.hasattr("texcoord_set")? {
             let hint = "give a camlux.Texture, a camlux.TextureLookup, or None";
             let problem = format_args!("{name} is of {}", given.object.get_type());
-            return Err(part.error(problem, hint));
+            return Err(part.type_error(problem, hint));
         }
-        let given = Part::new(given.object, format!("{}: {name}", part.at));
+        let given = Part::new(given.object, format!("{}: {name}", part.at))?;
         let texture: Bound<'py, Texture> = given.need("texture", "give a camlux.Texture")?;
         let wrap: [String; 2] =
             given.need("wrap", "give two strings, such as (\"repeat\", \"clamp\")")?;
         let wrap = wrap.map(|word| {
-            let known = WRAPS.into_iter().find(|&wrap| wrap_name(wrap) == word);
+            let known = Wrap::ALL.into_iter().find(|wrap| wrap.name() == word);
             let hint = "give one of: repeat, mirror, clamp";
             known.ok_or_else(|| given.error(format_args!("wrap is \"{word}\""), hint))
         });
         let [wrap_u, wrap_v] = wrap;
-        let filter = given.choice("filter", &FILTERS_OF_TEXTURES, filter_name)?;
+        let filter = given.choice("filter", &Filter::ALL, Filter::name)?;
         Ok(Some(TextureLookup {
             texture: self.index(&texture),
             texcoord_set: given.count("texcoord_set")?,
@@ -373,7 +358,7 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
             rsm_size: part.optional("rsm_size", "give a whole number, or None")?,
             max_ms: part.optional_number("max_ms")?,
             max_rays: part.optional("max_rays", "give a whole number, or None")?,
-            stderr_layer: part.need("stderr_layer", "give True or False")?,
+            stderr_layer: part.flag("stderr_layer")?,
         },
         Ok("rsm-average") => IndirectLight::RsmAverage {
             rsm_size: part.count("rsm_size")?,
@@ -384,7 +369,7 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
         },
         _ => {
             let hint = "give a FinalGather, RsmAverage or InstantRadiosity, or None";
-            return Err(part.error(format_args!("is of {}", part.object.get_type()), hint));
+            return Err(part.type_error(format_args!("is of {}", part.object.get_type()), hint));
         }
     })
 }

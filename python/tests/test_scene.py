@@ -337,3 +337,11 @@ def test_a_lobe_needs_its_exponent(scene):
         scene.validate()
     scene.materials[0].shininess = 20.0
     scene.validate()
+
+
+def test_warnings_of_a_file_are_shown_where_it_is_loaded(tmp_path, scene):
+    scene.materials[0].kd, scene.materials[0].ks, scene.materials[0].shininess = 0.9, 0.5, 20
+    scene.save(tmp_path)
+    with pytest.warns(camlux.CamluxWarning, match="reflects more than it receives") as caught:
+        camlux.Scene.load(tmp_path / "scene.toml")
+    assert caught[0].filename == __file__

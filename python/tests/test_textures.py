@@ -47,12 +47,17 @@ def test_every_role_reads_pixels_as_a_scene_file_does(renderer, tmp_path, channe
         np.testing.assert_array_equal(from_array["radiance"], from_file["radiance"])
 
 
-def test_a_flat_normal_map_of_8_bits_tilts_nothing(renderer, scene):
+def test_a_flat_normal_map_tilts_as_much_as_its_bits_say(renderer, scene):
     up = camlux.Texture("up", np.full((1, 1, 3), (128, 128, 255), np.uint8))
     frame = renderer.render(floor_with(scene, normal_texture=up))
     normals = frame["N"][frame["id.material"] == 1]
     # A half lies between two of 255 steps.
-    np.testing.assert_array_less(np.degrees(np.arccos(normals[:, 1])), 0.5)
+    np.testing.assert_allclose(np.degrees(np.arccos(normals[:, 1])), 0.3178, atol=0.003)
+    for pixels, most_deg in [(np.full((1, 1, 3), (32768, 32768, 65535), np.uint16), 0.03), (np.array([[[0.5, 0.5, 1]]]), 0)]:
+        frame = renderer.render(floor_with(scene, normal_texture=camlux.Texture("flat", pixels)))
+        tilts_deg = np.degrees(np.arccos(frame["N"][frame["id.material"] == 1][:, 1]))
+        assert tilts_deg.max() <= most_deg
+    floor_with(scene, normal_texture=up)
     # The same texture as a colour is sRGB, in the same scene.
     scene.materials[0].kd_texture = up
     colored = renderer.render(scene)

@@ -1,5 +1,6 @@
 """Data sets from a loop."""
 
+import contextlib
 import json
 import os
 import signal
@@ -89,6 +90,65 @@ def test_a_loop_goes_on_where_it_was(tmp_path):
     assert dataset[0].line["files"]["flow"] == "frames/000000.flow.exr" and dataset[0]["flow"].shape == (16, 16, 2)
 
 
+def test_a_shorter_loop_keeps_the_later_frames(tmp_path, scene):
+    def frames(folder, count, flow, kd=0.5):
+        scene.materials[0].kd = kd
+        with camlux.DatasetWriter(folder, scene, flow=flow) as writer:
+            rendered = 0
+            for index in range(count):
+                scene.camera.position_m = (0.1 * index, 1, 3)
+                rendered += writer.render(scene, layers=["radiance", "range", "id.instance"]) is not None
+        scene.camera.position_m = (0, 1, 3)
+        return rendered
+
+    for flow in [False, True]:
+        folder = tmp_path / str(flow)
+        assert frames(folder, 5, flow) == 5
+        before = (folder / "manifest.jsonl").read_bytes()
+        with pytest.warns(camlux.CamluxWarning, match="frames 2 to 4 are of an earlier loop") as caught:
+            assert frames(folder, 2, flow) == 0
+        assert len(caught) == 1 and caught[0].filename == __file__
+        assert (folder / "manifest.jsonl").read_bytes() == before
+        assert camlux.Dataset(folder).about["frame_count"] == 5
+        # Also if the scene has changed; the flow of the last frame of a loop is then unknown.
+        with pytest.warns(camlux.CamluxWarning, match="frames 3 to 4"):
+            assert frames(folder, 3, flow, kd=0.4) == 3
+        assert [frame.line["index"] for frame in camlux.Dataset(folder)] == [0, 1, 2, 3, 4]
+        with pytest.warns(camlux.CamluxWarning, match="the flow of frame 2") if flow else contextlib.nullcontext():
+            assert frames(folder, 5, flow, kd=0.4) == 2
+
+
+def test_layers_that_frames_will_not_have_are_refused_before_rendering(tmp_path, scene):
+    for layers, options, message in [
+        (["tof0.range"], {}, "a frame of this scene has no layer tof0.range; give the scene time of flight"),
+        ("energy", {}, "has no layer energy; give the scene a sensor"),
+        (["radiance", "flow"], {}, "has no layer flow; take it from a reference or a sequence"),
+        (["colour"], {}, 'there is no layer "colour"'),
+    ]:
+        with pytest.raises(ValueError) as caught:
+            camlux.DatasetWriter(tmp_path / "set", scene, layers=layers, **options)
+        assert message in str(caught.value) and isinstance(caught.value, camlux.Error)
+        assert not (tmp_path / "set").exists()
+    # The scene of a frame, or the options of its render.
+    scene.sensor = camlux.Sensor((3, 3), 1e-3)
+    with camlux.DatasetWriter(tmp_path / "set", scene, layers=["radiance", "energy"]) as writer:
+        with pytest.raises(camlux.ArgumentError, match="the files of the data set need energy; add these"):
+            writer.render(scene, layers="radiance")
+        scene.sensor = None
+        with pytest.raises(camlux.SceneError, match="no layer energy"):
+            writer.render(scene)
+    assert [line["index"] for line in camlux.Dataset(tmp_path / "set").failed] == [0, 1]
+    assert not list((tmp_path / "set/frames").iterdir())
+    with camlux.DatasetWriter(tmp_path / "flow", scene, flow=True) as writer:
+        with pytest.raises(camlux.ArgumentError, match="need range, id.instance; add these"):
+            writer.render(scene, layers=["radiance"])
+    # Indirect light by an option of the render.
+    scene.indirect = None
+    with camlux.DatasetWriter(tmp_path / "indirect", scene, layers=["indirect", "flow"], flow=True) as writer:
+        writer.render(scene, target_error=0.2)
+    assert camlux.Dataset(tmp_path / "indirect")[0].keys() >= {"indirect", "flow"}
+
+
 def test_flow_to_another_scene_is_rendered_again(tmp_path):
     def two(last):
         scene = cornell()
@@ -147,7 +207,7 @@ def test_the_manifest_has_the_lights_and_the_names_of_each_frame(tmp_path, scene
 def test_a_writer_leaves_the_data_set_of_a_job_alone(program, tmp_path, scene):
     (tmp_path / "job.toml").write_text(JOB)
     program("batch", tmp_path / "job.toml", "-o", tmp_path / "batch", "--frames", "0..1")
-    with pytest.raises(camlux.FileError, match="data set of the job"):
+    with pytest.raises(camlux.FileError, match="data set of the job job.toml; name another folder"):
         camlux.DatasetWriter(tmp_path / "batch", scene)
     assert len(camlux.Dataset(tmp_path / "batch")) == 1
 

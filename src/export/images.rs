@@ -6,36 +6,36 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Vec2,
     WritableImage,
 };
-use image::{ImageBuffer, ImageFormat, Rgb};
+use image::{EncodableLayout, ImageBuffer, ImageFormat, PixelWithColorType, Primitive, Rgb};
 
 use crate::scene::{Texels, Texture};
 
 /// A texture as PNG of 8 or 16 bits, or as OpenEXR.
 pub(super) fn of_texture(texture: &Texture) -> Result<Vec<u8>, String> {
-    let [width, height] = texture.size_px;
-    let mut bytes = Cursor::new(Vec::new());
     match &texture.texels {
-        Texels::U8(texels, _) => {
-            let texels = texels.as_flattened().to_vec();
-            let image = ImageBuffer::<Rgb<u8>, _>::from_raw(width, height, texels);
-            let image = image.ok_or("a texture has fewer texels than its size")?;
-            image.write_to(&mut bytes, ImageFormat::Png)
-        }
-        Texels::U16(texels, _) => {
-            let texels = texels.as_flattened().to_vec();
-            let image = ImageBuffer::<Rgb<u16>, _>::from_raw(width, height, texels);
-            let image = image.ok_or("a texture has fewer texels than its size")?;
-            image.write_to(&mut bytes, ImageFormat::Png)
-        }
+        Texels::U8(texels, _) => png(texture.size_px, texels),
+        Texels::U16(texels, _) => png(texture.size_px, texels),
         Texels::F32(texels) => {
             let band = |band: usize| texels.iter().map(|texel| texel[band]).collect();
-            return exr(
-                texture.size_px,
-                [("B", 2), ("G", 1), ("R", 0)].map(|(n, b)| (n, band(b))),
-            );
+            let channels = [("B", 2), ("G", 1), ("R", 0)];
+            exr(texture.size_px, channels.map(|(n, b)| (n, band(b))))
         }
     }
-    .map_err(|error| error.to_string())?;
+}
+
+/// A PNG file of these texels.
+fn png<C>([width, height]: [u32; 2], texels: &[[C; 3]]) -> Result<Vec<u8>, String>
+where
+    C: Primitive,
+    [C]: EncodableLayout,
+    Rgb<C>: PixelWithColorType<Subpixel = C>,
+{
+    let texels = texels.as_flattened().to_vec();
+    let image = ImageBuffer::<Rgb<C>, _>::from_raw(width, height, texels);
+    let image = image.ok_or("a texture has fewer texels than its size")?;
+    let mut bytes = Cursor::new(Vec::new());
+    let written = image.write_to(&mut bytes, ImageFormat::Png);
+    written.map_err(|error| error.to_string())?;
     Ok(bytes.into_inner())
 }
 

@@ -70,11 +70,12 @@ impl Scene {
         toml.numbers("up", &up.to_array());
         toml.lens(&self.camera.lens);
         if let Some(distortion) = self.camera.distortion() {
-            let names = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
             match distortion {
-                Distortion::Rational(values) => toml.named("distortion", names, &values),
+                Distortion::Rational(values) => {
+                    toml.named("distortion", Distortion::RATIONAL, &values);
+                }
                 Distortion::Fisheye(values) => {
-                    toml.named("fisheye", ["k1", "k2", "k3", "k4"], &values);
+                    toml.named("fisheye", Distortion::FISHEYE, &values);
                 }
             }
         }

@@ -9,8 +9,8 @@ use super::frame::{Frame, FrameDescription};
 use crate::{
     model::{FrameKey, PhaseSampling},
     scene::{
-        Camera, CameraBasis, Intrinsics, Parameter, Photodetector, PixelSampling, Sensor,
-        SensorNoise, TimeOfFlight,
+        Camera, Intrinsics, Parameter, Photodetector, PixelSampling, Sensor, SensorNoise,
+        TimeOfFlight,
     },
 };
 
@@ -213,7 +213,7 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     add("camera.position_m", camera.position_m.into());
     add("camera.look_at_m", camera.look_at_m.into());
     add("camera.up", camera.up.into());
-    let to_world = camera_to_world(camera).to_cols_array();
+    let to_world = camera.to_world().to_cols_array();
     add("cameraToWorld", Attribute::Matrix4(to_world));
     for (name, value) in &options.attributes {
         add(name, value.clone());
@@ -286,25 +286,10 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
 /// Defines phasors, phase images and the range of time of flight, for readers of files.
 pub const TOF_CONVENTION: &str = "Z = sum over paths of L*exp(+i*2*pi*f*d/c); A, B = (Q +- K*Re(Q_Z*exp(+i*(offset + delay))))/2 electrons; K*Q_Z*exp(+i*offset) = 2/N*sum of (A - B)*exp(-i*delay); range = c*arg(Z*exp(+i*offset))/(4*pi*f), arg from 0 to 2*pi; in DN, A and B are gain*electrons + black level";
 
-/// Transform from camera axes (x right, y down, z forward, as for the intrinsics) to the world. Column vectors.
-fn camera_to_world(camera: &Camera) -> DMat4 {
-    let CameraBasis {
-        right,
-        down,
-        forward,
-    } = camera.basis();
-    DMat4::from_cols(
-        right.extend(0.0),
-        down.extend(0.0),
-        forward.extend(0.0),
-        camera.position_m.extend(1.0),
-    )
-}
-
 /// The OpenEXR attribute `worldToCamera`, whose camera has x right, y up, z forward. Column vectors.
 fn world_to_camera(camera: &Camera) -> DMat4 {
     let y_up_from_y_down = DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0));
-    y_up_from_y_down * camera_to_world(camera).inverse()
+    y_up_from_y_down * camera.to_world().inverse()
 }
 
 /// The OpenEXR attribute `worldToNDC`: x and y go from 0 at the left and bottom edge of the image to 1 at the right and top edge. Column

@@ -17,11 +17,11 @@ pub enum PngView {
 }
 
 impl PngView {
-    /// Side by side if the frame has indirect light, otherwise the radiance alone.
+    /// Side by side if the frame has direct and indirect light, otherwise the radiance alone.
     pub fn for_frame(frame: &Frame) -> Self {
-        match frame.values(Layer::Indirect) {
-            Some(_) => PngView::SideBySide,
-            None => PngView::Radiance,
+        match (frame.values(Layer::Direct), frame.values(Layer::Indirect)) {
+            (Some(_), Some(_)) => PngView::SideBySide,
+            _ => PngView::Radiance,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The camera and its lens.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DMat4, DVec2, DVec3};
 
 use super::{Distortion, PixelSampling};
 
@@ -47,6 +47,13 @@ pub struct CameraBasis {
     pub right: DVec3,
     pub down: DVec3,
     pub forward: DVec3,
+}
+
+impl CameraBasis {
+    /// Rotates from camera axes (x right, y down, z forward) to the world.
+    pub fn matrix(self) -> DMat3 {
+        DMat3::from_cols(self.right, self.down, self.forward)
+    }
 }
 
 impl Lens {
@@ -107,6 +114,18 @@ impl Camera {
             down: forward.cross(right),
             forward,
         }
+    }
+
+    /// Transform from camera axes (x right, y down, z forward, as for the intrinsics) to the world, for column vectors. The camera must be
+    /// validated.
+    pub fn to_world(&self) -> DMat4 {
+        let CameraBasis {
+            right,
+            down,
+            forward,
+        } = self.basis();
+        let axes = [right, down, forward].map(|axis| axis.extend(0.0));
+        DMat4::from_cols(axes[0], axes[1], axes[2], self.position_m.extend(1.0))
     }
 
     /// The distortion of the lens; `None` without distortion.

@@ -5,7 +5,7 @@ use std::ops::{Deref, DerefMut};
 
 use glam::{DMat3, DVec3};
 
-use super::{Camera, CameraBasis, Light, Scene};
+use super::{Camera, Light, Scene};
 
 /// What a light moves with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,12 +53,7 @@ impl PlacedLight {
     pub fn in_world(&self, camera: &Camera) -> Light {
         let mut light = self.light.clone();
         if self.relative_to == Some(Carrier::Camera) {
-            let CameraBasis {
-                right,
-                down,
-                forward,
-            } = camera.basis();
-            light.carry(DMat3::from_cols(right, down, forward), camera.position_m);
+            light.carry(camera.basis().matrix(), camera.position_m);
         }
         light
     }

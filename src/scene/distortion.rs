@@ -19,6 +19,11 @@ const ITERATIONS: u32 = 20;
 const PRECISION: f64 = 1e-14;
 
 impl Distortion {
+    /// What OpenCV calls the coefficients of [`Distortion::Rational`].
+    pub const RATIONAL: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
+    /// What OpenCV calls the coefficients of [`Distortion::Fisheye`].
+    pub const FISHEYE: [&str; 4] = ["k1", "k2", "k3", "k4"];
+
     /// The name of the model in OpenCV.
     pub fn model(&self) -> &'static str {
         match self {

@@ -61,10 +61,10 @@ pub enum Filter {
 }
 
 impl Wrap {
-    pub(crate) const ALL: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
+    pub const ALL: [Wrap; 3] = [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp];
 
     /// The name in scene files.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Wrap::Repeat => "repeat",
             Wrap::Mirror => "mirror",
@@ -74,10 +74,10 @@ impl Wrap {
 }
 
 impl Filter {
-    pub(crate) const ALL: [Filter; 2] = [Filter::Bilinear, Filter::Nearest];
+    pub const ALL: [Filter; 2] = [Filter::Bilinear, Filter::Nearest];
 
     /// The name in scene files.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Filter::Bilinear => "bilinear",
             Filter::Nearest => "nearest",

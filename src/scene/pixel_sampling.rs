@@ -27,7 +27,7 @@ pub enum PixelFilter {
 }
 
 impl PixelFilter {
-    pub(crate) const ALL: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
+    pub const ALL: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
 
     /// The name in scene files and image headers.
     pub fn name(self) -> &'static str {

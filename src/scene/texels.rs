@@ -87,10 +87,10 @@ impl Texels {
 }
 
 impl Encoding {
-    pub(crate) const ALL: [Encoding; 2] = [Encoding::Linear, Encoding::Srgb];
+    pub const ALL: [Encoding; 2] = [Encoding::Linear, Encoding::Srgb];
 
     /// The name in scene files.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Encoding::Linear => "linear",
             Encoding::Srgb => "srgb",

@@ -28,8 +28,8 @@ fn scene_file(folder: &Path, calibration: &Calibration) {
         panic!("{} is not distorted", calibration.name);
     };
     let names: &[&str] = match distortion {
-        Distortion::Rational(_) => &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"],
-        Distortion::Fisheye(_) => &["k1", "k2", "k3", "k4"],
+        Distortion::Rational(_) => &Distortion::RATIONAL,
+        Distortion::Fisheye(_) => &Distortion::FISHEYE,
     };
     let key = if names.len() == 4 {
         "fisheye"

@@ -153,12 +153,12 @@ fn distortion(keys: &mut Keys) -> Result<Option<Distortion>> {
     match keys.take_one(&["distortion", "fisheye"])? {
         None => Ok(None),
         Some(("fisheye", value)) => {
-            let names = ["k1", "k2", "k3", "k4"];
-            Ok(Some(Distortion::Fisheye(coefficients(value, names)?)))
+            let values = coefficients(value, Distortion::FISHEYE)?;
+            Ok(Some(Distortion::Fisheye(values)))
         }
         Some((_, value)) => {
-            let names = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
-            Ok(Some(Distortion::Rational(coefficients(value, names)?)))
+            let values = coefficients(value, Distortion::RATIONAL)?;
+            Ok(Some(Distortion::Rational(values)))
         }
     }
 }

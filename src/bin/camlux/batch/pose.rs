@@ -117,8 +117,7 @@ impl Pose {
 
 /// A camera's own axes as a rotation to the world.
 pub fn rotation_of(camera: &Camera) -> DQuat {
-    let axes = camera.basis();
-    DQuat::from_mat3(&DMat3::from_cols(axes.right, axes.down, axes.forward))
+    DQuat::from_mat3(&camera.basis().matrix())
 }
 
 #[cfg(test)]
