@@ -130,8 +130,9 @@
  *
  * STRUCTS AND VERSIONS
  *
- * Structs begin with struct_size. Always initialise a struct with its _INIT macro, which sets the size and the defaults. Later versions
- * of camlux add members at the end. As long as the SONAME stays the same, no function or member is removed or changed.
+ * Structs begin with struct_size. Always initialise a struct with its _INIT macro, which sets struct_size and the defaults. A struct of
+ * zeros is an error, even if you set its size: 0 is a wrong value for many members, such as the contrast of camlux_tof. struct_size is
+ * the size plus CAMLUX_INITIALISED, which says that all members have a value. Later versions of camlux add members at the end. As long as the SONAME stays the same, no function or member is removed or changed.
  *
  * - A program built with an older header runs with a newer library: members that its structs lack have the values of _INIT.
  * - A program built with a newer header runs with an older library, as long as the members that this library does not know are 0.
@@ -477,7 +478,7 @@ camlux_status camlux_shared_memory_release(camlux_shared_memory *memory);
 
 /** Description of a device. Initialise with CAMLUX_DEVICE_INFO_INIT. Texts are UTF-8, cut to fit, and end with a 0. */
 typedef struct camlux_device_info {
-  /** sizeof(camlux_device_info) */
+  /** Set by CAMLUX_DEVICE_INFO_INIT. */
   uint32_t struct_size;
   /** Its index. */
   uint32_t index;
@@ -507,7 +508,7 @@ typedef struct camlux_device_info {
 
 /** Which device to open, and how. Initialise with CAMLUX_DEVICE_OPTIONS_INIT: the best device, no validation. */
 typedef struct camlux_device_options {
-  /** sizeof(camlux_device_options) */
+  /** Set by CAMLUX_DEVICE_OPTIONS_INIT. */
   uint32_t struct_size;
   /** CAMLUX_DEVICE_BEST, CAMLUX_DEVICE_INDEX, CAMLUX_DEVICE_NAME, CAMLUX_DEVICE_UUID or CAMLUX_DEVICE_PCI. */
   int32_t choice;
@@ -619,7 +620,7 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 
 /** Numbers of the parts of a scene. Initialise with CAMLUX_SCENE_COUNTS_INIT. */
 typedef struct camlux_scene_counts {
-  /** sizeof(camlux_scene_counts) */
+  /** Set by CAMLUX_SCENE_COUNTS_INIT. */
   uint32_t struct_size;
   /** Textures. They count from 1: the last one has this number. */
   uint32_t textures;
@@ -635,7 +636,7 @@ typedef struct camlux_scene_counts {
 
 /** Bounding box of the surfaces of a scene. Initialise with CAMLUX_BOUNDS_INIT. */
 typedef struct camlux_bounds {
-  /** sizeof(camlux_bounds) */
+  /** Set by CAMLUX_BOUNDS_INIT. */
   uint32_t struct_size;
   /** 1: there are no triangles, and min_m and max_m are 0. */
   int32_t is_empty;
@@ -651,7 +652,7 @@ typedef struct camlux_bounds {
  * Pixel (0, 0) is the upper left one, and its centre is at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
  */
 typedef struct camlux_camera {
-  /** sizeof(camlux_camera) */
+  /** Set by CAMLUX_CAMERA_INIT. */
   uint32_t struct_size;
   /** Width of the image, pixels. */
   uint32_t width_px;
@@ -691,7 +692,7 @@ typedef struct camlux_camera {
  * CAMLUX_SENSOR_INIT, and set at least pixel_pitch_um and exposure_time_s.
  */
 typedef struct camlux_sensor {
-  /** sizeof(camlux_sensor) */
+  /** Set by CAMLUX_SENSOR_INIT. */
   uint32_t struct_size;
   /** 0. */
   uint32_t reserved;
@@ -717,7 +718,7 @@ typedef struct camlux_sensor {
 
 /** How the single bounce is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02. */
 typedef struct camlux_indirect {
-  /** sizeof(camlux_indirect) */
+  /** Set by CAMLUX_INDIRECT_INIT. */
   uint32_t struct_size;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER, CAMLUX_ESTIMATOR_RSM_AVERAGE or CAMLUX_ESTIMATOR_INSTANT_RADIOSITY. */
   int32_t estimator;
@@ -748,7 +749,7 @@ typedef struct camlux_indirect {
 
 /** How direct light is computed. Initialise with CAMLUX_DIRECT_INIT: CAMLUX_SHADOW_DEFAULT. */
 typedef struct camlux_direct {
-  /** sizeof(camlux_direct) */
+  /** Set by CAMLUX_DIRECT_INIT. */
   uint32_t struct_size;
   /** CAMLUX_SHADOW_DEFAULT, CAMLUX_SHADOW_MAP or CAMLUX_SHADOW_RAYS. */
   int32_t shadow;
@@ -830,6 +831,16 @@ camlux_status camlux_scene_get_camera(camlux_scene *scene, camlux_camera *camera
 camlux_status camlux_scene_set_sensor(camlux_scene *scene, const camlux_sensor *sensor);
 
 /**
+ * Reads the sensor.
+ *
+ * \param sensor initialise with CAMLUX_SENSOR_INIT. Unchanged if there is none.
+ * \param is_set receives 1, or 0 if there is none.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_scene_get_sensor(camlux_scene *scene, camlux_sensor *sensor, int32_t *is_set);
+
+/**
  * Sets how indirect light is computed. Frames then have the layer CAMLUX_LAYER_INDIRECT.
  *
  * \param indirect NULL: direct light only, the default.
@@ -838,6 +849,25 @@ camlux_status camlux_scene_set_sensor(camlux_scene *scene, const camlux_sensor *
  */
 camlux_status camlux_scene_set_indirect(camlux_scene *scene,
                                         const camlux_indirect *indirect);
+
+/**
+ * Reads how indirect light is computed.
+ *
+ * \param indirect initialise with CAMLUX_INDIRECT_INIT. Unchanged if there is direct light only.
+ * \param is_set receives 1, or 0 if there is direct light only.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_scene_get_indirect(camlux_scene *scene, camlux_indirect *indirect, int32_t *is_set);
+
+/**
+ * Reads how direct light is computed.
+ *
+ * \param direct initialise with CAMLUX_DIRECT_INIT.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_scene_get_direct(camlux_scene *scene, camlux_direct *direct);
 
 /**
  * Sets how direct light is computed.
@@ -906,7 +936,7 @@ camlux_status camlux_scene_set_direct(camlux_scene *scene, const camlux_direct *
  * CAMLUX_TOF_NOISE_INIT, and set at least full_well_e. Defaults: 12 bits, 1 DN per electron, shot noise only.
  */
 typedef struct camlux_tof_noise {
-  /** sizeof(camlux_tof_noise) */
+  /** Set by CAMLUX_TOF_NOISE_INIT. */
   uint32_t struct_size;
   /** Bits, 1 to 24: DN are from 0 to 2^bits - 1. */
   uint32_t bits;
@@ -929,7 +959,7 @@ typedef struct camlux_tof_noise {
  * phase images, band R, contrast 1, electrons, no frequency yet.
  */
 typedef struct camlux_tof {
-  /** sizeof(camlux_tof) */
+  /** Set by CAMLUX_TOF_INIT. */
   uint32_t struct_size;
   /** Number of frequencies, 1 to 4. */
   uint32_t frequency_count;
@@ -967,6 +997,25 @@ typedef struct camlux_tof {
 camlux_status camlux_scene_set_tof(camlux_scene *scene,
                                    const camlux_tof *tof);
 
+/**
+ * Reads the time-of-flight camera, in the form of camlux_scene_set_tof.
+ *
+ * \param tof initialise with CAMLUX_TOF_INIT. Its noise is NULL, or points to `noise`; its ambient_lights is NULL, or points to
+ * `ambient_lights`. Unchanged if there is none.
+ * \param noise initialise with CAMLUX_TOF_NOISE_INIT. Unchanged if there is none.
+ * \param ambient_lights receives the indices of the lights that are not modulated; NULL: they are only counted, by ambient_light_count.
+ * \param capacity largest number of these indices: `lights` of camlux_scene_counts is enough.
+ * \param is_set receives 1, or 0 if there is no time of flight.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also if there are more ambient lights than the capacity.
+ * \threads any.
+ */
+camlux_status camlux_scene_get_tof(camlux_scene *scene,
+                                   camlux_tof *tof,
+                                   camlux_tof_noise *noise,
+                                   uint32_t *ambient_lights,
+                                   size_t capacity,
+                                   int32_t *is_set);
+
 
 /* ----------------------------------------------------------------------------------------------------------------------
  * 6. Textures and materials
@@ -981,15 +1030,15 @@ camlux_status camlux_scene_set_tof(camlux_scene *scene,
 /** 32-bit floating-point components, 0 to 1. */
 #define CAMLUX_COMPONENT_F32 2
 
-/** What a material uses the texture for decides: integers are CAMLUX_ENCODING_SRGB as kd_texture, all else is CAMLUX_ENCODING_LINEAR. */
+/** What a material uses the texture for decides: integers are CAMLUX_ENCODING_SRGB as kd_texture and ks_texture, all else is CAMLUX_ENCODING_LINEAR. */
 #define CAMLUX_ENCODING_DEFAULT 0
 
 /** Values are as they are. */
 #define CAMLUX_ENCODING_LINEAR 1
 
 /**
- * Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. A normal_texture must not be, nor an
- * alpha_texture without an alpha channel.
+ * Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. A normal_texture or shininess_texture must
+ * not be, nor an alpha_texture without an alpha channel.
  */
 #define CAMLUX_ENCODING_SRGB 2
 
@@ -999,7 +1048,7 @@ camlux_status camlux_scene_set_tof(camlux_scene *scene,
  * The first row is the upper edge, v = 1. Textures repeat, and are sampled bilinearly.
  */
 typedef struct camlux_texture {
-  /** sizeof(camlux_texture) */
+  /** Set by CAMLUX_TEXTURE_INIT. */
   uint32_t struct_size;
   /** Width, pixels. */
   uint32_t width_px;
@@ -1024,7 +1073,7 @@ typedef struct camlux_texture {
  * without texture.
  */
 typedef struct camlux_material {
-  /** sizeof(camlux_material) */
+  /** Set by CAMLUX_MATERIAL_INIT. */
   uint32_t struct_size;
   /** The number of a texture, from camlux_scene_add_texture, that multiplies kd; 0: none. */
   uint32_t kd_texture;
@@ -1042,10 +1091,16 @@ typedef struct camlux_material {
    */
   uint32_t normal_texture;
   /**
-   * The number of an alpha texture; 0: none. The surface is cut out, on both sides, where alpha is below 0.5, or the brightness of a texture
-   * without alpha. A scene file may give another cutoff.
+   * The number of an alpha texture; 0: none. The surface is cut out, on both sides, where alpha is below alpha_cutoff, or the brightness of
+   * a texture without alpha.
    */
   uint32_t alpha_texture;
+  /** The number of a texture that multiplies ks; 0: none. */
+  uint32_t ks_texture;
+  /** The number of a texture whose brightness multiplies the shininess; 0: none. */
+  uint32_t shininess_texture;
+  /** See alpha_texture; 0 to 1. */
+  double alpha_cutoff;
 } camlux_material;
 
 /**
@@ -1079,8 +1134,8 @@ camlux_status camlux_scene_set_texture(camlux_scene *scene, uint32_t number, con
 camlux_status camlux_scene_add_material(camlux_scene *scene, const camlux_material *material, uint32_t *index);
 
 /**
- * Replaces a material. It keeps what camlux_material does not hold and a scene file may give: textures of ks and shininess, the cutoff of
- * alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its number stays the same.
+ * Replaces a material. It keeps what camlux_material does not hold and a scene file may give: how a texture lies on surfaces (coordinates,
+ * transform, wrap and filter), as long as its number stays the same.
  *
  * \param index of the material to replace.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
@@ -1154,7 +1209,7 @@ typedef struct camlux_array {
  * order of a triangle's corners does not matter: surfaces have two sides.
  */
 typedef struct camlux_mesh {
-  /** sizeof(camlux_mesh) */
+  /** Set by CAMLUX_MESH_INIT. */
   uint32_t struct_size;
   /** The index of the material of all triangles, if triangle_materials has no data. */
   uint32_t material;
@@ -1187,7 +1242,7 @@ typedef struct camlux_mesh {
  * with CAMLUX_POSE_INIT: the identity.
  */
 typedef struct camlux_pose {
-  /** sizeof(camlux_pose) */
+  /** Set by CAMLUX_POSE_INIT. */
   uint32_t struct_size;
   /** 0. */
   uint32_t reserved;
@@ -1326,6 +1381,16 @@ camlux_status camlux_scene_set_visible(camlux_scene *scene,
                                        int32_t is_visible);
 
 /**
+ * Tells whether a light or an instance is shown.
+ *
+ * \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+ * \param is_visible receives 1, or 0 if it is hidden.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a part that was removed.
+ * \threads any.
+ */
+camlux_status camlux_scene_get_visible(camlux_scene *scene, int32_t part, uint32_t index, int32_t *is_visible);
+
+/**
  * Removes a light or an instance. The indices of others do not change. The next part that is added takes the free index.
  *
  * \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
@@ -1376,7 +1441,7 @@ camlux_status camlux_scene_remove(camlux_scene *scene,
  * counterclockwise for a viewer who looks along it. Initialise with CAMLUX_PATTERN_INIT, and give either a file or arrays.
  */
 typedef struct camlux_pattern {
-  /** sizeof(camlux_pattern) */
+  /** Set by CAMLUX_PATTERN_INIT. */
   uint32_t struct_size;
   /** How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
   int32_t encoding;
@@ -1402,7 +1467,7 @@ typedef struct camlux_pattern {
  * give either a file or an array, and a lens.
  */
 typedef struct camlux_projected_image {
-  /** sizeof(camlux_projected_image) */
+  /** Set by CAMLUX_PROJECTED_IMAGE_INIT. */
   uint32_t struct_size;
   /** How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
   int32_t encoding;
@@ -1437,7 +1502,7 @@ typedef struct camlux_projected_image {
  * ignored.
  */
 typedef struct camlux_light {
-  /** sizeof(camlux_light) */
+  /** Set by CAMLUX_LIGHT_INIT. */
   uint32_t struct_size;
   /** CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL, CAMLUX_LIGHT_PATTERN, CAMLUX_LIGHT_PROJECTOR or CAMLUX_LIGHT_AREA. */
   int32_t kind;
@@ -1458,7 +1523,7 @@ typedef struct camlux_light {
    * parallel to direction. A disc needs none: 0, 0, 0.
    */
   double up[3];
-  /** Width and height of a rectangle, m; 0 for a disc. */
+  /** Width and height of a rectangle, m; 0, 0 for a disc. */
   double size_m[2];
   /** Radius of a disc, m; 0 for a rectangle. */
   double radius_m;
@@ -1525,7 +1590,7 @@ typedef int32_t (*camlux_progress_callback)(double fraction, const char *pass, v
 
 /** A layer, and the host's memory for it. Initialise with CAMLUX_TARGET_INIT. */
 typedef struct camlux_target {
-  /** sizeof(camlux_target) */
+  /** Set by CAMLUX_TARGET_INIT. */
   uint32_t struct_size;
   /** CAMLUX_LAYER_RADIANCE and so on. */
   int32_t layer;
@@ -1542,7 +1607,7 @@ typedef struct camlux_target {
  * frames that the renderer counts.
  */
 typedef struct camlux_render_options {
-  /** sizeof(camlux_render_options) */
+  /** Set by CAMLUX_RENDER_OPTIONS_INIT. */
   uint32_t struct_size;
   /**
    * Target GPU time of one submission, milliseconds above 0. It is also the time between two reports of progress, and the time that a
@@ -1581,6 +1646,24 @@ typedef struct camlux_render_options {
   /** 0. */
   uint32_t reserved;
 } camlux_render_options;
+
+/**
+ * Creates a token with which another thread can cancel renders: set it in camlux_render_options.
+ *
+ * \param token receives the handle, with one reference; release it with camlux_cancel_token_release.
+ * \errors CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any. Any number of renders may use the same token.
+ */
+camlux_status camlux_cancel_token_create(camlux_cancel_token **token);
+
+/**
+ * Ends all renders with this token with CAMLUX_CANCELLED. Running renders end after one submission at the latest (see
+ * camlux_render_options), later renders at once. The call does not wait for them. A token stays cancelled.
+ *
+ * \errors CAMLUX_ERROR_INVALID_HANDLE.
+ * \threads any; use it on another thread than the one that renders, or on the helper thread of a signal handler.
+ */
+camlux_status camlux_cancel_token_cancel(camlux_cancel_token *token);
 
 /**
  * Creates a renderer on a device. It keeps the device open, and keeps on it what the next frame can reuse.
@@ -1652,24 +1735,6 @@ camlux_status camlux_renderer_prepare(camlux_renderer *renderer,
 camlux_status camlux_renderer_foretell_ms(camlux_renderer *renderer,
                                           camlux_scene *scene,
                                           double *milliseconds);
-
-/**
- * Creates a token with which another thread can cancel renders: set it in camlux_render_options.
- *
- * \param token receives the handle, with one reference; release it with camlux_cancel_token_release.
- * \errors CAMLUX_ERROR_INVALID_ARGUMENT.
- * \threads any. Any number of renders may use the same token.
- */
-camlux_status camlux_cancel_token_create(camlux_cancel_token **token);
-
-/**
- * Ends all renders with this token with CAMLUX_CANCELLED. Running renders end after one submission at the latest (see
- * camlux_render_options), later renders at once. The call does not wait for them. A token stays cancelled.
- *
- * \errors CAMLUX_ERROR_INVALID_HANDLE.
- * \threads any; use it on another thread than the one that renders, or on the helper thread of a signal handler.
- */
-camlux_status camlux_cancel_token_cancel(camlux_cancel_token *token);
 
 /**
  * Starts to render a frame on its own thread, and returns. The scene is rendered as it is at the time of the call, as by
@@ -1795,7 +1860,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 
 /** A layer in the frame's memory. Initialise with CAMLUX_VIEW_INIT. */
 typedef struct camlux_view {
-  /** sizeof(camlux_view) */
+  /** Set by CAMLUX_VIEW_INIT. */
   uint32_t struct_size;
   /** CAMLUX_LAYER_RADIANCE and so on. */
   int32_t layer;
@@ -1824,24 +1889,23 @@ typedef struct camlux_view {
 
 /** How to write an OpenEXR file. Initialise with CAMLUX_EXR_OPTIONS_INIT: all layers at full precision. */
 typedef struct camlux_exr_options {
-  /** sizeof(camlux_exr_options) */
+  /** Set by CAMLUX_EXR_OPTIONS_INIT. */
   uint32_t struct_size;
   /** 1: radiance, direct, indirect and normals are written in 16 bits. Values above 65504 are then stored as 65504. */
   int32_t half;
-  /**
-   * Layers to write: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_CAMERA_POSITION. If this and tof_layers are 0:
-   * all layers of the frame.
-   */
-  uint32_t layers;
-  /** Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on. */
-  uint32_t tof_layers;
+  /** Layers to write: the first of layer_count numbers, such as CAMLUX_LAYER_RADIANCE; NULL, with layer_count 0: all layers of the frame. */
+  const int32_t *layers;
+  /** Number of these layers. */
+  size_t layer_count;
   /** 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr. */
   int32_t plain;
+  /** 0. */
+  uint32_t reserved;
 } camlux_exr_options;
 
 /** What a frame has cost: times, counts and estimated errors. Initialise with CAMLUX_FRAME_STATS_INIT. */
 typedef struct camlux_frame_stats {
-  /** sizeof(camlux_frame_stats) */
+  /** Set by CAMLUX_FRAME_STATS_INIT. */
   uint32_t struct_size;
   /** Number of passes, for camlux_frame_get_pass. */
   uint32_t pass_count;
@@ -1905,7 +1969,7 @@ typedef struct camlux_frame_stats {
 
 /** GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT. */
 typedef struct camlux_pass_time {
-  /** sizeof(camlux_pass_time) */
+  /** Set by CAMLUX_PASS_TIME_INIT. */
   uint32_t struct_size;
   /** 0. */
   uint32_t reserved;
@@ -1916,7 +1980,7 @@ typedef struct camlux_pass_time {
 } camlux_pass_time;
 
 /**
- * Counts the layers of a frame.
+ * Counts the layers of a frame. A frame that was rendered to targets has none: they are in the host's memory.
  *
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any.
@@ -1977,6 +2041,9 @@ camlux_status camlux_frame_write_exr(camlux_frame *frame,
  * Writes an 8-bit sRGB preview: direct, indirect and total radiance side by side, or only the radiance if the frame has no
  * indirect light. The preview is for viewing, not for measurements. The file appears complete or not at all.
  *
+ * All three have the same exposure: full brightness is the 99th percentile of the total radiance, taken over the brightest band of
+ * the pixels that receive light. Brighter values are clipped. So two frames may have two exposures: compare their layers, not their pictures.
+ *
  * \param path UTF-8, ending with .png; a file of that name is replaced.
  * \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any; frames are immutable.
@@ -2032,7 +2099,7 @@ typedef void (*camlux_vulkan_lock_callback)(void *user);
  * synchronization2 and timelineSemaphore. camlux checks all of this except the instance's version.
  */
 typedef struct camlux_vulkan_device {
-  /** sizeof(camlux_vulkan_device) */
+  /** Set by CAMLUX_VULKAN_DEVICE_INIT. */
   uint32_t struct_size;
   /** The queue's family, which must support graphics and compute. */
   uint32_t queue_family;
@@ -2061,7 +2128,7 @@ typedef struct camlux_vulkan_device {
 
 /** An image of a frame on the device. Initialise with CAMLUX_VULKAN_IMAGE_INIT. The types are those of vulkan.h. */
 typedef struct camlux_vulkan_image {
-  /** sizeof(camlux_vulkan_image) */
+  /** Set by CAMLUX_VULKAN_IMAGE_INIT. */
   uint32_t struct_size;
   /** CAMLUX_LAYER_RADIANCE and so on. */
   int32_t layer;
@@ -2091,7 +2158,7 @@ typedef struct camlux_vulkan_image {
 
 /** What an importer of shared memory needs to know. Initialise with CAMLUX_SHARED_MEMORY_INFO_INIT. */
 typedef struct camlux_shared_memory_info {
-  /** sizeof(camlux_shared_memory_info) */
+  /** Set by CAMLUX_SHARED_MEMORY_INFO_INIT. */
   uint32_t struct_size;
   /** Index of its memory type, for an import by Vulkan. */
   uint32_t memory_type_index;
@@ -2201,57 +2268,60 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 /* As in: camlux_camera camera = CAMLUX_CAMERA_INIT; */
 
-#define CAMLUX_DEVICE_OPTIONS_INIT { sizeof(camlux_device_options), 0, 0, 0, NULL }
+/** What struct_size has beside the size of the struct: all members have a value. */
+#define CAMLUX_INITIALISED UINT32_C(0xca300000)
 
-#define CAMLUX_DEVICE_INFO_INIT { sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
+#define CAMLUX_DEVICE_OPTIONS_INIT { CAMLUX_INITIALISED + sizeof(camlux_device_options), 0, 0, 0, NULL }
 
-#define CAMLUX_CAMERA_INIT { sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0 }
+#define CAMLUX_DEVICE_INFO_INIT { CAMLUX_INITIALISED + sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
-#define CAMLUX_SENSOR_INIT { sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
+#define CAMLUX_CAMERA_INIT { CAMLUX_INITIALISED + sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0 }
 
-#define CAMLUX_TOF_NOISE_INIT { sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
+#define CAMLUX_SENSOR_INIT { CAMLUX_INITIALISED + sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
 
-#define CAMLUX_TOF_INIT { sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
+#define CAMLUX_TOF_NOISE_INIT { CAMLUX_INITIALISED + sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
 
-#define CAMLUX_INDIRECT_INIT { sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
+#define CAMLUX_TOF_INIT { CAMLUX_INITIALISED + sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
 
-#define CAMLUX_DIRECT_INIT { sizeof(camlux_direct), 0 }
+#define CAMLUX_INDIRECT_INIT { CAMLUX_INITIALISED + sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
 
-#define CAMLUX_POSE_INIT { sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
+#define CAMLUX_DIRECT_INIT { CAMLUX_INITIALISED + sizeof(camlux_direct), 0 }
 
-#define CAMLUX_MATERIAL_INIT { sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0 }
+#define CAMLUX_POSE_INIT { CAMLUX_INITIALISED + sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
 
-#define CAMLUX_TEXTURE_INIT { sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
+#define CAMLUX_MATERIAL_INIT { CAMLUX_INITIALISED + sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0, 0, 0, 0.5 }
 
-#define CAMLUX_MESH_INIT { sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
+#define CAMLUX_TEXTURE_INIT { CAMLUX_INITIALISED + sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 
-#define CAMLUX_LIGHT_INIT { sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}, {0.0, 0.0}, 0.0, NULL, NULL, 0, 0 }
+#define CAMLUX_MESH_INIT { CAMLUX_INITIALISED + sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
 
-#define CAMLUX_PATTERN_INIT { sizeof(camlux_pattern), 0, NULL, NULL, 0, NULL, 0, NULL }
+#define CAMLUX_LIGHT_INIT { CAMLUX_INITIALISED + sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 0.0, 0.0}, {0.0, 0.0}, 0.0, NULL, NULL, 0, 0 }
 
-#define CAMLUX_PROJECTED_IMAGE_INIT { sizeof(camlux_projected_image), 0, NULL, 0, 0, NULL, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0 }
+#define CAMLUX_PATTERN_INIT { CAMLUX_INITIALISED + sizeof(camlux_pattern), 0, NULL, NULL, 0, NULL, 0, NULL }
 
-#define CAMLUX_SCENE_COUNTS_INIT { sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
+#define CAMLUX_PROJECTED_IMAGE_INIT { CAMLUX_INITIALISED + sizeof(camlux_projected_image), 0, NULL, 0, 0, NULL, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0 }
 
-#define CAMLUX_BOUNDS_INIT { sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
+#define CAMLUX_SCENE_COUNTS_INIT { CAMLUX_INITIALISED + sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
 
-#define CAMLUX_TARGET_INIT { sizeof(camlux_target), 0, NULL, 0, 0 }
+#define CAMLUX_BOUNDS_INIT { CAMLUX_INITIALISED + sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { sizeof(camlux_render_options), 500, NULL, NULL, 0, CAMLUX_NEXT_FRAME, NULL, NULL, 0, 0, 0 }
+#define CAMLUX_TARGET_INIT { CAMLUX_INITIALISED + sizeof(camlux_target), 0, NULL, 0, 0 }
 
-#define CAMLUX_VULKAN_DEVICE_INIT { sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
+#define CAMLUX_RENDER_OPTIONS_INIT { CAMLUX_INITIALISED + sizeof(camlux_render_options), 500, NULL, NULL, 0, CAMLUX_NEXT_FRAME, NULL, NULL, 0, 0, 0 }
 
-#define CAMLUX_VULKAN_IMAGE_INIT { sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
+#define CAMLUX_VULKAN_DEVICE_INIT { CAMLUX_INITIALISED + sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 
-#define CAMLUX_SHARED_MEMORY_INFO_INIT { sizeof(camlux_shared_memory_info), 0, 0, 0, 0, NULL }
+#define CAMLUX_VULKAN_IMAGE_INIT { CAMLUX_INITIALISED + sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
 
-#define CAMLUX_VIEW_INIT { sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
+#define CAMLUX_SHARED_MEMORY_INFO_INIT { CAMLUX_INITIALISED + sizeof(camlux_shared_memory_info), 0, 0, 0, 0, NULL }
 
-#define CAMLUX_EXR_OPTIONS_INIT { sizeof(camlux_exr_options), 0, 0, 0, 0 }
+#define CAMLUX_VIEW_INIT { CAMLUX_INITIALISED + sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
 
-#define CAMLUX_FRAME_STATS_INIT { sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0, 0.0, 0, 0 }
+#define CAMLUX_EXR_OPTIONS_INIT { CAMLUX_INITIALISED + sizeof(camlux_exr_options), 0, NULL, 0, 0, 0 }
 
-#define CAMLUX_PASS_TIME_INIT { sizeof(camlux_pass_time), 0, 0.0, NULL }
+#define CAMLUX_FRAME_STATS_INIT { CAMLUX_INITIALISED + sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0, 0.0, 0, 0 }
+
+#define CAMLUX_PASS_TIME_INIT { CAMLUX_INITIALISED + sizeof(camlux_pass_time), 0, 0.0, NULL }
 
 #ifdef __cplusplus
 }

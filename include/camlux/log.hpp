@@ -15,6 +15,14 @@
 
 namespace camlux {
 
+enum class log_level : std::int32_t {
+    off = CAMLUX_LOG_OFF,
+    error = CAMLUX_LOG_ERROR,
+    warning = CAMLUX_LOG_WARNING,
+    info = CAMLUX_LOG_INFO,
+    debug = CAMLUX_LOG_DEBUG,
+};
+
 namespace detail {
 
 using log_function = std::function<void(log_level, std::string_view)>;

@@ -1,5 +1,11 @@
 //! What all structs of the interface have in common.
 
+/// What `struct_size` has beside the size of the struct. Only an `_INIT` macro sets it, so a struct of zeros is refused, even with its size.
+pub const CAMLUX_INITIALISED: u32 = 0xca30_0000;
+
+/// The bits of `struct_size` that are the size.
+pub(super) const SIZE_BITS: u32 = 0xffff;
+
 /// A struct of the interface. Its default has the values of its `_INIT` macro in the header.
 ///
 /// # Safety
@@ -24,7 +30,7 @@ macro_rules! c_struct {
         impl Default for $name {
             fn default() -> Self {
                 $name {
-                    struct_size: size_of::<Self>() as u32,
+                    struct_size: CAMLUX_INITIALISED | size_of::<Self>() as u32,
                     $($field: $first,)*
                     // SAFETY: any bytes are a valid value.
                     ..unsafe { std::mem::zeroed() }

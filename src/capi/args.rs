@@ -61,17 +61,28 @@ pub(super) fn check_pointer<T>(pointer: *const T, name: &str) -> Outcome {
 
 /// # Safety
 /// If `pointer` is not null and is aligned, it points to the first four bytes of the struct.
-unsafe fn struct_bytes<T: CStruct>(pointer: *const T) -> Outcome<usize> {
+pub(super) unsafe fn struct_bytes<T: CStruct>(pointer: *const T) -> Outcome<usize> {
     check_pointer(pointer, T::NAME)?;
     // SAFETY: the caller guarantees it; a struct begins with its size.
-    let bytes = unsafe { pointer.cast::<u32>().read() } as usize;
-    if (T::VERSION_1_BYTES..=LONGEST_STRUCT_BYTES).contains(&bytes) {
+    let struct_size = unsafe { pointer.cast::<u32>().read() };
+    let bytes = (struct_size & SIZE_BITS) as usize;
+    let is_initialised = struct_size & !SIZE_BITS == CAMLUX_INITIALISED;
+    if is_initialised && (T::VERSION_1_BYTES..=LONGEST_STRUCT_BYTES).contains(&bytes) {
         return Ok(bytes);
     }
     let (name, macro_prefix) = (T::NAME, T::NAME.to_uppercase());
     Err(Failure::argument(format!(
-        "struct_size of the {name} is {bytes}; initialise it with {macro_prefix}_INIT, which sets struct_size to sizeof({name})"
+        "the {name} is not initialised: its struct_size is {struct_size:#x}; begin with {macro_prefix}_INIT, which sets struct_size and all first values"
     )))
+}
+
+/// Checks that a struct can be read or written.
+///
+/// # Safety
+/// If `pointer` is not null and is aligned, it points to the first four bytes of the struct.
+pub(super) unsafe fn check_struct<T: CStruct>(pointer: *const T) -> Outcome {
+    // SAFETY: the caller guarantees it.
+    unsafe { struct_bytes(pointer) }.map(drop)
 }
 
 /// Reads a struct of any version. Members that an older program lacks have their defaults. Members that only a newer program has
@@ -124,6 +135,7 @@ pub(super) unsafe fn read_many<T: CStruct, U>(
     let name = T::NAME.trim_start_matches("camlux_");
     let rows = Rows {
         name: &format!("{name}s"),
+        count_name: "count",
         data: first.cast(),
         stride_bytes,
         count,
@@ -161,6 +173,23 @@ pub(super) unsafe fn write<T: CStruct>(
         ptr::copy_nonoverlapping(from, pointer.cast::<u8>().add(kept), known - kept);
     }
     Ok(())
+}
+
+/// Writes a struct, if there is one, and whether there is one.
+///
+/// # Safety
+/// As for [`write`]; `is_set` is null, or misaligned, or writable.
+pub(super) unsafe fn write_optional<T: CStruct>(
+    pointer: *mut T,
+    is_set: *mut i32,
+    value: Option<T>,
+) -> Outcome {
+    // SAFETY: the caller guarantees it.
+    unsafe {
+        struct_bytes(pointer)?;
+        write_result(is_set, "is_set", || Ok(value.is_some().into()))?;
+        value.map_or(Ok(()), |value| write(pointer, || Ok(value)))
+    }
 }
 
 /// Writes a result to the host's memory. The pointer is checked before `make` runs.
@@ -264,6 +293,8 @@ pub(super) fn reserved(what: &str, value: u32) -> Outcome {
 /// Rows of components in the host's memory.
 pub(super) struct Rows<'n> {
     pub name: &'n str,
+    /// The argument or member that has the count.
+    pub count_name: &'n str,
     pub data: *const c_void,
     /// Bytes from one row to the next; 0: contiguous.
     pub stride_bytes: usize,
@@ -308,10 +339,11 @@ impl Rows<'_> {
     /// Bytes from one row to the next, checked: all rows fit in the address space.
     fn checked_stride<C>(&self) -> Outcome<usize> {
         let (name, count, size) = (self.name, self.count, size_of::<C>());
+        let count_name = self.count_name;
         let wrong = |problem: String| Err(Failure::argument(problem));
         if self.data.is_null() {
             return wrong(format!(
-                "{name} is NULL, but the count is {count}; give the array, or set the count to 0"
+                "{name} is NULL, but {count_name} is {count}; give the array, or set {count_name} to 0"
             ));
         }
         check_pointer(self.data.cast::<C>(), name)?;
@@ -336,7 +368,7 @@ impl Rows<'_> {
             .and_then(|bytes| self.data.addr().checked_add(bytes));
         if end.is_none() {
             return wrong(format!(
-                "{count} elements of {name}, {stride_bytes} bytes apart, are more than memory can hold; check the count"
+                "{count} elements of {name}, {stride_bytes} bytes apart, are more than memory can hold; check {count_name}"
             ));
         }
         Ok(stride_bytes)

@@ -35,7 +35,7 @@ pub const CAMLUX_DEVICE_KIND_OTHER: i32 = 4;
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_device_options {
-    /// sizeof(camlux_device_options)
+    /// Set by CAMLUX_DEVICE_OPTIONS_INIT.
     pub struct_size: u32,
     /// CAMLUX_DEVICE_BEST, CAMLUX_DEVICE_INDEX, CAMLUX_DEVICE_NAME, CAMLUX_DEVICE_UUID or CAMLUX_DEVICE_PCI.
     pub choice: i32,
@@ -53,7 +53,7 @@ pub struct camlux_device_options {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_device_info {
-    /// sizeof(camlux_device_info)
+    /// Set by CAMLUX_DEVICE_INFO_INIT.
     pub struct_size: u32,
     /// Its index.
     pub index: u32,
@@ -212,7 +212,7 @@ pub unsafe extern "C" fn camlux_device_validation_count(
 /// The name is null or a C string.
 unsafe fn options_from(options: camlux_device_options) -> Outcome<DeviceOptions> {
     // SAFETY: the caller guarantees it.
-    let name = unsafe { args::text(options.name, "name") }?;
+    let name = unsafe { args::text(options.name, "camlux_device_options.name") }?;
     let choices = args::choices![
         CAMLUX_DEVICE_BEST => Some(DeviceChoice::Best),
         CAMLUX_DEVICE_INDEX => Some(DeviceChoice::Index(options.index as usize)),

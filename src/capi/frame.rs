@@ -67,7 +67,7 @@ const LAYERS: [(i32, &str, Layer); 15] = args::choices![
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_view {
-    /// sizeof(camlux_view)
+    /// Set by CAMLUX_VIEW_INIT.
     pub struct_size: u32,
     /// CAMLUX_LAYER_RADIANCE and so on.
     pub layer: i32,
@@ -96,22 +96,23 @@ pub struct camlux_view {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_exr_options {
-    /// sizeof(camlux_exr_options)
+    /// Set by CAMLUX_EXR_OPTIONS_INIT.
     pub struct_size: u32,
     /// 1: radiance, direct, indirect and normals are written in 16 bits. Values above 65504 are then stored as 65504.
     pub half: i32,
-    /// Layers to write: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_CAMERA_POSITION. If this and tof_layers are 0:
-    /// all layers of the frame.
-    pub layers: u32,
-    /// Time-of-flight layers to write, for every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.
-    pub tof_layers: u32,
+    /// Layers to write: the first of layer_count numbers, such as CAMLUX_LAYER_RADIANCE; NULL, with layer_count 0: all layers of the frame.
+    pub layers: *const i32,
+    /// Number of these layers.
+    pub layer_count: usize,
     /// 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr.
     pub plain: i32,
+    /// 0.
+    pub reserved: u32,
 }
 
 c_struct!(camlux_view, 64, format: CAMLUX_FORMAT_F32);
 
-c_struct!(camlux_exr_options, 16);
+c_struct!(camlux_exr_options, 32);
 
 /// A frame, and its texts as C strings.
 pub(super) struct FrameObject {
@@ -178,58 +179,48 @@ impl FrameObject {
         Ok(layers.get_or_init(|| read))
     }
 
+    /// The layers that it has: none if they were written to targets.
+    fn layers(&self) -> Outcome<&[(Layer, LayerData)]> {
+        match &self.rendered {
+            Rendered::ToTargets(..) => Ok(&[]),
+            _ => Ok(&self.frame()?.layers),
+        }
+    }
+
     fn layer(&self, layer: i32) -> Outcome<(Layer, &LayerData)> {
         let kind = layer_of(layer)?;
         let mut layers = self.frame()?.layers.iter();
         let found = layers.find(|(layer, _)| *layer == kind);
         let (_, data) = found.ok_or_else(|| {
-            let name = kind.name();
-            Failure::argument(format!(
-                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr needs stderr_layer of camlux_indirect, depth_mean and depth_nearest need samples of camlux_camera, time-of-flight layers need camlux_scene_set_tof with enough frequencies and phase images"
-            ))
+            let need = kind.need(self.rendered.description().tof.as_ref());
+            let problem = format!("the frame has no layer {}; {need}", kind.name());
+            Failure::argument(words::in_c(&problem))
         })?;
         Ok((kind, data))
     }
 
-    fn exr_options(&self, options: camlux_exr_options) -> Outcome<ExrOptions> {
-        let picked = match [options.layers, options.tof_layers] {
-            [0, 0] => None,
-            picked => Some(self.picked(picked)?),
+    /// # Safety
+    /// There are `layer_count` layers.
+    unsafe fn exr_options(&self, options: camlux_exr_options) -> Outcome<ExrOptions> {
+        args::reserved(camlux_exr_options::NAME, options.reserved)?;
+        let numbers = args::Rows {
+            name: "layers",
+            count_name: "layer_count",
+            data: options.layers.cast(),
+            stride_bytes: 0,
+            count: options.layer_count,
+            length: 1,
         };
+        // SAFETY: the caller guarantees it.
+        let numbers = unsafe { numbers.read(|number: &[i32]| number[0]) }?;
+        let picked = numbers.into_iter().map(|number| Ok(self.layer(number)?.0));
+        let picked = picked.collect::<Outcome<Vec<Layer>>>()?;
         Ok(ExrOptions {
             half: args::flag("half", options.half)?,
-            layers: picked,
+            layers: (!picked.is_empty()).then_some(picked),
             plain: args::flag("plain", options.plain)?,
             ..ExrOptions::default()
         })
-    }
-
-    /// The layers whose bits are set in `layers` and `tof_layers` of [`camlux_exr_options`].
-    fn picked(&self, [layers, tof_layers]: [u32; 2]) -> Outcome<Vec<Layer>> {
-        let frequencies = match &self.frame()?.description.tof {
-            Some(tof) => tof.frequencies_hz.len() as i32,
-            // The requested layers are then reported as missing.
-            None => 1,
-        };
-        let is_set = |bits: u32, number: i32| bits >> number & 1 == 1;
-        let plain = LAYERS.len() as i32;
-        let per_frequency = CAMLUX_TOF_NEXT_FREQUENCY;
-        for (name, bits, count) in [
-            ("layers", layers, plain),
-            ("tof_layers", tof_layers, per_frequency),
-        ] {
-            if bits >> count != 0 {
-                return Err(Failure::argument(format!(
-                    "{name} is {bits:#x}, which sets bits of layers that do not exist; see camlux_exr_options for the valid bits"
-                )));
-            }
-        }
-        let numbers = (0..plain).filter(|&number| is_set(layers, number));
-        let of_tof = (0..frequencies * per_frequency)
-            .filter(|number| is_set(tof_layers, number % per_frequency))
-            .map(|number| CAMLUX_LAYER_TOF_PHASOR + number);
-        let pick = |number| Ok(self.layer(number)?.0);
-        numbers.chain(of_tof).map(pick).collect()
     }
 
     fn view(&self, layer: i32) -> Outcome<camlux_view> {
@@ -286,7 +277,7 @@ fn texts(layer: Layer) -> (&'static CStr, &'static CStr) {
     found.map_or((c"", c""), |(_, name, unit)| (name, unit))
 }
 
-/// Counts the layers of a frame.
+/// Counts the layers of a frame. A frame that was rendered to targets has none: they are in the host's memory.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
@@ -297,7 +288,7 @@ pub unsafe extern "C" fn camlux_frame_layer_count(
 ) -> camlux_status {
     ffi_guard("camlux_frame_layer_count", || {
         let object = handle::get(frame)?;
-        let layers = || Ok(object.frame()?.layers.len() as u32);
+        let layers = || Ok(object.layers()?.len() as u32);
         // SAFETY: the caller guarantees it.
         unsafe { args::write_result(count, "count", layers) }
     })
@@ -318,7 +309,7 @@ pub unsafe extern "C" fn camlux_frame_get_layer(
     ffi_guard("camlux_frame_get_layer", || {
         let object = handle::get(frame)?;
         let number = || {
-            let layers = &object.frame()?.layers;
+            let layers = object.layers()?;
             let found = layers.get(index as usize);
             let (layer, _) = found.ok_or_else(|| no_part(index, layers.len(), "layer"))?;
             let problem = || crate::Error::internal("a frame has a layer that no render has");
@@ -393,7 +384,8 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
         let path = unsafe { args::output_path(path, "exr") }?;
         // SAFETY: the caller guarantees it.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
-        let options = object.exr_options(options)?;
+        // SAFETY: the caller guarantees it.
+        let options = unsafe { object.exr_options(options) }?;
         write_exr_files(path.as_ref(), object.frame()?, &options)?;
         Ok(())
     })
@@ -401,6 +393,9 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
 
 /// Writes an 8-bit sRGB preview: direct, indirect and total radiance side by side, or only the radiance if the frame has no
 /// indirect light. The preview is for viewing, not for measurements. The file appears complete or not at all.
+///
+/// All three have the same exposure: full brightness is the 99th percentile of the total radiance, taken over the brightest band of
+/// the pixels that receive light. Brighter values are clipped. So two frames may have two exposures: compare their layers, not their pictures.
 ///
 /// \param path UTF-8, ending with .png; a file of that name is replaced.
 /// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.

@@ -33,7 +33,7 @@ pub const CAMLUX_STOP_SAMPLES_EXHAUSTED: i32 = 3;
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_frame_stats {
-    /// sizeof(camlux_frame_stats)
+    /// Set by CAMLUX_FRAME_STATS_INIT.
     pub struct_size: u32,
     /// Number of passes, for camlux_frame_get_pass.
     pub pass_count: u32,
@@ -87,7 +87,7 @@ pub struct camlux_frame_stats {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_pass_time {
-    /// sizeof(camlux_pass_time)
+    /// Set by CAMLUX_PASS_TIME_INIT.
     pub struct_size: u32,
     /// 0.
     pub reserved: u32,

@@ -97,6 +97,10 @@ impl Absent {
         self.hidden.contains(&index) || self.removed.contains(&index)
     }
 
+    pub fn has_hidden(&self) -> bool {
+        !self.hidden.is_empty()
+    }
+
     /// Takes the lowest index of a removed part.
     pub fn take_free(&mut self) -> Option<usize> {
         self.removed.pop_first()
@@ -138,6 +142,31 @@ pub extern "C" fn camlux_scene_set_visible(
             absent.hidden.insert(index as usize);
         }
         Ok(())
+    })
+}
+
+/// Tells whether a light or an instance is shown.
+///
+/// \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+/// \param is_visible receives 1, or 0 if it is hidden.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a part that was removed.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_get_visible(
+    scene: *mut camlux_scene,
+    part: i32,
+    index: u32,
+    is_visible: *mut i32,
+) -> camlux_status {
+    ffi_guard("camlux_scene_get_visible", || {
+        let object = handle::get(scene)?;
+        let found = || {
+            let mut state = object.lock();
+            let absent = absent_part(&mut state, part, index)?;
+            Ok((!absent.contains(index as usize)).into())
+        };
+        // SAFETY: the caller guarantees it.
+        unsafe { args::write_result(is_visible, "is_visible", found) }
     })
 }
 

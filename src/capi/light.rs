@@ -3,7 +3,10 @@
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{AreaShape, Carrier, Light, PlacedLight, RadiationPattern, SpotCone};
+use crate::{
+    Error,
+    scene::{AreaShape, Carrier, Light, PlacedLight, RadiationPattern, SpotCone},
+};
 
 /// Emits its power evenly over the sphere: position_m, power_w.
 pub const CAMLUX_LIGHT_POINT: i32 = 0;
@@ -30,7 +33,7 @@ pub const CAMLUX_RELATIVE_TO_CAMERA: i32 = 1;
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_light {
-    /// sizeof(camlux_light)
+    /// Set by CAMLUX_LIGHT_INIT.
     pub struct_size: u32,
     /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL, CAMLUX_LIGHT_PATTERN, CAMLUX_LIGHT_PROJECTOR or CAMLUX_LIGHT_AREA.
     pub kind: i32,
@@ -49,7 +52,7 @@ pub struct camlux_light {
     /// Up in a projector's image, the plane C = 0 of a lamp, or the direction of a rectangle's height, in that space; of any length, not
     /// parallel to direction. A disc needs none: 0, 0, 0.
     pub up: [f64; 3],
-    /// Width and height of a rectangle, m; 0 for a disc.
+    /// Width and height of a rectangle, m; 0, 0 for a disc.
     pub size_m: [f64; 2],
     /// Radius of a disc, m; 0 for a rectangle.
     pub radius_m: f64,
@@ -183,7 +186,7 @@ fn light_from_c(light: camlux_light, pattern: Option<RadiationPattern>) -> Outco
             Some(pattern @ RadiationPattern::Projected(_)) => Ok(patterned(light, pattern)),
             _ => Err(Failure::argument("image is NULL; give the image of the projector")),
         },
-        CAMLUX_LIGHT_AREA => |light, _| Ok(area(light)),
+        CAMLUX_LIGHT_AREA => |light, _| area(light),
     ];
     Ok(PlacedLight {
         light: args::one_of("kind", light.kind, &choices)?(&light, pattern)?,
@@ -211,14 +214,25 @@ fn patterned(light: &camlux_light, pattern: RadiationPattern) -> Light {
     }
 }
 
-fn area(light: &camlux_light) -> Light {
+fn area(light: &camlux_light) -> Outcome<Light> {
+    let (size_m, radius_m) = (light.size_m, light.radius_m);
+    let wrong = |problem: String, hint: &str| Error::scene("area light", problem, hint).into();
+    match (size_m == [0.0; 2], radius_m == 0.0) {
+        (true, true) => {
+            let hint = "give size_m of a rectangle, or radius_m of a disc";
+            return Err(wrong("size_m and radius_m are 0".into(), hint));
+        }
+        (false, false) => {
+            let problem = format!("size_m is {size_m:?}, and radius_m is {radius_m}");
+            let hint = "an area light is a rectangle or a disc: set the other member to 0";
+            return Err(wrong(problem, hint));
+        }
+        _ => {}
+    }
     let direction = DVec3::from(light.direction);
     let up = DVec3::from(light.up);
-    let (shape, up) = match light.radius_m {
-        0.0 => {
-            let size_m = light.size_m;
-            (AreaShape::Rectangle { size_m }, up)
-        }
+    let (shape, up) = match radius_m {
+        0.0 => (AreaShape::Rectangle { size_m }, up),
         // Any direction will do for a disc.
         radius_m if up == DVec3::ZERO => {
             let up = direction.normalize_or(DVec3::Z).any_orthonormal_vector();
@@ -226,13 +240,13 @@ fn area(light: &camlux_light) -> Light {
         }
         radius_m => (AreaShape::Disc { radius_m }, up),
     };
-    Light::Area {
+    Ok(Light::Area {
         position_m: light.position_m.into(),
         direction,
         up,
         shape,
         power_w: light.power_w,
-    }
+    })
 }
 
 fn light_to_c(light: &Light) -> camlux_light {

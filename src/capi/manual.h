@@ -119,8 +119,9 @@
  *
  * STRUCTS AND VERSIONS
  *
- * Structs begin with struct_size. Always initialise a struct with its _INIT macro, which sets the size and the defaults. Later versions
- * of camlux add members at the end. As long as the SONAME stays the same, no function or member is removed or changed.
+ * Structs begin with struct_size. Always initialise a struct with its _INIT macro, which sets struct_size and the defaults. A struct of
+ * zeros is an error, even if you set its size: 0 is a wrong value for many members, such as the contrast of camlux_tof. struct_size is
+ * the size plus CAMLUX_INITIALISED, which says that all members have a value. Later versions of camlux add members at the end. As long as the SONAME stays the same, no function or member is removed or changed.
  *
  * - A program built with an older header runs with a newer library: members that its structs lack have the values of _INIT.
  * - A program built with a newer header runs with an older library, as long as the members that this library does not know are 0.

@@ -13,7 +13,7 @@ use crate::{
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_material {
-    /// sizeof(camlux_material)
+    /// Set by CAMLUX_MATERIAL_INIT.
     pub struct_size: u32,
     /// The number of a texture, from camlux_scene_add_texture, that multiplies kd; 0: none.
     pub kd_texture: u32,
@@ -28,14 +28,21 @@ pub struct camlux_material {
     /// The number of a normal texture; 0: none. R, G, B from 0 to 1 stand for components from -1 to 1: along the direction in which u grows,
     /// across it on the side to which v grows, and along the mesh's own normal.
     pub normal_texture: u32,
-    /// The number of an alpha texture; 0: none. The surface is cut out, on both sides, where alpha is below 0.5, or the brightness of a texture
-    /// without alpha. A scene file may give another cutoff.
+    /// The number of an alpha texture; 0: none. The surface is cut out, on both sides, where alpha is below alpha_cutoff, or the brightness of
+    /// a texture without alpha.
     pub alpha_texture: u32,
+    /// The number of a texture that multiplies ks; 0: none.
+    pub ks_texture: u32,
+    /// The number of a texture whose brightness multiplies the shininess; 0: none.
+    pub shininess_texture: u32,
+    /// See alpha_texture; 0 to 1.
+    pub alpha_cutoff: f64,
 }
 
 c_struct!(
     camlux_material, 72,
     shininess: -1.0,
+    alpha_cutoff: 0.5,
 );
 
 /// Adds a material.
@@ -63,8 +70,8 @@ pub unsafe extern "C" fn camlux_scene_add_material(
     })
 }
 
-/// Replaces a material. It keeps what camlux_material does not hold and a scene file may give: textures of ks and shininess, the cutoff of
-/// alpha, and how a texture lies on surfaces (coordinates, transform, wrap and filter) as long as its number stays the same.
+/// Replaces a material. It keeps what camlux_material does not hold and a scene file may give: how a texture lies on surfaces (coordinates,
+/// transform, wrap and filter), as long as its number stays the same.
 ///
 /// \param index of the material to replace.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
@@ -115,6 +122,9 @@ pub unsafe extern "C" fn camlux_scene_get_material(
                 kd_texture: texture(found.kd_texture),
                 normal_texture: texture(found.normal_texture),
                 alpha_texture: texture(found.alpha_texture),
+                ks_texture: texture(found.ks_texture),
+                shininess_texture: texture(found.shininess_texture),
+                alpha_cutoff: found.alpha_cutoff,
                 ..Default::default()
             })
         };
@@ -158,11 +168,11 @@ fn replaced(old: &Material, new: Material) -> Material {
         ks: new.ks,
         shininess: new.shininess,
         kd_texture: lookup(old.kd_texture, new.kd_texture),
-        ks_texture: old.ks_texture,
-        shininess_texture: old.shininess_texture,
+        ks_texture: lookup(old.ks_texture, new.ks_texture),
+        shininess_texture: lookup(old.shininess_texture, new.shininess_texture),
         normal_texture: lookup(old.normal_texture, new.normal_texture),
         alpha_texture: lookup(old.alpha_texture, new.alpha_texture),
-        alpha_cutoff: old.alpha_cutoff,
+        alpha_cutoff: new.alpha_cutoff,
     }
 }
 
@@ -170,7 +180,7 @@ fn replaced(old: &Material, new: Material) -> Material {
 /// The name is null or a C string.
 unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     // SAFETY: the caller guarantees it.
-    let name = unsafe { args::text(raw.name, "name") }?.unwrap_or_default();
+    let name = unsafe { args::text(raw.name, "camlux_material.name") }?.unwrap_or_default();
     let mut material = Material::lambert(name, raw.kd);
     material.ks = raw.ks;
     let texture = |number: u32| {
@@ -180,11 +190,17 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     material.kd_texture = texture(raw.kd_texture);
     material.normal_texture = texture(raw.normal_texture);
     material.alpha_texture = texture(raw.alpha_texture);
+    material.ks_texture = texture(raw.ks_texture);
+    material.shininess_texture = texture(raw.shininess_texture);
+    material.alpha_cutoff = raw.alpha_cutoff;
     if raw.shininess.is_nan() || raw.shininess >= 0.0 {
         material.shininess = raw.shininess;
     } else if material.is_specular() {
         // A default exponent such as 1 would silently choose a very wide lobe.
-        let place = format!("material \"{}\"", material.name);
+        let place = match &material.name[..] {
+            "" => "material".into(),
+            name => format!("material \"{name}\""),
+        };
         let problem = format!("ks is {:?}, but shininess is {}", raw.ks, raw.shininess);
         return Err(Error::scene(place, problem, "set shininess to an exponent such as 20").into());
     }
@@ -217,13 +233,16 @@ mod tests {
         };
         let new = Material {
             kd_texture: Some(0.into()),
+            ks_texture: Some(1.into()),
             normal_texture: Some(1.into()),
             ..Material::lambert("new", [0.25; 3])
         };
         let due = Material {
             kd_texture: lookup(0),
             normal_texture: Some(1.into()),
+            shininess_texture: None,
             alpha_texture: None,
+            alpha_cutoff: 0.5,
             name: "new".into(),
             kd: [0.25; 3],
             ..old.clone()

@@ -15,7 +15,7 @@ use crate::scene::Mesh;
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_mesh {
-    /// sizeof(camlux_mesh)
+    /// Set by CAMLUX_MESH_INIT.
     pub struct_size: u32,
     /// The index of the material of all triangles, if triangle_materials has no data.
     pub material: u32,
@@ -114,8 +114,10 @@ unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
         }
     }
     let optional = |array: &camlux_array, count| if array.data.is_null() { 0 } else { count };
-    let normals = optional(&mesh.normals, vertices);
-    let texcoords = optional(&mesh.texcoords, vertices);
+    let of_vertices = |count| ("vertex_count", count);
+    let of_triangles = ("triangle_count", triangles);
+    let normals = of_vertices(optional(&mesh.normals, vertices));
+    let texcoords = of_vertices(optional(&mesh.texcoords, vertices));
     let vectors = |list: Vec<[f64; 3]>| list.into_iter().map(DVec3::from).collect();
     // SAFETY: the caller guarantees it for each array.
     unsafe {
@@ -125,14 +127,18 @@ unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
             uniform.resize(triangles, mesh.material);
             uniform
         } else {
-            wholes::<1>(materials, "triangle_materials", triangles)?.into_flattened()
+            wholes::<1>(materials, "triangle_materials", of_triangles)?.into_flattened()
         };
         Ok(Mesh {
-            name: args::text(mesh.name, "name")?.unwrap_or_default(),
-            positions_m: vectors(reals(&mesh.positions_m, "positions_m", vertices)?),
+            name: args::text(mesh.name, "camlux_mesh.name")?.unwrap_or_default(),
+            positions_m: vectors(reals(
+                &mesh.positions_m,
+                "positions_m",
+                of_vertices(vertices),
+            )?),
             normals: vectors(reals(&mesh.normals, "normals", normals)?),
             texcoords: reals(&mesh.texcoords, "texcoords", texcoords)?,
-            triangles: wholes(&mesh.indices, "indices", triangles)?,
+            triangles: wholes(&mesh.indices, "indices", of_triangles)?,
             triangle_materials,
             ..Mesh::default()
         })
@@ -144,7 +150,7 @@ unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
 unsafe fn reals<const N: usize>(
     array: &camlux_array,
     name: &str,
-    count: usize,
+    count: (&str, usize),
 ) -> Outcome<Vec<[f64; N]>> {
     let formats = args::choices![
         CAMLUX_FORMAT_F32 => converted::<f32, f64, N> as Reader<f64, N>,
@@ -159,7 +165,7 @@ unsafe fn reals<const N: usize>(
 unsafe fn wholes<const N: usize>(
     array: &camlux_array,
     name: &str,
-    count: usize,
+    count: (&str, usize),
 ) -> Outcome<Vec<[u32; N]>> {
     let formats = args::choices![
         CAMLUX_FORMAT_U16 => converted::<u16, u32, N> as Reader<u32, N>,
@@ -184,16 +190,18 @@ unsafe fn converted<C: Copy + Into<T>, T, const N: usize>(rows: &Rows) -> Outcom
 unsafe fn elements<T, const N: usize>(
     array: &camlux_array,
     name: &str,
-    count: usize,
+    (count_name, count): (&str, usize),
     formats: &[(i32, &str, Reader<T, N>)],
 ) -> Outcome<Vec<[T; N]>> {
     if count == 0 {
         return Ok(Vec::new());
     }
+    let name = &format!("camlux_mesh.{name}");
     let read = args::one_of(&format!("the format of {name}"), array.format, formats)?;
     args::reserved(name, array.reserved)?;
     let rows = Rows {
         name,
+        count_name,
         data: array.data,
         stride_bytes: array.stride_bytes,
         count,

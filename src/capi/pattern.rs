@@ -13,7 +13,7 @@ use crate::{
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_pattern {
-    /// sizeof(camlux_pattern)
+    /// Set by CAMLUX_PATTERN_INIT.
     pub struct_size: u32,
     /// How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
     pub encoding: i32,
@@ -37,7 +37,7 @@ pub struct camlux_pattern {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_projected_image {
-    /// sizeof(camlux_projected_image)
+    /// Set by CAMLUX_PROJECTED_IMAGE_INIT.
     pub struct_size: u32,
     /// How a PNG, JPEG or WebP file encodes values: CAMLUX_ENCODING_DEFAULT, which is sRGB, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
     pub encoding: i32,
@@ -97,7 +97,7 @@ pub(super) unsafe fn pattern_of(light: &camlux_light) -> Outcome<Option<Radiatio
 unsafe fn pattern_from_c(raw: camlux_pattern) -> Outcome<Pattern> {
     let encoding = encoding(raw.encoding)?;
     // SAFETY: the caller guarantees it.
-    if let Some(path) = unsafe { args::text(raw.path, "path") }? {
+    if let Some(path) = unsafe { args::text(raw.path, "camlux_pattern.path") }? {
         file_alone(raw.gamma_count == 0 && raw.plane_count == 0)?;
         let (pattern, warning) =
             Pattern::load(Path::new(&path), encoding, &path).map_err(Failure::as_it_is)?;
@@ -111,8 +111,9 @@ unsafe fn pattern_from_c(raw: camlux_pattern) -> Outcome<Pattern> {
         );
         return Err(Failure::argument(problem));
     }
-    let list = |name, data, count, length| args::Rows {
+    let list = |[name, count_name]: [&'static str; 2], data, count, length| args::Rows {
         name,
+        count_name,
         data,
         stride_bytes: 0,
         count,
@@ -122,10 +123,27 @@ unsafe fn pattern_from_c(raw: camlux_pattern) -> Outcome<Pattern> {
     // SAFETY: the caller guarantees it.
     let (gammas_deg, planes_deg, rows) = unsafe {
         (
-            list("gammas_deg", raw.gammas_deg.cast(), gammas, 1).read(number)?,
-            list("planes_deg", raw.planes_deg.cast(), planes, 1).read(number)?,
-            list("intensities", raw.intensities.cast(), planes, gammas)
-                .read(|row: &[f64]| row.to_vec())?,
+            list(
+                ["camlux_pattern.gammas_deg", "gamma_count"],
+                raw.gammas_deg.cast(),
+                gammas,
+                1,
+            )
+            .read(number)?,
+            list(
+                ["camlux_pattern.planes_deg", "plane_count"],
+                raw.planes_deg.cast(),
+                planes,
+                1,
+            )
+            .read(number)?,
+            list(
+                ["camlux_pattern.intensities", "plane_count"],
+                raw.intensities.cast(),
+                planes,
+                gammas,
+            )
+            .read(|row: &[f64]| row.to_vec())?,
         )
     };
     let measured = Measured {
@@ -164,7 +182,7 @@ unsafe fn image_from_c(raw: camlux_projected_image) -> Outcome<ProjectedImage> {
         return Err(Error::scene("projected image", problem, hint).into());
     }
     // SAFETY: the caller guarantees it.
-    if let Some(path) = unsafe { args::text(raw.path, "path") }? {
+    if let Some(path) = unsafe { args::text(raw.path, "camlux_projected_image.path") }? {
         file_alone(raw.width_px == 0 && raw.height_px == 0)?;
         let (image, warning) =
             ProjectedImage::load(Path::new(&path), (encoding, None), lens, &path)
@@ -178,7 +196,8 @@ unsafe fn image_from_c(raw: camlux_projected_image) -> Outcome<ProjectedImage> {
         return Err(Failure::argument(problem));
     }
     let rows = args::Rows {
-        name: "values",
+        name: "camlux_projected_image.values",
+        count_name: "height_px",
         data: raw.values.cast(),
         stride_bytes: raw.row_stride_bytes,
         count: raw.height_px as usize,

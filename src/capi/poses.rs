@@ -26,7 +26,7 @@ pub const CAMLUX_AXES_OPENGL: i32 = 1;
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_pose {
-    /// sizeof(camlux_pose)
+    /// Set by CAMLUX_POSE_INIT.
     pub struct_size: u32,
     /// 0.
     pub reserved: u32,
@@ -221,6 +221,7 @@ pub unsafe extern "C" fn camlux_pose_from_matrix(
         }
         let numbers = args::Rows {
             name: "rows",
+            count_name: "count",
             data: rows.cast(),
             stride_bytes: 0,
             count: count / 4,
@@ -273,6 +274,7 @@ pub unsafe extern "C" fn camlux_scene_set_poses(
         } else {
             let rows = args::Rows {
                 name: "indices",
+                count_name: "count",
                 data: indices.cast(),
                 stride_bytes: 0,
                 count,

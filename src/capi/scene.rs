@@ -18,7 +18,7 @@ use crate::{
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_scene_counts {
-    /// sizeof(camlux_scene_counts)
+    /// Set by CAMLUX_SCENE_COUNTS_INIT.
     pub struct_size: u32,
     /// Textures. They count from 1: the last one has this number.
     pub textures: u32,
@@ -36,7 +36,7 @@ pub struct camlux_scene_counts {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_bounds {
-    /// sizeof(camlux_bounds)
+    /// Set by CAMLUX_BOUNDS_INIT.
     pub struct_size: u32,
     /// 1: there are no triangles, and min_m and max_m are 0.
     pub is_empty: i32,
@@ -157,10 +157,25 @@ impl SceneObject {
             state.nothing.clone()
         };
         let mut present = snapshot.clone();
+        for (index, instance) in present.meshes.iter_mut().enumerate() {
+            if instance.name.is_empty() {
+                // A mesh of C has another index than its instances.
+                instance.name = format!("instance {index}");
+            }
+        }
         present.meshes.retain(|mesh| !mesh.ptr_eq(&nothing));
         for warning in present.warnings() {
-            log::write(CAMLUX_LOG_WARNING, || words::in_c(&warning));
+            self.warn(&warning);
         }
+    }
+
+    /// Logs a warning of the library about a snapshot, to which hidden lights do not exist.
+    pub fn warn(&self, warning: &str) {
+        let has_hidden = self.lock().absent_lights.has_hidden();
+        log::write(CAMLUX_LOG_WARNING, || match has_hidden {
+            true => words::of_hidden_lights(&words::in_c(warning)),
+            false => words::in_c(warning),
+        });
     }
 }
 

@@ -9,7 +9,7 @@ use crate::SharedMemory;
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_shared_memory_info {
-    /// sizeof(camlux_shared_memory_info)
+    /// Set by CAMLUX_SHARED_MEMORY_INFO_INIT.
     pub struct_size: u32,
     /// Index of its memory type, for an import by Vulkan.
     pub memory_type_index: u32,

@@ -9,7 +9,7 @@ use crate::output::{Layer, LayerData};
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_target {
-    /// sizeof(camlux_target)
+    /// Set by CAMLUX_TARGET_INIT.
     pub struct_size: u32,
     /// CAMLUX_LAYER_RADIANCE and so on.
     pub layer: i32,

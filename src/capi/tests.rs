@@ -14,7 +14,7 @@ c_struct!(Grown, 8, added: 2);
 
 fn grown(struct_size: u32, first: u32, added: u64) -> Grown {
     Grown {
-        struct_size,
+        struct_size: CAMLUX_INITIALISED | struct_size,
         first,
         added,
     }
@@ -32,7 +32,7 @@ fn a_struct_of_an_old_program_has_defaults_for_what_was_added() {
     // The bytes behind an old program's struct are not changed.
     assert_eq!(room, grown(8, 7, 6));
     for bytes in [7, 9, 12] {
-        room.struct_size = bytes;
+        room.struct_size = CAMLUX_INITIALISED | bytes;
         // SAFETY: as above.
         let is_read = unsafe { args::read(&raw const room) }.is_ok();
         assert_eq!(is_read, bytes >= 8, "{bytes}");

@@ -12,12 +12,12 @@ pub const CAMLUX_COMPONENT_U16: i32 = 1;
 /// 32-bit floating-point components, 0 to 1.
 pub const CAMLUX_COMPONENT_F32: i32 = 2;
 
-/// What a material uses the texture for decides: integers are CAMLUX_ENCODING_SRGB as kd_texture, all else is CAMLUX_ENCODING_LINEAR.
+/// What a material uses the texture for decides: integers are CAMLUX_ENCODING_SRGB as kd_texture and ks_texture, all else is CAMLUX_ENCODING_LINEAR.
 pub const CAMLUX_ENCODING_DEFAULT: i32 = 0;
 /// Values are as they are.
 pub const CAMLUX_ENCODING_LINEAR: i32 = 1;
-/// Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. A normal_texture must not be, nor an
-/// alpha_texture without an alpha channel.
+/// Values are encoded with the sRGB transfer function (IEC 61966-2-1), as in most image files. A normal_texture or shininess_texture must
+/// not be, nor an alpha_texture without an alpha channel.
 pub const CAMLUX_ENCODING_SRGB: i32 = 2;
 
 /// A texture for a material. Initialise with CAMLUX_TEXTURE_INIT: three 8-bit channels, in the encoding of the texture's use.
@@ -26,7 +26,7 @@ pub const CAMLUX_ENCODING_SRGB: i32 = 2;
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_texture {
-    /// sizeof(camlux_texture)
+    /// Set by CAMLUX_TEXTURE_INIT.
     pub struct_size: u32,
     /// Width, pixels.
     pub width_px: u32,
@@ -109,7 +109,7 @@ pub unsafe extern "C" fn camlux_scene_set_texture(
 /// The pixels are null, or there are as many as the texture states; the name is null or a C string.
 unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<TextureSource> {
     // SAFETY: the caller guarantees it.
-    let name = unsafe { args::text(texture.name, "name") }?.unwrap_or_default();
+    let name = unsafe { args::text(texture.name, "camlux_texture.name") }?.unwrap_or_default();
     let channels = texture.channels as usize;
     if ![1, 3, 4].contains(&channels) {
         return Err(Failure::argument(format!(
@@ -123,7 +123,8 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<TextureSource> {
     ];
     let encoding = args::one_of("encoding", texture.encoding, &encodings)?;
     let rows = Rows {
-        name: "pixels",
+        name: "camlux_texture.pixels",
+        count_name: "height_px",
         data: texture.pixels,
         stride_bytes: texture.row_stride_bytes,
         count: texture.height_px as usize,

@@ -43,7 +43,7 @@ pub const CAMLUX_CHARGE_DN: i32 = 1;
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_tof_noise {
-    /// sizeof(camlux_tof_noise)
+    /// Set by CAMLUX_TOF_NOISE_INIT.
     pub struct_size: u32,
     /// Bits, 1 to 24: DN are from 0 to 2^bits - 1.
     pub bits: u32,
@@ -66,7 +66,7 @@ pub struct camlux_tof_noise {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_tof {
-    /// sizeof(camlux_tof)
+    /// Set by CAMLUX_TOF_INIT.
     pub struct_size: u32,
     /// Number of frequencies, 1 to 4.
     pub frequency_count: u32,
@@ -150,6 +150,90 @@ pub unsafe extern "C" fn camlux_scene_set_tof(
     })
 }
 
+/// Reads the time-of-flight camera, in the form of camlux_scene_set_tof.
+///
+/// \param tof initialise with CAMLUX_TOF_INIT. Its noise is NULL, or points to `noise`; its ambient_lights is NULL, or points to
+/// `ambient_lights`. Unchanged if there is none.
+/// \param noise initialise with CAMLUX_TOF_NOISE_INIT. Unchanged if there is none.
+/// \param ambient_lights receives the indices of the lights that are not modulated; NULL: they are only counted, by ambient_light_count.
+/// \param capacity largest number of these indices: `lights` of camlux_scene_counts is enough.
+/// \param is_set receives 1, or 0 if there is no time of flight.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also if there are more ambient lights than the capacity.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_get_tof(
+    scene: *mut camlux_scene,
+    tof: *mut camlux_tof,
+    noise: *mut camlux_tof_noise,
+    ambient_lights: *mut u32,
+    capacity: usize,
+    is_set: *mut i32,
+) -> camlux_status {
+    ffi_guard("camlux_scene_get_tof", || {
+        let found = handle::get(scene)?.lock().scene.tof.clone();
+        // SAFETY: the caller guarantees it.
+        unsafe {
+            args::check_struct(tof)?;
+            args::check_struct(noise)?;
+            args::check_pointer(is_set, "is_set")?;
+            let Some(found) = found else {
+                return args::write_optional(tof, is_set, None);
+            };
+            let mut made = tof_to_c(&found);
+            if !ambient_lights.is_null() && made.ambient_light_count > 0 {
+                args::check_pointer(ambient_lights, "ambient_lights")?;
+                let count = made.ambient_light_count;
+                if count > capacity {
+                    let problem = format!("capacity is {capacity}, but {count} lights are ambient");
+                    return Err(Failure::argument(format!("{problem}; give more memory")));
+                }
+                for (place, &light) in found.ambient_lights.iter().enumerate() {
+                    ambient_lights.add(place).write(light as u32);
+                }
+                made.ambient_lights = ambient_lights;
+            }
+            if let Some(of_tof) = &found.noise {
+                args::write(noise, || Ok(noise_to_c(of_tof)))?;
+                made.noise = noise;
+            }
+            args::write_optional(tof, is_set, Some(made))
+        }
+    })
+}
+
+fn tof_to_c(tof: &TimeOfFlight) -> camlux_tof {
+    let mut made = camlux_tof {
+        frequency_count: tof.frequencies_hz.len() as u32,
+        band_weights: tof.band_weights,
+        phase_offset_deg: tof.phase_offset_deg,
+        phase_count: tof.phase_count,
+        output: match tof.output {
+            ChargeUnit::Electrons => CAMLUX_CHARGE_ELECTRONS,
+            ChargeUnit::DigitalNumbers => CAMLUX_CHARGE_DN,
+        },
+        ambient_light_count: tof.ambient_lights.len(),
+        ..Default::default()
+    };
+    let numbers = tof.frequencies_hz.iter().zip(&tof.contrasts);
+    for (i, (hz, contrast)) in numbers.enumerate().take(MAX_FREQUENCIES) {
+        (made.frequencies_hz[i], made.contrasts[i]) = (*hz, *contrast);
+    }
+    made
+}
+
+fn noise_to_c(noise: &SensorNoise) -> camlux_tof_noise {
+    camlux_tof_noise {
+        bits: noise.bits,
+        seed: noise.seed,
+        dark_e_per_s: noise.dark_e_per_s,
+        read_noise_e: noise.read_noise_e,
+        full_well_e: noise.full_well_e,
+        gain_dn_per_e: noise.gain_dn_per_e,
+        black_level_dn: noise.black_level_dn,
+        ..Default::default()
+    }
+}
+
 /// # Safety
 /// Its pointers are null, or misaligned, or point to what their members state.
 unsafe fn tof_from_c(tof: camlux_tof) -> Outcome<TimeOfFlight> {
@@ -163,7 +247,8 @@ unsafe fn tof_from_c(tof: camlux_tof) -> Outcome<TimeOfFlight> {
         CAMLUX_CHARGE_DN => ChargeUnit::DigitalNumbers,
     ];
     let ambient_lights = args::Rows {
-        name: "ambient_lights",
+        name: "camlux_tof.ambient_lights",
+        count_name: "ambient_light_count",
         data: tof.ambient_lights.cast(),
         stride_bytes: 0,
         count: tof.ambient_light_count,

@@ -21,7 +21,7 @@ pub type camlux_vulkan_lock_callback = Option<unsafe extern "C" fn(user: *mut c_
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_vulkan_device {
-    /// sizeof(camlux_vulkan_device)
+    /// Set by CAMLUX_VULKAN_DEVICE_INIT.
     pub struct_size: u32,
     /// The queue's family, which must support graphics and compute.
     pub queue_family: u32,
@@ -50,7 +50,7 @@ pub struct camlux_vulkan_device {
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_vulkan_image {
-    /// sizeof(camlux_vulkan_image)
+    /// Set by CAMLUX_VULKAN_IMAGE_INIT.
     pub struct_size: u32,
     /// CAMLUX_LAYER_RADIANCE and so on.
     pub layer: i32,

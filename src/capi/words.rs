@@ -78,10 +78,31 @@ const WORDS: [(&str, &str); 30] = [
     ),
 ];
 
+/// What it says of a scene without lights, and what that means where lights are hidden.
+const OF_HIDDEN_LIGHTS: [(&str, &str); 2] = [
+    (
+        "there is no light; add one",
+        "all lights are hidden; show one by camlux_scene_set_visible",
+    ),
+    (
+        "there is no light, so every",
+        "all lights are hidden, so every",
+    ),
+];
+
 /// A message of the library in the words of C.
 pub(super) fn in_c(message: &str) -> String {
+    replaced(message, &WORDS)
+}
+
+/// A message about a scene that has hidden lights.
+pub(super) fn of_hidden_lights(message: &str) -> String {
+    replaced(message, &OF_HIDDEN_LIGHTS)
+}
+
+fn replaced(message: &str, words: &[(&str, &str)]) -> String {
     let replace = |message: String, (word, c): &(&str, &str)| message.replace(word, c);
-    WORDS.iter().fold(message.to_owned(), replace)
+    words.iter().fold(message.to_owned(), replace)
 }
 
 #[cfg(test)]
@@ -108,7 +129,7 @@ mod tests {
         let mut text = String::new();
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
         sources(&folder, &mut text);
-        for (word, _) in WORDS {
+        for (word, _) in WORDS.into_iter().chain(OF_HIDDEN_LIGHTS) {
             let written = word.replace('"', "\\\"");
             // What comes before "is" or "are" may be an argument of its own.
             let end = [" is", " are"]

@@ -1,5 +1,7 @@
 //! The descriptions of scenes and frames in a data set: `docs/batch.md`.
 
+use std::collections::HashMap;
+
 use glam::{DQuat, DVec3};
 use serde_json::{Map, Value, json};
 
@@ -90,10 +92,11 @@ pub fn describe_frame(
             "rotation_xyzw": rotation.to_array(),
         })
     });
+    let keys = material_keys(scene);
     let varied = |value: fn(&Material) -> Value| {
-        let materials = base.materials.iter().zip(&scene.materials);
-        let varied = materials.filter(|(before, now)| value(before) != value(now));
-        Map::from_iter(varied.map(|(_, now)| (now.name.clone(), value(now))))
+        let materials = base.materials.iter().zip(&scene.materials).zip(&keys);
+        let varied = materials.filter(|((before, now), _)| value(before) != value(now));
+        Map::from_iter(varied.map(|((_, now), key)| (key.clone(), value(now))))
     };
     let mut frame = object(json!({
         "camera": {
@@ -129,10 +132,25 @@ pub fn describe_frame(
     frame
 }
 
+/// The key of each material in a manifest: its name, with its index where other materials have the same name.
+fn material_keys(scene: &Scene) -> Vec<String> {
+    let names = || scene.materials.iter().map(|material| &material.name);
+    let mut counts = HashMap::new();
+    for name in names() {
+        *counts.entry(name).or_insert(0) += 1;
+    }
+    let key = |(index, name): (usize, &String)| match counts[name] {
+        1 => name.clone(),
+        _ => format!("{name}#{index}"),
+    };
+    names().enumerate().map(key).collect()
+}
+
 /// The names of the textures of k_d that differ.
 fn varied_textures(scene: &Scene, base: &Scene) -> Map<String, Value> {
     let mut names = Map::new();
-    for (before, now) in base.materials.iter().zip(&scene.materials) {
+    let materials = base.materials.iter().zip(&scene.materials);
+    for ((before, now), key) in materials.zip(material_keys(scene)) {
         let texture = |scene: &Scene, material: &Material| {
             let lookup = material.kd_texture?;
             scene.textures.get(lookup.texture).cloned()
@@ -144,7 +162,7 @@ fn varied_textures(scene: &Scene, base: &Scene) -> Map<String, Value> {
         };
         if !is_same {
             let name = textures.1.map(|texture| texture.name.clone());
-            names.insert(now.name.clone(), json!(name));
+            names.insert(key, json!(name));
         }
     }
     names
@@ -169,5 +187,29 @@ fn object(value: Value) -> Map<String, Value> {
     match value {
         Value::Object(map) => map,
         _ => Map::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn changed_materials_of_one_name_have_an_entry_each() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml");
+        let mut base = Scene::load(&file).expect("a scene");
+        base.materials = ["wall", "floor", "wall"]
+            .map(|name| Material::lambert(name, [0.5; 3]))
+            .into();
+        let mut changed = base.clone();
+        for material in &mut changed.materials {
+            material.kd = [0.25; 3];
+        }
+        let frame = describe_frame(&changed, &base, DQuat::IDENTITY, &[]);
+        let of_materials = frame["materials_kd"].as_object().expect("a table");
+        let keys: Vec<&String> = of_materials.keys().collect();
+        assert_eq!(keys, ["wall#0", "floor", "wall#2"]);
     }
 }

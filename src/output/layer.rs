@@ -201,29 +201,35 @@ impl Layer {
         if self.is_made_for(scene) {
             return Ok(());
         }
-        let hint = match (self, &scene.tof) {
+        Err(Error::Scene {
+            at: "layers".into(),
+            problem: format!("a frame of this scene has no layer {}", self.name()),
+            hint: format!("{}, or leave it out", self.need(scene.tof.as_ref())),
+        })
+    }
+
+    /// What to do for the layer, if a frame with this time of flight has none.
+    pub(crate) fn need(self, tof: Option<&TimeOfFlight>) -> String {
+        match (self, tof) {
             (Layer::Energy, _) => "give the scene a sensor".into(),
             (Layer::StandardError, _) => "set stderr_layer of its indirect light".into(),
             (Layer::MeanDepth | Layer::NearestDepth, _) => "set samples of its camera".into(),
             (Layer::HalfPath | Layer::Tof(..), None) => {
                 "give the scene time of flight (tof)".into()
             }
-            (Layer::Tof(frequency, quantity), Some(tof))
-                if usize::from(frequency) >= tof.frequencies_hz.len()
-                    || matches!(quantity, TofQuantity::Taps(_)) =>
+            (Layer::Tof(frequency, _), Some(tof))
+                if usize::from(frequency) >= tof.frequencies_hz.len() =>
             {
-                let last = tof.frequencies_hz.len() - 1;
-                let last_phase = tof.phase_count - 1;
-                format!("choose from tof0 to tof{last}, and phase0 to phase{last_phase} of each")
+                let (count, last) = (tof.frequencies_hz.len(), tof.frequencies_hz.len() - 1);
+                format!("choose one of its {count} frequencies, tof0 to tof{last}")
+            }
+            (Layer::Tof(_, TofQuantity::Taps(_)), Some(tof)) => {
+                let (count, last) = (tof.phase_count, tof.phase_count - 1);
+                format!("choose one of its {count} phase images, phase0 to phase{last}")
             }
             (Layer::Indirect | Layer::Tof(..), _) => "give the scene indirect light".into(),
             _ => "take it from a reference or a sequence".into(),
-        };
-        Err(Error::Scene {
-            at: "layers".into(),
-            problem: format!("a frame of this scene has no layer {}", self.name()),
-            hint: format!("{hint}, or leave it out"),
-        })
+        }
     }
 
     /// Whether a frame with these parts has the layer.

@@ -87,6 +87,14 @@ pub struct Scene {
     pub left_out: Vec<String>,
 }
 
+/// A part as warnings name it: by its name, or by its index if it has none.
+pub(crate) fn named(kind: &str, index: usize, name: &str) -> String {
+    match name {
+        "" => format!("{kind} {index}"),
+        name => format!("{kind} \"{name}\""),
+    }
+}
+
 impl Scene {
     /// The meshes, each listed once however often it is placed.
     pub(crate) fn distinct_meshes(&self) -> Vec<&Shared<Mesh>> {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Bands, Material, Scene, TextureLookup};
+use super::{Bands, Material, Scene, TextureLookup, named};
 
 /// Distance relative to the radius of the scene. A light nearer to a surface than this counts as in the surface: rounding then decides
 /// which side it lights, if any.
@@ -15,27 +15,27 @@ impl Scene {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.left_out.clone();
         let colors = self.brightest_colors();
-        let materials = self.materials.iter().zip(&colors);
-        let mut too_bright = materials.filter(|(material, color)| {
+        let material_name = |index: usize| named("material", index, &self.materials[index].name);
+        let mesh_name = |index: usize| named("mesh", index, &self.meshes[index].name);
+        let materials = self.materials.iter().zip(&colors).enumerate();
+        let mut too_bright = materials.filter(|(_, (material, color))| {
             let kd = self.brightest(material.kd, material.kd_texture);
             let ks = self.brightest(material.ks, material.ks_texture);
             (0..3).any(|band| kd[band] * color[band] + ks[band] > 1.0)
         });
-        if let Some((material, _)) = too_bright.next() {
+        if let Some((index, (material, _))) = too_bright.next() {
             let others = match too_bright.count() {
                 0 => String::new(),
                 others => format!("; so do {others} other materials"),
             };
             warnings.push(format!(
-                "material \"{}\" reflects more than it receives: kd + ks is above 1; lower kd {:?} or ks {:?}{others}",
-                material.name, material.kd, material.ks
+                "{} reflects more than it receives: kd + ks is above 1; lower kd {:?} or ks {:?}{others}",
+                material_name(index),
+                material.kd,
+                material.ks
             ));
         }
-        warnings.extend(
-            self.materials
-                .iter()
-                .find_map(|material| self.doubtful_normals(material)),
-        );
+        warnings.extend((0..self.materials.len()).find_map(|index| self.doubtful_normals(index)));
         if let Some(tof) = &self.tof
             && !self.lights.is_empty()
             && (0..self.lights.len()).all(|light| !tof.is_modulated(light))
@@ -58,7 +58,7 @@ impl Scene {
             let names = self.materials.iter().map(of_material);
             names.collect::<Vec<Option<&str>>>()
         });
-        for mesh in &self.meshes {
+        for (index, mesh) in self.meshes.iter().enumerate() {
             for (set, texcoords) in [&mesh.texcoords, &mesh.texcoords_1].into_iter().enumerate() {
                 // Most scenes have no such texture, so their triangles need not be checked.
                 if !texcoords.is_empty() || of_sets[set].iter().all(Option::is_none) {
@@ -67,29 +67,29 @@ impl Scene {
                 let mut materials = mesh.triangle_materials.iter();
                 let hidden = materials.find_map(|&material| {
                     let name = of_sets[set][material as usize]?;
-                    Some((name, &self.materials[material as usize].name))
+                    Some((name, material_name(material as usize)))
                 });
                 match hidden {
                     Some((_, material)) if set == 0 => warnings.push(format!(
-                        "the texture of material \"{material}\" cannot be seen on mesh \"{}\", which has no texture coordinates",
-                        mesh.name
+                        "the texture of {material} cannot be seen on {}, which has no texture coordinates",
+                        mesh_name(index)
                     )),
                     Some((name, material)) => warnings.push(format!(
-                        "the {name} of material \"{material}\" cannot be seen on mesh \"{}\", which has no second set of texture coordinates",
-                        mesh.name
+                        "the {name} of {material} cannot be seen on {}, which has no second set of texture coordinates",
+                        mesh_name(index)
                     )),
                     None => {}
                 }
             }
             if mesh.triangles.is_empty() {
                 warnings.push(format!(
-                    "mesh \"{}\" has no triangles, so nothing of it is seen",
-                    mesh.name
+                    "{} has no triangles, so nothing of it is seen",
+                    mesh_name(index)
                 ));
             } else if mesh.corners_m().all(has_no_area) {
                 warnings.push(format!(
-                    "no triangle of mesh \"{}\" has an area, so nothing of it is seen",
-                    mesh.name
+                    "no triangle of {} has an area, so nothing of it is seen",
+                    mesh_name(index)
                 ));
             }
         }
@@ -104,10 +104,11 @@ impl Scene {
                 continue;
             };
             let is_at_light = |corners| is_in_triangle(position_m, corners, tolerance_m);
-            if let Some(mesh) = self.meshes.iter().find(|m| m.corners_m().any(is_at_light)) {
+            let mut meshes = self.meshes.iter();
+            if let Some(mesh) = meshes.position(|m| m.corners_m().any(is_at_light)) {
                 warnings.push(format!(
-                    "light {i} ({kind}) is in a surface of mesh \"{}\", which may block all of its light; move it off the surface",
-                    mesh.name
+                    "light {i} ({kind}) is in a surface of {}, which may block all of its light; move it off the surface",
+                    mesh_name(mesh)
                 ));
             }
         }
@@ -115,14 +116,15 @@ impl Scene {
     }
 
     /// Warns of a map whose normals mostly point along the surface: a grey image, or one with blue first.
-    fn doubtful_normals(&self, material: &Material) -> Option<String> {
+    fn doubtful_normals(&self, index: usize) -> Option<String> {
+        let material = &self.materials[index];
         let lookup = material.normal_texture?;
         let texels = &self.textures[lookup.texture].texels;
         let along = texels.reflectances().filter(|[.., blue]| *blue < 0.6);
         (2 * along.count() > texels.len()).then(|| {
             format!(
-                "most normals of the normal_texture of material \"{}\" point along the surface, since blue is below 0.6; red, green and blue from 0 to 1 are the components from -1 to 1, blue that along the surface's normal (OpenCV has blue first, and a grey image holds heights)",
-                material.name
+                "most normals of the normal_texture of {} point along the surface, since blue is below 0.6; red, green and blue from 0 to 1 are the components from -1 to 1, blue that along the surface's normal (OpenCV has blue first, and a grey image holds heights)",
+                named("material", index, &material.name)
             )
         })
     }

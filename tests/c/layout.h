@@ -183,7 +183,7 @@ CHECK(camlux_pose_orientation_xyzw_size, sizeof(((camlux_pose *)0)->orientation_
 CHECK(camlux_pose_scale_offset, offsetof(camlux_pose, scale) == 64);
 CHECK(camlux_pose_scale_size, sizeof(((camlux_pose *)0)->scale) == 8);
 
-CHECK(size_of_camlux_material, sizeof(camlux_material) == 80);
+CHECK(size_of_camlux_material, sizeof(camlux_material) == 96);
 CHECK(camlux_material_struct_size_offset, offsetof(camlux_material, struct_size) == 0);
 CHECK(camlux_material_struct_size_size, sizeof(((camlux_material *)0)->struct_size) == 4);
 CHECK(camlux_material_kd_texture_offset, offsetof(camlux_material, kd_texture) == 4);
@@ -200,6 +200,12 @@ CHECK(camlux_material_normal_texture_offset, offsetof(camlux_material, normal_te
 CHECK(camlux_material_normal_texture_size, sizeof(((camlux_material *)0)->normal_texture) == 4);
 CHECK(camlux_material_alpha_texture_offset, offsetof(camlux_material, alpha_texture) == 76);
 CHECK(camlux_material_alpha_texture_size, sizeof(((camlux_material *)0)->alpha_texture) == 4);
+CHECK(camlux_material_ks_texture_offset, offsetof(camlux_material, ks_texture) == 80);
+CHECK(camlux_material_ks_texture_size, sizeof(((camlux_material *)0)->ks_texture) == 4);
+CHECK(camlux_material_shininess_texture_offset, offsetof(camlux_material, shininess_texture) == 84);
+CHECK(camlux_material_shininess_texture_size, sizeof(((camlux_material *)0)->shininess_texture) == 4);
+CHECK(camlux_material_alpha_cutoff_offset, offsetof(camlux_material, alpha_cutoff) == 88);
+CHECK(camlux_material_alpha_cutoff_size, sizeof(((camlux_material *)0)->alpha_cutoff) == 8);
 
 CHECK(size_of_camlux_texture, sizeof(camlux_texture) == 48);
 CHECK(camlux_texture_struct_size_offset, offsetof(camlux_texture, struct_size) == 0);
@@ -473,17 +479,19 @@ CHECK(camlux_view_name_size, sizeof(((camlux_view *)0)->name) == 8);
 CHECK(camlux_view_unit_offset, offsetof(camlux_view, unit) == 56);
 CHECK(camlux_view_unit_size, sizeof(((camlux_view *)0)->unit) == 8);
 
-CHECK(size_of_camlux_exr_options, sizeof(camlux_exr_options) == 20);
+CHECK(size_of_camlux_exr_options, sizeof(camlux_exr_options) == 32);
 CHECK(camlux_exr_options_struct_size_offset, offsetof(camlux_exr_options, struct_size) == 0);
 CHECK(camlux_exr_options_struct_size_size, sizeof(((camlux_exr_options *)0)->struct_size) == 4);
 CHECK(camlux_exr_options_half_offset, offsetof(camlux_exr_options, half) == 4);
 CHECK(camlux_exr_options_half_size, sizeof(((camlux_exr_options *)0)->half) == 4);
 CHECK(camlux_exr_options_layers_offset, offsetof(camlux_exr_options, layers) == 8);
-CHECK(camlux_exr_options_layers_size, sizeof(((camlux_exr_options *)0)->layers) == 4);
-CHECK(camlux_exr_options_tof_layers_offset, offsetof(camlux_exr_options, tof_layers) == 12);
-CHECK(camlux_exr_options_tof_layers_size, sizeof(((camlux_exr_options *)0)->tof_layers) == 4);
-CHECK(camlux_exr_options_plain_offset, offsetof(camlux_exr_options, plain) == 16);
+CHECK(camlux_exr_options_layers_size, sizeof(((camlux_exr_options *)0)->layers) == 8);
+CHECK(camlux_exr_options_layer_count_offset, offsetof(camlux_exr_options, layer_count) == 16);
+CHECK(camlux_exr_options_layer_count_size, sizeof(((camlux_exr_options *)0)->layer_count) == 8);
+CHECK(camlux_exr_options_plain_offset, offsetof(camlux_exr_options, plain) == 24);
 CHECK(camlux_exr_options_plain_size, sizeof(((camlux_exr_options *)0)->plain) == 4);
+CHECK(camlux_exr_options_reserved_offset, offsetof(camlux_exr_options, reserved) == 28);
+CHECK(camlux_exr_options_reserved_size, sizeof(((camlux_exr_options *)0)->reserved) == 4);
 
 CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 144);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
@@ -541,57 +549,57 @@ CHECK(camlux_pass_time_name_size, sizeof(((camlux_pass_time *)0)->name) == 8);
 
 struct init { const char *name; size_t bytes; const unsigned char *of_rust; const void *of_c; };
 static const camlux_device_options init_of_camlux_device_options = CAMLUX_DEVICE_OPTIONS_INIT;
-static const unsigned char rust_camlux_device_options[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_device_options[] = {24,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_device_info init_of_camlux_device_info = CAMLUX_DEVICE_INFO_INIT;
-static const unsigned char rust_camlux_device_info[] = {128,3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_device_info[] = {128,3,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_camera init_of_camlux_camera = CAMLUX_CAMERA_INIT;
-static const unsigned char rust_camlux_camera[] = {200,0,0,0,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_camera[] = {200,0,48,202,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0};
 static const camlux_sensor init_of_camlux_sensor = CAMLUX_SENSOR_INIT;
-static const unsigned char rust_camlux_sensor[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_sensor[] = {64,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_tof_noise init_of_camlux_tof_noise = CAMLUX_TOF_NOISE_INIT;
-static const unsigned char rust_camlux_tof_noise[] = {56,0,0,0,12,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_tof_noise[] = {56,0,48,202,12,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0};
 static const camlux_tof init_of_camlux_tof = CAMLUX_TOF_INIT;
-static const unsigned char rust_camlux_tof[] = {136,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_tof[] = {136,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_indirect init_of_camlux_indirect = CAMLUX_INDIRECT_INIT;
-static const unsigned char rust_camlux_indirect[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_indirect[] = {56,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_direct init_of_camlux_direct = CAMLUX_DIRECT_INIT;
-static const unsigned char rust_camlux_direct[] = {8,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_direct[] = {8,0,48,202,0,0,0,0};
 static const camlux_pose init_of_camlux_pose = CAMLUX_POSE_INIT;
-static const unsigned char rust_camlux_pose[] = {72,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63};
+static const unsigned char rust_camlux_pose[] = {72,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63};
 static const camlux_material init_of_camlux_material = CAMLUX_MATERIAL_INIT;
-static const unsigned char rust_camlux_material[] = {80,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_material[] = {96,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,224,63};
 static const camlux_texture init_of_camlux_texture = CAMLUX_TEXTURE_INIT;
-static const unsigned char rust_camlux_texture[] = {48,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_texture[] = {48,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_mesh init_of_camlux_mesh = CAMLUX_MESH_INIT;
-static const unsigned char rust_camlux_mesh[] = {152,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_mesh[] = {152,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_light init_of_camlux_light = CAMLUX_LIGHT_INIT;
-static const unsigned char rust_camlux_light[] = {192,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_light[] = {192,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pattern init_of_camlux_pattern = CAMLUX_PATTERN_INIT;
-static const unsigned char rust_camlux_pattern[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_pattern[] = {56,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_projected_image init_of_camlux_projected_image = CAMLUX_PROJECTED_IMAGE_INIT;
-static const unsigned char rust_camlux_projected_image[] = {88,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_projected_image[] = {88,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_scene_counts init_of_camlux_scene_counts = CAMLUX_SCENE_COUNTS_INIT;
-static const unsigned char rust_camlux_scene_counts[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_scene_counts[] = {24,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_bounds init_of_camlux_bounds = CAMLUX_BOUNDS_INIT;
-static const unsigned char rust_camlux_bounds[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_bounds[] = {56,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_target init_of_camlux_target = CAMLUX_TARGET_INIT;
-static const unsigned char rust_camlux_target[] = {32,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_target[] = {32,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_render_options init_of_camlux_render_options = CAMLUX_RENDER_OPTIONS_INIT;
-static const unsigned char rust_camlux_render_options[] = {64,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_render_options[] = {64,0,48,202,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_device init_of_camlux_vulkan_device = CAMLUX_VULKAN_DEVICE_INIT;
-static const unsigned char rust_camlux_vulkan_device[] = {80,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_vulkan_device[] = {80,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_image init_of_camlux_vulkan_image = CAMLUX_VULKAN_IMAGE_INIT;
-static const unsigned char rust_camlux_vulkan_image[] = {88,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63};
+static const unsigned char rust_camlux_vulkan_image[] = {88,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63};
 static const camlux_shared_memory_info init_of_camlux_shared_memory_info = CAMLUX_SHARED_MEMORY_INFO_INIT;
-static const unsigned char rust_camlux_shared_memory_info[] = {32,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_shared_memory_info[] = {32,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_view init_of_camlux_view = CAMLUX_VIEW_INIT;
-static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_view[] = {64,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
-static const unsigned char rust_camlux_exr_options[] = {20,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_exr_options[] = {32,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
-static const unsigned char rust_camlux_frame_stats[] = {144,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_frame_stats[] = {144,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
-static const unsigned char rust_camlux_pass_time[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_pass_time[] = {24,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const struct init inits[] = {
     {"camlux_device_options", 24, rust_camlux_device_options, &init_of_camlux_device_options},
     {"camlux_device_info", 896, rust_camlux_device_info, &init_of_camlux_device_info},
@@ -602,7 +610,7 @@ static const struct init inits[] = {
     {"camlux_indirect", 56, rust_camlux_indirect, &init_of_camlux_indirect},
     {"camlux_direct", 8, rust_camlux_direct, &init_of_camlux_direct},
     {"camlux_pose", 72, rust_camlux_pose, &init_of_camlux_pose},
-    {"camlux_material", 80, rust_camlux_material, &init_of_camlux_material},
+    {"camlux_material", 96, rust_camlux_material, &init_of_camlux_material},
     {"camlux_texture", 48, rust_camlux_texture, &init_of_camlux_texture},
     {"camlux_mesh", 152, rust_camlux_mesh, &init_of_camlux_mesh},
     {"camlux_light", 192, rust_camlux_light, &init_of_camlux_light},
@@ -616,7 +624,7 @@ static const struct init inits[] = {
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
-    {"camlux_exr_options", 20, rust_camlux_exr_options, &init_of_camlux_exr_options},
+    {"camlux_exr_options", 32, rust_camlux_exr_options, &init_of_camlux_exr_options},
     {"camlux_frame_stats", 144, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };

@@ -232,11 +232,14 @@ static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
     camera.struct_size = 3;
     EXPECT(camlux_scene_set_camera(scene, &camera) == CAMLUX_ERROR_INVALID_ARGUMENT);
     EXPECT(strstr(camlux_last_error(), "CAMLUX_CAMERA_INIT") != NULL);
-    newer.camera.struct_size = (uint32_t)sizeof newer;
+    newer.camera.struct_size = CAMLUX_INITIALISED + (uint32_t)sizeof newer;
     newer.added[63] = 1;
     EXPECT(camlux_scene_set_camera(scene, &newer.camera) == CAMLUX_ERROR_INVALID_ARGUMENT);
     EXPECT(strstr(camlux_last_error(), "newer") != NULL);
     camera.struct_size = (uint32_t)sizeof camera;
+    EXPECT(camlux_scene_set_camera(scene, &camera) == CAMLUX_ERROR_INVALID_ARGUMENT);
+    EXPECT(strstr(camlux_last_error(), "not initialised") != NULL);
+    camera.struct_size += CAMLUX_INITIALISED;
     camera.fov_y_deg = -1;
     EXPECT(camlux_scene_set_camera(scene, &camera) == CAMLUX_ERROR_SCENE);
     sum.estimator = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY;

@@ -439,12 +439,10 @@ fn a_view_is_what_a_copy_and_the_files_have() {
         let path = folder.path().join(name);
         let path = std::ffi::CString::new(path.to_str().expect("UTF-8")).expect("no NUL");
         let one = init!(camlux_exr_options {
-            layers: 1 << CAMLUX_LAYER_DEPTH
+            layers: &CAMLUX_LAYER_DEPTH,
+            layer_count: 1
         });
-        let plain = init!(camlux_exr_options {
-            layers: 1 << CAMLUX_LAYER_DEPTH,
-            plain: 1
-        });
+        let plain = camlux_exr_options { plain: 1, ..one };
         // SAFETY: a string, and no options or a struct of that size.
         ok(unsafe {
             match name {

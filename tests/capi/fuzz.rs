@@ -460,7 +460,15 @@ impl Sequence {
                         ambient_lights: ambient.as_ptr(),
                         ambient_light_count: r.pick(&[0, 0, 1, 2])
                     });
-                    camlux_scene_set_tof(scene, r.pointer(&mut tof))
+                    if r.one_in(4) {
+                        let (mut room, mut is_set) = ([0; 2], 0);
+                        let (at, count) = (room.as_mut_ptr(), r.pick(&[0, 1, 2]));
+                        let noise = r.pointer(&mut noise);
+                        let tof = r.pointer(&mut tof);
+                        camlux_scene_get_tof(scene, tof, noise, at, count, &mut is_set)
+                    } else {
+                        camlux_scene_set_tof(scene, r.pointer(&mut tof))
+                    }
                 }
                 _ => self.render(),
             }

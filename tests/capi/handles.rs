@@ -42,6 +42,16 @@ fn scene_calls() -> Vec<Call> {
         call!(camlux_scene_set_indirect(null())),
         call!(camlux_scene_set_direct(null())),
         call!(camlux_scene_set_tof(null())),
+        call!(camlux_scene_get_sensor(null_mut(), null_mut())),
+        call!(camlux_scene_get_indirect(null_mut(), null_mut())),
+        call!(camlux_scene_get_direct(null_mut())),
+        call!(camlux_scene_get_tof(
+            null_mut(),
+            null_mut(),
+            null_mut(),
+            0,
+            null_mut()
+        )),
         call!(camlux_scene_add_texture(null(), null_mut())),
         call!(camlux_scene_add_material(null(), null_mut())),
         call!(camlux_scene_set_material(0, null())),
@@ -51,6 +61,7 @@ fn scene_calls() -> Vec<Call> {
         call!(camlux_scene_set_poses(1, null(), 1, null(), 72)),
         call!(camlux_scene_get_pose(0, 0, null_mut())),
         call!(camlux_scene_set_visible(0, 0, 1)),
+        call!(camlux_scene_get_visible(1, 0, null_mut())),
         call!(camlux_scene_remove(0, 0)),
         call!(camlux_scene_set_mesh(0, null())),
         call!(camlux_scene_set_texture(0, null())),
@@ -283,6 +294,46 @@ fn messages_are_a_threads_own() {
     assert!(last_error().contains("NULL"));
 }
 
+/// A struct of zeros with its size: frames would share one noise, contrasts would be 0, and no light would reach the sensor.
+#[test]
+fn a_struct_of_zeros_is_refused() {
+    /// A struct of zeros that has all members which the error of a zero would name.
+    fn zeros<T: CStruct>(fill: impl FnOnce(&mut T)) -> T {
+        // SAFETY: any bytes are a valid struct.
+        let mut value: T = unsafe { std::mem::zeroed() };
+        // SAFETY: a struct begins with its size.
+        unsafe { (&raw mut value).cast::<u32>().write(size_of::<T>() as u32) };
+        fill(&mut value);
+        value
+    }
+    let scene = new_scene();
+    let device = Device::open();
+    let renderer = device.renderer();
+    let options = zeros(|o: &mut camlux_render_options| o.submission_target_ms = 500);
+    let tof = zeros(|tof: &mut camlux_tof| {
+        (tof.frequency_count, tof.phase_count) = (1, 4);
+        (tof.frequencies_hz[0], tof.band_weights[0]) = (20e6, 1.0);
+    });
+    let sensor = zeros(|sensor: &mut camlux_sensor| {
+        (sensor.pixel_pitch_um, sensor.exposure_time_s) = ([10.0; 2], 1e-3);
+    });
+    let mut frame = null_mut();
+    // SAFETY: structs of their size, and a pointer to a pointer.
+    unsafe {
+        let rendered = camlux_renderer_render(renderer, scene, &options, &mut frame);
+        fails(rendered, ARGUMENT, "begin with CAMLUX_RENDER_OPTIONS_INIT");
+        let set = camlux_scene_set_tof(scene, &tof);
+        fails(set, ARGUMENT, "begin with CAMLUX_TOF_INIT");
+        let set = camlux_scene_set_sensor(scene, &sensor);
+        fails(set, ARGUMENT, "the camlux_sensor is not initialised");
+        let mut camera = zeros(|_: &mut camlux_camera| {});
+        let found = camlux_scene_get_camera(scene, &mut camera);
+        fails(found, ARGUMENT, "begin with CAMLUX_CAMERA_INIT");
+    }
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}
+
 #[test]
 fn struct_sizes_are_checked() {
     let scene = new_scene();
@@ -290,7 +341,7 @@ fn struct_sizes_are_checked() {
     let at = room.as_mut_ptr();
     let set = |bytes: u32, beyond: u64| {
         let camera = init!(camlux_camera {
-            struct_size: bytes,
+            struct_size: CAMLUX_INITIALISED | bytes,
             width_px: 77
         });
         // SAFETY: `room` is large enough for both, and for every size that is not refused.
@@ -305,7 +356,7 @@ fn struct_sizes_are_checked() {
     };
     let known = size_of::<camlux_camera>() as u32;
     // The struct has 128 bytes in version 1.
-    for bytes in [0, 1, 127, 4097, u32::MAX] {
+    for bytes in [0, 1, 127, 4097, 1 << 30, u32::MAX] {
         fails(set(bytes, 0), ARGUMENT, "CAMLUX_CAMERA_INIT");
     }
     fails(set(known + 8, 1), ARGUMENT, "newer");
@@ -318,13 +369,14 @@ fn struct_sizes_are_checked() {
     ok(set(known, 1));
     // SAFETY: as above.
     ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
-    assert_eq!((camera.width_px, camera.struct_size), (77, known));
+    let size = CAMLUX_INITIALISED + known;
+    assert_eq!((camera.width_px, camera.struct_size), (77, size));
     // A result struct of a newer version is filled up to the known size.
     room[..known as usize / 8 + 1].fill(u64::MAX);
-    room[0] = u64::from(known + 8);
+    room[0] = u64::from(size + 8);
     // SAFETY: `room` has at least that size.
     ok(unsafe { camlux_scene_get_camera(scene, room.as_mut_ptr().cast()) });
-    assert_eq!(room[0] as u32, known + 8);
+    assert_eq!(room[0] as u32, size + 8);
     assert_eq!(room[known as usize / 8], u64::MAX);
     ok(camlux_scene_release(scene));
 }

@@ -80,6 +80,59 @@ fn leave_a_light_behind(renderer: *mut camlux_renderer) {
     ok(camlux_scene_release(scene));
 }
 
+/// Renders without a visible light, with a material and an instance that have no name.
+fn hide_all_lights(renderer: *mut camlux_renderer) {
+    let scene = load("cornell");
+    resize(scene, 9, 9);
+    let bright = init!(camlux_material {
+        kd: [0.9; 3],
+        ks: [0.5; 3],
+        shininess: 9.0
+    });
+    let (mut material, mut mesh) = (0, 0);
+    // SAFETY: structs of their size, and pointers to numbers.
+    unsafe {
+        ok(camlux_scene_set_indirect(scene, null()));
+        ok(camlux_scene_add_material(scene, &bright, &mut material));
+        ok(camlux_scene_add_mesh(
+            scene,
+            &init!(camlux_mesh {}),
+            &mut mesh,
+        ));
+        ok(camlux_scene_add_instance(scene, mesh, null(), null_mut()));
+        let mut counts = init!(camlux_scene_counts {});
+        ok(camlux_scene_get_counts(scene, &mut counts));
+        for light in 0..counts.lights {
+            ok(camlux_scene_set_visible(scene, CAMLUX_PART_LIGHT, light, 0));
+        }
+        let warnings = [
+            format!("material {material} reflects more than it receives"),
+            format!(
+                "mesh \"instance {}\" has no triangles",
+                counts.instances - 1
+            ),
+            "all lights are hidden, so every frame is black".into(),
+            "the image is black: all lights are hidden; show one by camlux_scene_set_visible"
+                .into(),
+        ];
+        ok(camlux_frame_release(render(renderer, scene)));
+        let messages = MESSAGES.lock().expect("no panic");
+        for warning in warnings {
+            let is_it = |(level, text): &&(i32, String)| {
+                *level == CAMLUX_LOG_WARNING && text.contains(&warning)
+            };
+            assert_eq!(
+                messages.iter().filter(is_it).count(),
+                1,
+                "{warning}: {messages:?}"
+            );
+        }
+        let says_none = |(_, text): &(i32, String)| text.contains("there is no light");
+        assert!(!messages.iter().any(says_none), "{messages:?}");
+    }
+    ok(camlux_scene_release(scene));
+}
+
 #[test]
 fn the_log_has_what_its_level_asks_for() {
     let user = std::ptr::without_provenance_mut(1234);
@@ -103,6 +156,7 @@ fn the_log_has_what_its_level_asks_for() {
     );
     render_inside_a_render(renderer, scene);
     leave_a_light_behind(renderer);
+    hide_all_lights(renderer);
     // SAFETY: no callback.
     ok(unsafe { camlux_set_log(CAMLUX_LOG_DEBUG, None, null_mut()) });
     ok(camlux_frame_release(render(renderer, scene)));

@@ -14,6 +14,7 @@ mod matrices;
 mod meshes;
 mod panics;
 mod prepared;
+mod settings;
 mod targets;
 mod textures;
 mod threads;

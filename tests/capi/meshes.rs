@@ -71,12 +71,12 @@ fn meshes_are_checked() {
     room.refuses(
         |m| m.positions_m.data = null(),
         ARGUMENT,
-        "positions_m is NULL, but the count is 4",
+        "camlux_mesh.positions_m is NULL, but vertex_count is 4",
     );
     room.refuses(
         |m| m.indices.data = null(),
         ARGUMENT,
-        "indices is NULL, but the count is 2",
+        "camlux_mesh.indices is NULL, but triangle_count is 2",
     );
     room.refuses(
         |m| off(&mut m.positions_m, 2),
@@ -91,7 +91,7 @@ fn meshes_are_checked() {
     room.refuses(
         |m| m.positions_m.format = 0,
         ARGUMENT,
-        "the format of positions_m is 0",
+        "the format of camlux_mesh.positions_m is 0",
     );
     room.refuses(
         |m| m.positions_m.format = CAMLUX_FORMAT_U32,
@@ -209,7 +209,11 @@ fn textures_are_checked_and_decoded() {
         change(&mut texture);
         fails(add(texture), status, words);
     };
-    refuses(|t| t.pixels = null(), ARGUMENT, "pixels is NULL");
+    refuses(
+        |t| t.pixels = null(),
+        ARGUMENT,
+        "camlux_texture.pixels is NULL, but height_px is ",
+    );
     refuses(|t| t.width_px = 0, SCENE, "0 x 2");
     refuses(|t| (t.width_px, t.height_px) = (0, 0), SCENE, "0 x 0");
     refuses(|t| t.channels = 2, ARGUMENT, "channels is 2");

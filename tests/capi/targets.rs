@@ -83,6 +83,9 @@ fn layers_go_to_the_hosts_memory_and_others_stay_away() {
         // SAFETY: both point to structs of their size.
         unsafe {
             ok(camlux_frame_get_stats(frame, &mut stats));
+            let mut count = 1;
+            ok(camlux_frame_layer_count(frame, &mut count));
+            assert_eq!(count, 0, "they are in the host's memory");
             let status = camlux_frame_view(frame, CAMLUX_LAYER_DEPTH, &mut seen);
             fails(
                 status,

@@ -6,7 +6,7 @@ use crate::host::*;
 use camlux::{
     RenderOptions, Renderer, Scene,
     capi::*,
-    scene::{Encoding, Texels, Texture},
+    scene::{Encoding, Lens, Texels, Texture, TextureRole, TextureSource},
 };
 
 const ARGUMENT: camlux_status = CAMLUX_ERROR_INVALID_ARGUMENT;
@@ -25,6 +25,8 @@ fn untextured() -> Scene {
     let path = std::path::Path::new(path.to_str().expect("a UTF-8 path"));
     let mut scene = Scene::load(path).expect("a demo scene loads");
     scene.camera.resolution_px = [24, 20];
+    // The whole view in few pixels, not a corner of it.
+    scene.camera.lens = Lens::FovY { fov_y_deg: 48.0 };
     scene.textures.clear();
     for material in &mut scene.materials {
         material.kd_texture = None;
@@ -103,6 +105,7 @@ fn a_role_decides_how_pixels_are_read() {
         let scene = from_arrays(&expected);
         let number = add_texture(scene, &given);
         assert_eq!(number, 1);
+        let plain = layers_and_release(render(renderer, scene));
         for (index, due) in expected.materials.iter_mut().enumerate() {
             due.kd_texture = Some(0.into());
             due.normal_texture = Some(1.into());
@@ -119,14 +122,84 @@ fn a_role_decides_how_pixels_are_read() {
         expected.textures = [as_kd, as_normals, alpha.clone()]
             .map(|texels| texture(texels).into())
             .to_vec();
-        let frame = render(renderer, scene);
+        let found = layers_and_release(render(renderer, scene));
         let mut due = Renderer::new(&engine).expect("a renderer");
         let due = due.render(&expected, &mut RenderOptions::default());
-        assert!(layers(frame) == layers_of(&due.expect("the scene renders")));
-        ok(camlux_frame_release(frame));
+        assert!(found == layers_of(&due.expect("the scene renders")));
+        assert!(found != plain);
         ok(camlux_scene_release(scene));
     }
     ok(camlux_renderer_release(renderer));
+}
+
+/// Textures of k_s and the shininess, and another cutoff of alpha.
+#[test]
+fn gloss_and_cutoff_are_those_of_the_engine() {
+    let device = Device::open();
+    let engine = camlux::Device::open(&Default::default()).expect("a device");
+    let renderer = device.renderer();
+    let greys = [64_u8, 128, 192, 255];
+    let source =
+        TextureSource::from_pixels("four".into(), [2, 2], (&greys, 1), None).expect("a texture");
+    let mut expected = untextured();
+    for material in &mut expected.materials {
+        (material.kd, material.ks, material.shininess) = ([0.3; 3], [0.5; 3], 8.0);
+    }
+    let scene = from_arrays(&expected);
+    let given = init!(camlux_texture {
+        width_px: 2,
+        height_px: 2,
+        channels: 1,
+        pixels: greys.as_ptr().cast(),
+    });
+    let number = add_texture(scene, &given);
+    let roles = [TextureRole::Ks, TextureRole::Shininess, TextureRole::Alpha];
+    expected.textures = roles.map(|role| source.in_role(role)).to_vec();
+    let plain = layers_and_release(render(renderer, scene));
+    for (index, due) in expected.materials.iter_mut().enumerate() {
+        (due.ks_texture, due.shininess_texture) = (Some(0.into()), Some(1.into()));
+        (due.alpha_texture, due.alpha_cutoff) = (Some(2.into()), 0.2);
+        let mut found = material(scene, index as u32);
+        assert_eq!((found.ks_texture, found.alpha_cutoff), (0, 0.5));
+        (found.ks_texture, found.shininess_texture) = (number, number);
+        (found.alpha_texture, found.alpha_cutoff) = (number, 0.2);
+        ok(set_material(scene, index as u32, &found));
+        let found = material(scene, index as u32);
+        assert_eq!([found.ks_texture, found.shininess_texture], [number; 2]);
+        assert_eq!(found.alpha_cutoff, 0.2);
+    }
+    let textured = layers_and_release(render(renderer, scene));
+    let mut due = Renderer::new(&engine).expect("a renderer");
+    let due = due.render(&expected, &mut RenderOptions::default());
+    assert!(textured == layers_of(&due.expect("the scene renders")));
+    assert!(textured != plain);
+    let before = material(scene, 0);
+    for (wrong, words) in [
+        (
+            camlux_material {
+                alpha_cutoff: 1.5,
+                ..before
+            },
+            "alpha_cutoff is 1.5",
+        ),
+        (
+            camlux_material {
+                ks_texture: 2,
+                ..before
+            },
+            "ks_texture is 2",
+        ),
+    ] {
+        fails(set_material(scene, 0, &wrong), SCENE, words);
+    }
+    ok(camlux_scene_release(scene));
+    ok(camlux_renderer_release(renderer));
+}
+
+fn layers_and_release(frame: *mut camlux_frame) -> Vec<(i32, Vec<u32>)> {
+    let layers = layers(frame);
+    ok(camlux_frame_release(frame));
+    layers
 }
 
 #[test]
@@ -187,9 +260,11 @@ fn zeros_stand_for_no_texture() {
     let pixels = PIXELS.as_flattened().try_into().expect("four pixels");
     let texture = four(&pixels, CAMLUX_COMPONENT_U8);
     assert_eq!(add_texture(scene, &texture), 1);
-    // SAFETY: any bytes are a valid struct.
-    let mut zeros: camlux_material = unsafe { std::mem::zeroed() };
-    zeros.struct_size = size_of::<camlux_material>() as u32;
+    let mut zeros = camlux_material {
+        struct_size: camlux_material::default().struct_size,
+        // SAFETY: any bytes are a valid struct.
+        ..unsafe { std::mem::zeroed() }
+    };
     ok(set_material(scene, 0, &zeros));
     let found = material(scene, 0);
     let numbers = [found.kd_texture, found.normal_texture, found.alpha_texture];

@@ -168,16 +168,54 @@ fn views_and_files_name_what_they_hold() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("picked.exr");
     let c_path = CString::new(path.to_str().expect("UTF-8")).expect("no NUL");
-    let range = CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR;
+    let layers = [CAMLUX_LAYER_HALF_PATH, CAMLUX_LAYER_TOF_RANGE + second];
     let options = init!(camlux_exr_options {
-        layers: 1 << CAMLUX_LAYER_HALF_PATH,
-        tof_layers: 1 << range
+        layers: layers.as_ptr(),
+        layer_count: 2
     });
     // SAFETY: a string, and a struct of that size.
     ok(unsafe { camlux_frame_write_exr(frame, c_path.as_ptr(), &options) });
     let image = camlux::output::LayeredImage::read(path).expect("an image");
     let names: Vec<&str> = image.layers().iter().map(|layer| &layer.name[..]).collect();
-    assert_eq!(names, ["half_path", "tof0.range", "tof1.range"]);
+    assert_eq!(names, ["half_path", "tof1.range"]);
+    // A layer of a frequency or a phase image that this frame lacks is no other layer, in any call.
+    for (layer, words) in [
+        (
+            CAMLUX_LAYER_TOF_RANGE + 2 * second,
+            "no layer tof2.range; choose one of its 2 frequencies, tof0 to tof1",
+        ),
+        (
+            CAMLUX_LAYER_TOF_TAPS + 7,
+            "no layer tof0.phase7; choose one of its 3 phase images, phase0 to phase2",
+        ),
+    ] {
+        let options = init!(camlux_exr_options {
+            layers: &layer,
+            layer_count: 1
+        });
+        let (mut view, mut room) = (init!(camlux_view {}), [0_f32; 4]);
+        let target = init!(camlux_target {
+            layer: layer,
+            data: room.as_mut_ptr().cast(),
+            size_bytes: 1 << 30
+        });
+        let to_target = init!(camlux_render_options {
+            targets: &target,
+            target_count: 1
+        });
+        let mut none = null_mut();
+        // SAFETY: structs of their size; nothing is written to the memory of a layer that does not exist.
+        unsafe {
+            let argument = CAMLUX_ERROR_INVALID_ARGUMENT;
+            let written = camlux_frame_write_exr(frame, c_path.as_ptr(), &options);
+            fails(written, argument, words);
+            fails(camlux_frame_view(frame, layer, &mut view), argument, words);
+            let copied = camlux_frame_copy(frame, layer, room.as_mut_ptr().cast(), 16, 0);
+            fails(copied, argument, words);
+            let rendered = camlux_renderer_render(renderer, scene, &to_target, &mut none);
+            fails(rendered, CAMLUX_ERROR_SCENE, words);
+        }
+    }
     ok(camlux_frame_release(frame));
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));

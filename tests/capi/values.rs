@@ -602,28 +602,31 @@ fn frames_are_checked() {
             "half is 2",
         );
         fails(
-            exr(init!(camlux_exr_options { layers: 1 << 12 })),
+            exr(init!(camlux_exr_options { layer_count: 2 })),
             ARGUMENT,
-            "no layer",
+            "layers is NULL, but layer_count is 2",
         );
-        fails(
-            exr(init!(camlux_exr_options {
-                layers: 1 << CAMLUX_LAYER_ENERGY
-            })),
-            ARGUMENT,
-            "energy needs camlux_scene_set_sensor",
-        );
-        for (tof_layers, words) in [
-            (1, "no layer tof0.phasor"),
-            (1 << 16, "layers that do not exist"),
+        for (layer, words) in [
+            (
+                CAMLUX_LAYER_DEPTH_MEAN,
+                "no layer depth_mean; set samples of camlux_camera",
+            ),
+            (
+                CAMLUX_LAYER_ENERGY,
+                "no layer energy; call camlux_scene_set_sensor",
+            ),
+            (
+                CAMLUX_LAYER_TOF_PHASOR,
+                "no layer tof0.phasor; call camlux_scene_set_tof",
+            ),
+            (40, "layer is 40"),
         ] {
-            fails(
-                exr(init!(camlux_exr_options {
-                    tof_layers: tof_layers
-                })),
-                ARGUMENT,
-                words,
-            );
+            let layers = [CAMLUX_LAYER_DEPTH, layer];
+            let options = init!(camlux_exr_options {
+                layers: layers.as_ptr(),
+                layer_count: 2
+            });
+            fails(exr(options), ARGUMENT, words);
         }
     }
     ok(camlux_frame_release(frame));

@@ -178,7 +178,18 @@ fn errors_of_parts_are_in_the_words_of_c() {
             direction: [0.0, -1.0, 0.0],
             up: [1.0, 0.0, 0.0]
         });
+        says(
+            light(area),
+            "size_m and radius_m are 0; give size_m of a rectangle, or radius_m of a disc",
+        );
+        area.size_m = [0.5, 0.0];
         says(light(area), "size_m is 0");
+        area.radius_m = 0.1;
+        says(
+            light(area),
+            "size_m is [0.5, 0.0], and radius_m is 0.1; an area light is a rectangle or a disc",
+        );
+        area.size_m = [0.0; 2];
         area.radius_m = -1.0;
         says(light(area), "radius_m is -1");
         area.radius_m = 1.0;

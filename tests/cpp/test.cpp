@@ -91,14 +91,16 @@ void values_begin_like_those_of_c()
     CHECK(same(camlux::detail::raw_of(camlux::light()), light));
     CHECK(same(camlux::detail::raw_of(camlux::pattern()), pattern));
     CHECK(same(camlux::detail::raw_of(camlux::projected_image()), image));
-    CHECK(same(camlux::detail::raw_of(camlux::exr_options()), exr));
+    std::vector<std::int32_t> numbers;
+    CHECK(same(camlux::detail::raw_of(camlux::exr_options(), numbers), exr));
     CHECK(same(camlux::detail::raw_of(camlux::tof_noise()), noise));
     CHECK(same(camlux::detail::raw_of(camlux::tof(), nullptr), tof));
     CHECK(camlux::render_options().submission_target_ms == render.submission_target_ms);
     CHECK(camlux::vec3(camlux::camera().up).y == 1);
     camlux::exr_options depth;
     depth.layers = {camlux::layer::depth, camlux::layer::radiance};
-    CHECK(camlux::detail::raw_of(depth).layers == (1u << CAMLUX_LAYER_DEPTH | 1u << CAMLUX_LAYER_RADIANCE));
+    CHECK(camlux::detail::raw_of(depth, numbers).layer_count == 2);
+    CHECK((numbers == std::vector<std::int32_t>{CAMLUX_LAYER_DEPTH, CAMLUX_LAYER_RADIANCE}));
 }
 
 // A camera with a pose that faces a point looks at that point, in all directions.
@@ -154,17 +156,18 @@ void texts_with_a_nul_are_refused(const camlux::frame &frame)
     camlux::projected_image image;
     camlux::device_options device;
     texture.name = material.name = mesh.name = pattern.path = image.path = device.name = text;
-    const auto refused = [](const auto &result) {
-        return result.status() == CAMLUX_ERROR_INVALID_ARGUMENT && result.message().find("NUL after \"a\"") != std::string::npos;
+    const auto refused = [](const auto &result, const char *name = "name has a") {
+        return result.status() == CAMLUX_ERROR_INVALID_ARGUMENT && result.message().find("NUL after \"a\"") != std::string::npos &&
+               result.message().find(name) != std::string::npos;
     };
-    CHECK(refused(camlux::scene::try_load(text)) && refused(camlux::device::try_open(device)));
+    CHECK(refused(camlux::scene::try_load(text), "path has a") && refused(camlux::device::try_open(device)));
     CHECK(refused(scene.try_add_texture(texture)) && refused(scene.try_set_texture(0, texture)));
     CHECK(refused(scene.try_add_material(material)) && refused(scene.try_set_material(0, material)));
     CHECK(refused(scene.try_add_mesh(mesh)) && refused(scene.try_set_mesh(0, mesh)));
     const camlux::light lamp = camlux::light::lamp({}, {0, -1, 0}, {1, 0, 0}, pattern, {});
-    CHECK(refused(scene.try_add_light(lamp)) && refused(scene.try_set_light(0, lamp)));
-    CHECK(refused(scene.try_add_light(camlux::light::projector({}, {0, -1, 0}, {1, 0, 0}, image, {}))));
-    CHECK(refused(frame.try_write_exr(text)) && refused(frame.try_write_png(text)));
+    CHECK(refused(scene.try_add_light(lamp), "pattern.path has a") && refused(scene.try_set_light(0, lamp), "path"));
+    CHECK(refused(scene.try_add_light(camlux::light::projector({}, {0, -1, 0}, {1, 0, 0}, image, {})), "projected_image.path has a"));
+    CHECK(refused(frame.try_write_exr(text), "path") && refused(frame.try_write_png(text), "path"));
     CHECK(thrown_by([&] { frame.write_exr("x.jpg"); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
     CHECK(thrown_by([&] { frame.write_png("x.exr"); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
 }
@@ -191,6 +194,11 @@ void values_come_back()
 
     const std::uint32_t lamp = scene.add_light(camlux::light::disc({0, 1, 0}, {0, -1, 0}, 0.1, {1, 2, 3}));
     CHECK(scene.light(lamp).radius_m == 0.1);
+    const auto flat = scene.try_add_light(camlux::light::disc({0, 1, 0}, {0, -1, 0}, 0, {1, 2, 3}));
+    CHECK(flat.status() == CAMLUX_ERROR_SCENE && flat.message().find("radius_m of a disc") != std::string::npos);
+    camlux::light both = scene.light(lamp);
+    both.width_m = both.height_m = 0.1;
+    CHECK(thrown_by([&] { scene.set_light(lamp, both); }) == CAMLUX_ERROR_SCENE);
     scene.set_light(lamp, camlux::light::rectangle({0, 1, 0}, {0, -1, 0}, {1, 0, 0}, 0.2, 0.3, {1, 2, 3}));
     CHECK(scene.light(lamp).up.x == 1 && scene.light(lamp).height_m == 0.3);
     const std::uint32_t light = scene.add_light(camlux::light::spot({0, 1, 0}, {0, -1, 0}, {1, 2, 3}, 10, 20));
@@ -227,9 +235,61 @@ void values_come_back()
     scene.set_poses(camlux::part::instance, {{{1, 0, 0}, {}, 2}, {{0, 0, 3}, {}}});
     CHECK(scene.pose(camlux::part::instance, first).scale == 2 && scene.pose(camlux::part::instance, second).position_m.z == 3);
     scene.set_visible(camlux::part::instance, first, false);
+    CHECK(!scene.is_visible(camlux::part::instance, first) && scene.is_visible(camlux::part::instance, second));
     scene.remove(camlux::part::instance, second);
+    CHECK(!scene.try_is_visible(camlux::part::instance, second).ok());
     CHECK(!scene.try_pose(camlux::part::instance, second).ok());
     CHECK(scene.add_instance(mesh) == second);
+}
+
+void settings_come_back()
+{
+    camlux::scene scene = camlux::scene::create();
+    CHECK(!scene.sensor() && !scene.tof() && !scene.indirect() && scene.direct() == camlux::shadow::standard);
+    scene.set_direct(camlux::shadow::rays);
+    CHECK(scene.direct() == camlux::shadow::rays);
+    camlux::indirect sum;
+    sum.estimator = CAMLUX_ESTIMATOR_RSM_AVERAGE;
+    sum.rsm_size = 32;
+    scene.set_indirect(sum);
+    CHECK(scene.indirect()->estimator == CAMLUX_ESTIMATOR_RSM_AVERAGE && scene.indirect()->rsm_size == 32);
+    scene.set_indirect(camlux::indirect());
+    CHECK(scene.indirect()->target_error == 0.02 && scene.indirect()->rsm_size == 0);
+    camlux::sensor sensor;
+    sensor.pixel_pitch_um = {10, 11};
+    sensor.exposure_time_s = 1e-3;
+    sensor.duty_cycle = 0.5;
+    sensor.wavelength_nm = 850;
+    sensor.quantum_efficiency = 0.25;
+    sensor.f_number = 2;
+    scene.set_sensor(sensor);
+    CHECK(same(camlux::detail::raw_of(*scene.sensor()), camlux::detail::raw_of(sensor)));
+    camlux::tof tof;
+    tof.frequencies = {{20e6, 1}, {100e6, 0.75}};
+    tof.ambient_lights = {0, 2};
+    scene.set_tof(tof);
+    CHECK(scene.tof()->frequencies[1].contrast == 0.75 && scene.tof()->ambient_lights == tof.ambient_lights && !scene.tof()->noise);
+    tof.noise = camlux::tof_noise();
+    tof.noise->full_well_e = 1e4;
+    tof.output = camlux::charge::dn;
+    tof.ambient_lights.clear();
+    scene.set_tof(tof);
+    scene.set_tof(scene.tof());
+    CHECK(scene.tof()->noise->full_well_e == 1e4 && scene.tof()->output == camlux::charge::dn && scene.tof()->ambient_lights.empty());
+    scene.set_sensor(std::nullopt);
+    CHECK(!scene.sensor() && camlux::scene().try_tof().status() == CAMLUX_ERROR_INVALID_HANDLE);
+
+    camlux::texture grey;
+    const std::uint8_t half[1] = {128};
+    grey.width_px = grey.height_px = grey.channels = 1;
+    grey.pixels = half;
+    camlux::material shiny;
+    shiny.ks = {0.5, 0.5, 0.5};
+    shiny.shininess = 20;
+    shiny.ks_texture = shiny.shininess_texture = shiny.alpha_texture = scene.add_texture(grey);
+    shiny.alpha_cutoff = 0.25;
+    const camlux::material found = scene.material(scene.add_material(shiny));
+    CHECK(found.ks_texture == 1 && found.shininess_texture == 1 && found.alpha_cutoff == 0.25);
 }
 
 void handles_share_and_give_back()
@@ -365,6 +425,14 @@ void lamps_and_projectors_shine(camlux::renderer &renderer)
           CAMLUX_ERROR_INVALID_ARGUMENT);
 }
 
+// Whether a layer can be copied to such an argument.
+template <class Destination, class = void>
+constexpr bool is_copied_to = false;
+
+template <class Destination>
+constexpr bool is_copied_to<Destination, std::void_t<decltype(std::declval<const camlux::frame &>().copy(camlux::layer::depth,
+                                                                                                          std::declval<Destination>()))>> = true;
+
 void views_are_typed_and_keep_their_frame(const camlux::device &device, camlux::renderer &renderer)
 {
     const camlux::scene scene = small_scene();
@@ -394,6 +462,14 @@ void views_are_typed_and_keep_their_frame(const camlux::device &device, camlux::
     CHECK(frame.try_vulkan_image(camlux::layer::radiance).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
     std::vector<float> depth(33 * 33);
     frame.copy<float>(camlux::layer::depth, depth);
+    std::vector<float> again(33 * 33);
+    frame.copy(camlux::layer::depth, again);
+    CHECK(again == depth && frame.try_copy(camlux::layer::depth, camlux::span<float>(again)).ok());
+    std::array<std::uint32_t, 33 * 33> ids = {};
+    frame.copy(camlux::layer::instance_id, ids);
+    CHECK(ids[33 * 16 + 16] == 1 && !frame.try_copy(camlux::layer::depth, ids).ok());
+    static_assert(!is_copied_to<const std::vector<float> &> && !is_copied_to<std::vector<float>> && !is_copied_to<std::vector<double> &>);
+    static_assert(is_copied_to<std::vector<float> &> && is_copied_to<camlux::span<float> &> && is_copied_to<camlux::span<float>>);
     CHECK(depth[33 * 16 + 16] == frame.view<float>(camlux::layer::depth)(16, 16));
     CHECK(frame.try_copy<float>(camlux::layer::radiance, depth).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
     CHECK(frame.layers().size() > 5 && !frame.passes().empty() && frame.stats().wall_ms > 0);
@@ -449,9 +525,14 @@ void time_of_flight_has_its_layers(camlux::renderer &renderer)
     }
 
     camlux::exr_options options;
+    // Of the second frequency only; a third does not exist.
     options.layers = {camlux::layer::half_path, far_range};
-    const camlux_exr_options picked = camlux::detail::raw_of(options);
-    CHECK(picked.layers == 1u << CAMLUX_LAYER_HALF_PATH && picked.tof_layers == 1u << 3);
+    frame.write_exr("far.exr", options);
+    CHECK(std::remove("far.exr") == 0);
+    options.layers = {camlux::of_frequency(2, camlux::layer::tof_range)};
+    const auto missing = frame.try_write_exr("never.exr", options);
+    CHECK(missing.status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    CHECK(missing.message().find("tof2.range; choose one of its 2 frequencies") != std::string::npos);
 
     tof.noise = camlux::tof_noise();
     tof.noise->full_well_e = 1e6;
@@ -504,7 +585,7 @@ void layers_go_to_memory(const camlux::device &device, camlux::renderer &rendere
     std::vector<float> radiance(3 * seen.width() * seen.height());
     camlux::render_options to_memory;
     to_memory.targets.emplace_back(camlux::layer::radiance, radiance.data(), radiance.size() * sizeof(float));
-    renderer.render(scene, to_memory);
+    CHECK(renderer.render(scene, to_memory).layers().empty());
     CHECK(radiance[3 * (9 * seen.width() + 9)] == seen(9, 9));
     to_memory.targets[0].size_bytes = 4;
     CHECK(renderer.try_render(scene, to_memory).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
@@ -659,6 +740,7 @@ int main()
 {
     values_begin_like_those_of_c();
     values_come_back();
+    settings_come_back();
     poses_face_a_point();
     matrices_are_poses();
     handles_share_and_give_back();

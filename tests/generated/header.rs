@@ -14,7 +14,7 @@ const SECTIONS: [(&str, &[&str]); 11] = [
     ("Devices", &["device"]),
     (
         "Scenes: camera, sensor, how light is computed",
-        &["scene", "scene_options"],
+        &["scene", "camera", "indirect"],
     ),
     ("Time of flight", &["tof"]),
     ("Textures and materials", &["texture", "material"]),
@@ -23,7 +23,10 @@ const SECTIONS: [(&str, &[&str]); 11] = [
         &["args", "mesh", "poses", "instances"],
     ),
     ("Lights", &["pattern", "light"]),
-    ("Renderers and jobs", &["target", "renderer", "job"]),
+    (
+        "Renderers and jobs",
+        &["target", "render_options", "renderer", "job"],
+    ),
     ("Frames", &["frame", "frame_stats"]),
     (
         "Frames on the device: the host's own Vulkan, shared memory",
@@ -132,9 +135,18 @@ fn for_c(header: &str) -> String {
 /// The `_INIT` macros, with the initial values of Rust.
 fn init_macros(layouts: &[Layout]) -> String {
     let mut text = String::from("/* As in: camlux_camera camera = CAMLUX_CAMERA_INIT; */\n");
+    let mark = camlux::capi::CAMLUX_INITIALISED;
+    let _ = write!(
+        text,
+        "\n/** What struct_size has beside the size of the struct: all members have a value. */\n\
+         #define CAMLUX_INITIALISED UINT32_C({mark:#x})\n"
+    );
     for Layout { name, fields, .. } in with_init(layouts) {
         let macro_name = init_macro(name);
-        let _ = write!(text, "\n#define {macro_name} {{ sizeof({name})");
+        let _ = write!(
+            text,
+            "\n#define {macro_name} {{ CAMLUX_INITIALISED + sizeof({name})"
+        );
         for field in &fields[1..] {
             let _ = write!(text, ", {}", field.first);
         }

@@ -154,7 +154,8 @@ pub fn layouts() -> Vec<Layout> {
             reserved, position_m, orientation_xyzw, scale,
         }
         camlux_material {
-            kd_texture, kd, ks, shininess, name, normal_texture, alpha_texture,
+            kd_texture, kd, ks, shininess, name, normal_texture, alpha_texture, ks_texture,
+            shininess_texture, alpha_cutoff,
         }
         camlux_texture {
             width_px, height_px, component, channels, encoding, pixels, row_stride_bytes, name,
@@ -203,7 +204,7 @@ pub fn layouts() -> Vec<Layout> {
             unit,
         }
         camlux_exr_options {
-            half, layers, tof_layers, plain,
+            half, layers, layer_count, plain, reserved,
         }
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,

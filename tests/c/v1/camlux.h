@@ -766,8 +766,12 @@ typedef struct camlux_exr_options {
   uint32_t struct_size;
   /** 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then. */
   int32_t half;
-  /** Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on; 0: all that the frame has. */
-  uint32_t layers;
+  /** Which layers: the first of layer_count numbers; NULL, with layer_count 0: all that the frame has. */
+  const int32_t *layers;
+  /** Number of these layers. */
+  size_t layer_count;
+  /** 1: each layer gets a file of its own with the channels R, G, B or Y. */
+  int32_t plain;
   /** 0. */
   uint32_t reserved;
 } camlux_exr_options;
@@ -1475,44 +1479,46 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 /* The first values of the structs: camlux_camera camera = CAMLUX_CAMERA_INIT; */
 
-#define CAMLUX_DEVICE_OPTIONS_INIT { (uint32_t)sizeof(camlux_device_options), 0, 0, 0, NULL }
+#define CAMLUX_INITIALISED UINT32_C(0xca300000)
 
-#define CAMLUX_DEVICE_INFO_INIT { (uint32_t)sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
+#define CAMLUX_DEVICE_OPTIONS_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_device_options), 0, 0, 0, NULL }
 
-#define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0 }
+#define CAMLUX_DEVICE_INFO_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
-#define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0 }
+#define CAMLUX_CAMERA_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0 }
 
-#define CAMLUX_INDIRECT_INIT { (uint32_t)sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
+#define CAMLUX_SENSOR_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0 }
 
-#define CAMLUX_DIRECT_INIT { (uint32_t)sizeof(camlux_direct), 0 }
+#define CAMLUX_INDIRECT_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
 
-#define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0} }
+#define CAMLUX_DIRECT_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_direct), 0 }
 
-#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL }
+#define CAMLUX_POSE_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0} }
 
-#define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
+#define CAMLUX_MATERIAL_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL }
 
-#define CAMLUX_MESH_INIT { (uint32_t)sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
+#define CAMLUX_TEXTURE_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 
-#define CAMLUX_LIGHT_INIT { (uint32_t)sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0 }
+#define CAMLUX_MESH_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
 
-#define CAMLUX_SCENE_COUNTS_INIT { (uint32_t)sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
+#define CAMLUX_LIGHT_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0 }
 
-#define CAMLUX_BOUNDS_INIT { (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
+#define CAMLUX_SCENE_COUNTS_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL }
+#define CAMLUX_BOUNDS_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
+#define CAMLUX_RENDER_OPTIONS_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL }
 
-#define CAMLUX_VULKAN_IMAGE_INIT { (uint32_t)sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
+#define CAMLUX_VULKAN_DEVICE_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 
-#define CAMLUX_VIEW_INIT { (uint32_t)sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
+#define CAMLUX_VULKAN_IMAGE_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
 
-#define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0 }
+#define CAMLUX_VIEW_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_view), 0, NULL, 0, 0, 0, 0, 0, 1, NULL, NULL }
 
-#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL }
+#define CAMLUX_EXR_OPTIONS_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_exr_options), 0, NULL, 0, 0, 0 }
 
-#define CAMLUX_PASS_TIME_INIT { (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
+#define CAMLUX_FRAME_STATS_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL }
+
+#define CAMLUX_PASS_TIME_INIT { CAMLUX_INITIALISED + (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
 
 #endif  /* CAMLUX_H */

@@ -1,0 +1,233 @@
+/* Part of camlux.hpp: camera, sensor and time of flight, and how light is computed. */
+
+#ifndef CAMLUX_CAMERA_HPP
+#define CAMLUX_CAMERA_HPP
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <optional>
+#include <vector>
+
+#include "values.hpp"
+
+namespace camlux {
+
+enum class shadow : std::int32_t {
+    standard = CAMLUX_SHADOW_DEFAULT,
+    map = CAMLUX_SHADOW_MAP,
+    rays = CAMLUX_SHADOW_RAYS,
+};
+
+enum class charge : std::int32_t { electrons = CAMLUX_CHARGE_ELECTRONS, dn = CAMLUX_CHARGE_DN };
+
+enum class lens_model : std::int32_t {
+    pinhole = CAMLUX_LENS_INTRINSICS,
+    rational = CAMLUX_LENS_RATIONAL,
+    fisheye = CAMLUX_LENS_FISHEYE,
+};
+
+enum class pixel_filter : std::int32_t {
+    box = CAMLUX_FILTER_BOX,
+    gaussian = CAMLUX_FILTER_GAUSSIAN,
+};
+
+/** The lens of a camera: focal lengths and principal point, in pixels, and OpenCV's coefficients. */
+struct intrinsics {
+    double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
+    lens_model model = lens_model::pinhole;
+    std::array<double, 8> distortion = {};
+};
+
+/** camlux_camera. If `lens` is set, fov_y_deg is ignored. */
+struct camera {
+    std::uint32_t width_px = 640, height_px = 480;
+    vec3 position_m = {};
+    vec3 look_at_m = {0, 0, 1};
+    vec3 up = {0, 1, 0};
+    double fov_y_deg = 45;
+    std::optional<intrinsics> lens = std::nullopt;
+    std::uint32_t samples = 1;
+    pixel_filter filter = pixel_filter::box;
+};
+
+/** camlux_sensor. */
+struct sensor {
+    std::array<double, 2> pixel_pitch_um = {0, 0};
+    double exposure_time_s = 0;
+    double duty_cycle = 1;
+    double wavelength_nm = 0;
+    double quantum_efficiency = 0;
+    double f_number = 0;
+};
+
+/** camlux_tof_noise. */
+struct tof_noise {
+    std::uint32_t bits = 12;
+    std::uint64_t seed = 0;
+    double dark_e_per_s = 0;
+    double read_noise_e = 0;
+    double full_well_e = 0;
+    double gain_dn_per_e = 1;
+    double black_level_dn = 0;
+};
+
+/** camlux_tof. */
+struct tof {
+    /** A modulation frequency and its contrast. */
+    struct frequency {
+        double hz = 0;
+        double contrast = 1;
+    };
+    /** One to four. */
+    std::vector<frequency> frequencies = {};
+    rgb band_weights = {1, 0, 0};
+    double phase_offset_deg = 0;
+    std::uint32_t phase_count = 4;
+    charge output = charge::electrons;
+    /** std::nullopt: charges are expected values. */
+    std::optional<tof_noise> noise = std::nullopt;
+    std::vector<std::uint32_t> ambient_lights = {};
+};
+
+/** camlux_indirect, initialised with CAMLUX_INDIRECT_INIT. */
+struct indirect : camlux_indirect {
+    indirect() noexcept : camlux_indirect CAMLUX_INDIRECT_INIT {}
+};
+
+namespace detail {
+
+inline camlux_camera raw_of(const camera &from) noexcept
+{
+    camlux_camera to = CAMLUX_CAMERA_INIT;
+    to.width_px = from.width_px;
+    to.height_px = from.height_px;
+    set(to.position_m, from.position_m);
+    set(to.look_at_m, from.look_at_m);
+    set(to.up, from.up);
+    to.fov_y_deg = from.fov_y_deg;
+    if (from.lens) {
+        to.lens = static_cast<std::int32_t>(from.lens->model);
+        to.fx_px = from.lens->fx_px;
+        to.fy_px = from.lens->fy_px;
+        to.cx_px = from.lens->cx_px;
+        to.cy_px = from.lens->cy_px;
+        std::copy(from.lens->distortion.begin(), from.lens->distortion.end(), to.distortion);
+    }
+    to.samples = from.samples;
+    to.filter = static_cast<std::int32_t>(from.filter);
+    return to;
+}
+
+inline camera camera_of(const camlux_camera &from)
+{
+    camera to;
+    to.width_px = from.width_px;
+    to.height_px = from.height_px;
+    to.position_m = vec3_of(from.position_m);
+    to.look_at_m = vec3_of(from.look_at_m);
+    to.up = vec3_of(from.up);
+    to.fov_y_deg = from.fov_y_deg;
+    if (from.lens != CAMLUX_LENS_FOV_Y) {
+        to.lens = intrinsics{from.fx_px, from.fy_px, from.cx_px, from.cy_px, static_cast<lens_model>(from.lens)};
+        std::copy(std::begin(from.distortion), std::end(from.distortion), to.lens->distortion.begin());
+    }
+    to.samples = from.samples;
+    to.filter = static_cast<pixel_filter>(from.filter);
+    return to;
+}
+
+inline camlux_sensor raw_of(const sensor &from) noexcept
+{
+    camlux_sensor to = CAMLUX_SENSOR_INIT;
+    to.pixel_pitch_um[0] = from.pixel_pitch_um[0];
+    to.pixel_pitch_um[1] = from.pixel_pitch_um[1];
+    to.exposure_time_s = from.exposure_time_s;
+    to.duty_cycle = from.duty_cycle;
+    to.wavelength_nm = from.wavelength_nm;
+    to.quantum_efficiency = from.quantum_efficiency;
+    to.f_number = from.f_number;
+    return to;
+}
+
+inline sensor sensor_of(const camlux_sensor &from) noexcept
+{
+    sensor to;
+    to.pixel_pitch_um = {from.pixel_pitch_um[0], from.pixel_pitch_um[1]};
+    to.exposure_time_s = from.exposure_time_s;
+    to.duty_cycle = from.duty_cycle;
+    to.wavelength_nm = from.wavelength_nm;
+    to.quantum_efficiency = from.quantum_efficiency;
+    to.f_number = from.f_number;
+    return to;
+}
+
+inline camlux_tof_noise raw_of(const tof_noise &from) noexcept
+{
+    camlux_tof_noise to = CAMLUX_TOF_NOISE_INIT;
+    to.bits = from.bits;
+    to.seed = from.seed;
+    to.dark_e_per_s = from.dark_e_per_s;
+    to.read_noise_e = from.read_noise_e;
+    to.full_well_e = from.full_well_e;
+    to.gain_dn_per_e = from.gain_dn_per_e;
+    to.black_level_dn = from.black_level_dn;
+    return to;
+}
+
+/** The result points to the ambient lights of `from` and to `noise`: both must live as long as the result. */
+inline camlux_tof raw_of(const tof &from, const camlux_tof_noise *noise) noexcept
+{
+    camlux_tof to = CAMLUX_TOF_INIT;
+    // The library refuses a count larger than the arrays.
+    to.frequency_count = static_cast<std::uint32_t>(from.frequencies.size());
+    for (std::size_t i = 0; i < from.frequencies.size() && i < 4; ++i) {
+        to.frequencies_hz[i] = from.frequencies[i].hz;
+        to.contrasts[i] = from.frequencies[i].contrast;
+    }
+    set(to.band_weights, from.band_weights);
+    to.phase_offset_deg = from.phase_offset_deg;
+    to.phase_count = from.phase_count;
+    to.output = number(from.output);
+    to.noise = noise;
+    to.ambient_lights = from.ambient_lights.empty() ? nullptr : from.ambient_lights.data();
+    to.ambient_light_count = from.ambient_lights.size();
+    return to;
+}
+
+inline tof_noise noise_of(const camlux_tof_noise &from) noexcept
+{
+    tof_noise to;
+    to.bits = from.bits;
+    to.seed = from.seed;
+    to.dark_e_per_s = from.dark_e_per_s;
+    to.read_noise_e = from.read_noise_e;
+    to.full_well_e = from.full_well_e;
+    to.gain_dn_per_e = from.gain_dn_per_e;
+    to.black_level_dn = from.black_level_dn;
+    return to;
+}
+
+inline tof tof_of(const camlux_tof &from)
+{
+    tof to;
+    for (std::size_t i = 0; i < from.frequency_count && i < 4; ++i)
+        to.frequencies.push_back({from.frequencies_hz[i], from.contrasts[i]});
+    to.band_weights = rgb_of(from.band_weights);
+    to.phase_offset_deg = from.phase_offset_deg;
+    to.phase_count = from.phase_count;
+    to.output = static_cast<charge>(from.output);
+    if (from.noise)
+        to.noise = noise_of(*from.noise);
+    if (from.ambient_lights)
+        to.ambient_lights.assign(from.ambient_lights, from.ambient_lights + from.ambient_light_count);
+    return to;
+}
+
+}  // namespace detail
+
+}  // namespace camlux
+
+#endif  /* CAMLUX_CAMERA_HPP */

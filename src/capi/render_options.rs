@@ -1,0 +1,175 @@
+//! Options of a render: progress, cancellation, where layers go.
+
+use std::{
+    ffi::{c_char, c_void},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use super::*;
+use crate::Progress;
+
+/// Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
+/// call; "done" at the end, when the fraction is 1), and the user pointer of the options.
+///
+/// \return 0 to continue; any other value ends the render with CAMLUX_CANCELLED.
+///
+/// It is called on the thread that renders, about twice a second and between passes. It may call camlux, but a render with the
+/// same renderer returns CAMLUX_ERROR_BUSY. It must return: no exception, no longjmp.
+pub type camlux_progress_callback =
+    Option<unsafe extern "C" fn(fraction: f64, pass: *const c_char, user: *mut c_void) -> i32>;
+
+/// For frame_index: the renderer counts its frames.
+pub const CAMLUX_NEXT_FRAME: u32 = u32::MAX;
+
+/// How to render a scene. Initialise with CAMLUX_RENDER_OPTIONS_INIT: no callback, submissions of half a second,
+/// frames that the renderer counts.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_render_options {
+    /// Set by CAMLUX_RENDER_OPTIONS_INIT.
+    pub struct_size: u32,
+    /// Target GPU time of one submission, milliseconds above 0. It is also the time between two reports of progress, and the time that a
+    /// cancel takes.
+    pub submission_target_ms: u32,
+    /// Progress callback; NULL: none.
+    pub progress: camlux_progress_callback,
+    /// Passed to the callback; camlux does not read what it points to.
+    pub progress_user: *mut c_void,
+    /// 1: the images stay on the device, for camlux_frame_get_vulkan_image; they are copied to the host when a layer is requested.
+    /// 0: they are copied to the host.
+    pub on_device: i32,
+    /// Index of the frame in a sequence. Each frame has its own noise (camlux_tof_noise). Nothing else depends on it. CAMLUX_NEXT_FRAME: the
+    /// renderer counts its frames from 0, and goes on after the largest index that it was given; camlux_frame_get_stats tells the index.
+    /// Frames with the same index, camera and seed have the same noise.
+    pub frame_index: u32,
+    /// NULL: none. Cancelling this token ends the render with CAMLUX_CANCELLED. If it is cancelled already, no pass runs.
+    pub cancel_token: *mut camlux_cancel_token,
+    /// Where layers go: the first of target_count targets; NULL: none. Only these layers are copied from the device, and the frame itself has no
+    /// layers. For one camera only, and not with on_device.
+    pub targets: *const camlux_target,
+    /// Number of targets.
+    pub target_count: usize,
+    /// Seed of the random numbers. Another seed gives other samples of indirect light, with another error, and other noise
+    /// (camlux_tof_noise).
+    pub seed: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+c_struct!(
+    camlux_render_options, 40,
+    submission_target_ms: 500,
+    frame_index: CAMLUX_NEXT_FRAME,
+);
+
+/// Whether the token was cancelled. It never changes back.
+#[derive(Default)]
+pub(super) struct CancelToken(AtomicBool);
+
+/// Creates a token with which another thread can cancel renders: set it in camlux_render_options.
+///
+/// \param token receives the handle, with one reference; release it with camlux_cancel_token_release.
+/// \errors CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any. Any number of renders may use the same token.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_cancel_token_create(
+    token: *mut *mut camlux_cancel_token,
+) -> camlux_status {
+    ffi_guard("camlux_cancel_token_create", || {
+        // SAFETY: the caller guarantees it.
+        unsafe { handle::return_handle(token, "token", || Ok(CancelToken::default())) }
+    })
+}
+
+/// Ends all renders with this token with CAMLUX_CANCELLED. Running renders end after one submission at the latest (see
+/// camlux_render_options), later renders at once. The call does not wait for them. A token stays cancelled.
+///
+/// \errors CAMLUX_ERROR_INVALID_HANDLE.
+/// \threads any; use it on another thread than the one that renders, or on the helper thread of a signal handler.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_cancel_token_cancel(token: *mut camlux_cancel_token) -> camlux_status {
+    ffi_guard("camlux_cancel_token_cancel", || {
+        handle::get(token)?.cancel();
+        Ok(())
+    })
+}
+
+/// The checked options of a render.
+pub(super) struct Request {
+    pub options: camlux_render_options,
+    pub stays_on_device: bool,
+    pub targets: Vec<Target>,
+    token: Arc<CancelToken>,
+    /// Cancelled when nobody waits for the frame any more.
+    pub abandoned: Arc<CancelToken>,
+}
+
+// SAFETY: the pointers are the host's, which allows their use on the thread of its job: see camlux_renderer_submit.
+unsafe impl Send for Request {}
+
+impl Request {
+    /// # Safety
+    /// There are `target_count` targets.
+    pub unsafe fn read(options: camlux_render_options) -> Outcome<Request> {
+        args::reserved(camlux_render_options::NAME, options.reserved)?;
+        if options.submission_target_ms == 0 {
+            let problem = "submission_target_ms is 0; give milliseconds, such as 500";
+            return Err(Failure::argument(problem));
+        }
+        let stays_on_device = args::flag("on_device", options.on_device)?;
+        let targets = match options.target_count {
+            0 => Vec::new(),
+            count => {
+                // SAFETY: the caller guarantees it; all targets have the size of the first.
+                unsafe {
+                    let stride_bytes = args::struct_bytes(options.targets)?;
+                    args::read_many(options.targets, count, stride_bytes, Target::from_c)?
+                }
+            }
+        };
+        if stays_on_device && !targets.is_empty() {
+            let problem = "targets and on_device are both set; set only one of them";
+            return Err(Failure::argument(problem));
+        }
+        let token = if options.cancel_token.is_null() {
+            Arc::default()
+        } else {
+            handle::get(options.cancel_token)?
+        };
+        Ok(Request {
+            options,
+            stays_on_device,
+            targets,
+            token,
+            abandoned: Arc::default(),
+        })
+    }
+
+    pub fn is_cancelled(&self) -> bool {
+        self.token.is_cancelled() || self.abandoned.is_cancelled()
+    }
+}
+
+impl CancelToken {
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Reports the progress to the host. Returns whether the host cancels the render.
+pub(super) fn is_enough(progress: Progress, options: &camlux_render_options) -> bool {
+    let Some(callback) = options.progress else {
+        return false;
+    };
+    let pass = c_string(progress.pass);
+    let fraction = f64::from(progress.fraction);
+    // SAFETY: the host's function, of that type; the text outlives the call.
+    unsafe { callback(fraction, pass.as_ptr(), options.progress_user) != 0 }
+}

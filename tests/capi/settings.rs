@@ -1,0 +1,146 @@
+//! Settings of a scene that a host reads back, such as those of a scene file.
+
+use std::ptr::{null, null_mut};
+
+use crate::host::*;
+use camlux::capi::*;
+
+const ARGUMENT: i32 = CAMLUX_ERROR_INVALID_ARGUMENT;
+
+fn noisy_tof(ambient_lights: &[u32], noise: &camlux_tof_noise) -> camlux_tof {
+    let mut tof = init!(camlux_tof {
+        frequency_count: 2,
+        noise: noise,
+        output: CAMLUX_CHARGE_DN,
+        phase_offset_deg: 3.0,
+        ambient_lights: ambient_lights.as_ptr(),
+        ambient_light_count: ambient_lights.len()
+    });
+    tof.frequencies_hz[..2].copy_from_slice(&[20e6, 100e6]);
+    tof.contrasts[1] = 0.75;
+    tof
+}
+
+#[test]
+fn settings_of_a_file_can_be_read_and_set_again() {
+    let scene = load("tof_corner");
+    let (mut sensor, mut indirect) = (init!(camlux_sensor {}), init!(camlux_indirect {}));
+    let (mut tof, mut noise) = (init!(camlux_tof {}), init!(camlux_tof_noise {}));
+    let mut is_set = [0; 3];
+    // SAFETY: structs of their size, and pointers to numbers.
+    unsafe {
+        ok(camlux_scene_get_sensor(scene, &mut sensor, &mut is_set[0]));
+        let got = camlux_scene_get_indirect(scene, &mut indirect, &mut is_set[1]);
+        ok(got);
+        let got = camlux_scene_get_tof(scene, &mut tof, &mut noise, null_mut(), 0, &mut is_set[2]);
+        ok(got);
+        assert_eq!(is_set, [1; 3]);
+        assert!(sensor.wavelength_nm > 0.0 && tof.frequency_count > 0);
+        ok(camlux_scene_set_sensor(scene, &sensor));
+        ok(camlux_scene_set_indirect(scene, &indirect));
+        ok(camlux_scene_set_tof(scene, &tof));
+    }
+    ok(camlux_scene_validate(scene));
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn settings_come_back() {
+    let scene = new_scene();
+    let noise = init!(camlux_tof_noise {
+        full_well_e: 1e4,
+        read_noise_e: 2.0,
+        seed: 9
+    });
+    let tof = noisy_tof(&[0, 2], &noise);
+    let (mut got, mut got_noise) = (init!(camlux_tof {}), init!(camlux_tof_noise {}));
+    let (mut ambient, mut is_set) = ([7_u32; 3], 5);
+    let at = ambient.as_mut_ptr();
+    // SAFETY: structs of their size, a list as long as its capacity, and a pointer to a number.
+    let mut get = |capacity| unsafe {
+        let noise = &mut got_noise;
+        camlux_scene_get_tof(scene, &mut got, noise, at, capacity, &mut is_set)
+    };
+    ok(get(3));
+    // SAFETY: a struct of that size, whose pointers are valid.
+    ok(unsafe { camlux_scene_set_tof(scene, &tof) });
+    fails(get(1), ARGUMENT, "capacity is 1, but 2 lights are ambient");
+    ok(get(3));
+    assert_eq!((is_set, ambient), (1, [0, 2, 7]));
+    assert_eq!(
+        (got.ambient_lights, got.ambient_light_count),
+        (at.cast_const(), 2)
+    );
+    assert_eq!(got.noise, &raw const got_noise);
+    assert_eq!(
+        (got.frequencies_hz, got.contrasts),
+        (tof.frequencies_hz, tof.contrasts)
+    );
+    assert_eq!((got.output, got.phase_offset_deg), (CAMLUX_CHARGE_DN, 3.0));
+    assert_eq!((got_noise.full_well_e, got_noise.seed), (1e4, 9));
+    // It has the form of the setter.
+    // SAFETY: as above.
+    ok(unsafe { camlux_scene_set_tof(scene, &got) });
+
+    let (mut direct, mut sensor) = (init!(camlux_direct {}), init!(camlux_sensor {}));
+    // SAFETY: structs of their size, and pointers to numbers.
+    unsafe {
+        ok(camlux_scene_set_tof(scene, null()));
+        let noise = &mut got_noise;
+        let none = camlux_scene_get_tof(scene, &mut got, noise, at, 3, &mut is_set);
+        ok(none);
+        assert_eq!(is_set, 0);
+        ok(camlux_scene_get_sensor(scene, &mut sensor, &mut is_set));
+        assert_eq!((is_set, sensor.duty_cycle), (0, 1.0));
+        let shadow = CAMLUX_SHADOW_RAYS;
+        ok(camlux_scene_set_direct(
+            scene,
+            &init!(camlux_direct { shadow: shadow }),
+        ));
+        ok(camlux_scene_get_direct(scene, &mut direct));
+        assert_eq!(direct.shadow, shadow);
+        for estimator in [
+            CAMLUX_ESTIMATOR_FINAL_GATHER,
+            CAMLUX_ESTIMATOR_RSM_AVERAGE,
+            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+        ] {
+            let of_gather = estimator == CAMLUX_ESTIMATOR_FINAL_GATHER;
+            let set = init!(camlux_indirect {
+                estimator: estimator,
+                rsm_size: 16,
+                error_norm: if of_gather { CAMLUX_NORM_LOCAL } else { 0 },
+                max_rays: if of_gather { 1 << 20 } else { 0 }
+            });
+            let mut got = init!(camlux_indirect {});
+            ok(camlux_scene_set_indirect(scene, &set));
+            ok(camlux_scene_get_indirect(scene, &mut got, &mut is_set));
+            assert_eq!((is_set, got.estimator, got.rsm_size), (1, estimator, 16));
+            assert_eq!(
+                (got.error_norm, got.max_rays),
+                (set.error_norm, set.max_rays)
+            );
+        }
+        let light = CAMLUX_PART_LIGHT;
+        fails(
+            camlux_scene_get_visible(scene, light, 0, &mut is_set),
+            ARGUMENT,
+            "no light 0",
+        );
+        ok(camlux_scene_add_light(
+            scene,
+            &init!(camlux_light {}),
+            null_mut(),
+        ));
+        for is_visible in [0, 1] {
+            ok(camlux_scene_set_visible(scene, light, 0, is_visible));
+            ok(camlux_scene_get_visible(scene, light, 0, &mut is_set));
+            assert_eq!(is_set, is_visible);
+        }
+        fails(
+            camlux_scene_get_sensor(scene, &mut sensor, null_mut()),
+            ARGUMENT,
+            "is_set is NULL",
+        );
+    }
+    ok(camlux_scene_release(scene));
+}
