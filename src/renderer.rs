@@ -27,12 +27,12 @@ use crate::{
 
 /// Renders frames on a device.
 ///
-/// Pipelines are made once and kept. Data that the next frame may need stays on the device: surfaces, and what the lights see and light up.
+/// Pipelines are made once and kept; all renderers of a device share them. Data that the next frame may need stays on the device: surfaces, and what the lights see and light up.
 /// The next frame uses it if it comes from the same values; meshes and textures must be the same [`Shared`](crate::scene::Shared) ones.
 /// This changes only the time that a frame takes. A frame that fails leaves nothing.
 pub struct Renderer {
     pub(crate) device: Device,
-    pipelines: Pipelines,
+    pipelines: Arc<Pipelines>,
     commands: CommandPool,
     cache: FrameCache,
     /// Room for rays, if the last frame cast any.
@@ -102,7 +102,7 @@ impl Renderer {
     pub fn new(device: &Device) -> Result<Renderer> {
         Ok(Renderer {
             device: device.clone(),
-            pipelines: Pipelines::new(device),
+            pipelines: device.pipelines(),
             commands: CommandPool::new(device),
             cache: FrameCache::default(),
             rays: None,

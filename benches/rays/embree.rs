@@ -10,9 +10,9 @@ use std::{
 use camlux::{LocalSpace, Scene, glam::DVec3, internals::ray_probe::RayPoint};
 use tempfile::TempDir;
 
-use crate::{Failure, Time, rays::Rays};
+use crate::{Failure, rays::Rays};
 
-/// Distances from surfaces at which rays start and end, as in `shaders/trace.wgsl`.
+/// Distances from surfaces at which rays start and end, as in `shaders/ray.wgsl`.
 const ORIGIN_SHIFT: f64 = 24.0 / (1 << 24) as f64;
 const END_SHIFT: f64 = 40.0 / (1 << 24) as f64;
 
@@ -72,21 +72,17 @@ impl Embree {
         })
     }
 
-    /// Traces all rays of a kind, `any` or `closest`. Returns the triangle that each ray hits, and the time.
-    pub fn trace(&mut self, kind: &str) -> Result<(Vec<Option<usize>>, Time), Failure> {
+    /// Traces all rays of a kind, `any` or `closest`. Returns the triangle that each ray hits, and the milliseconds.
+    pub fn trace(&mut self, kind: &str) -> Result<(Vec<Option<usize>>, f64), Failure> {
         let questions = self.questions.as_mut().ok_or("no standard input")?;
         writeln!(questions, "{kind}")?;
         let mut answer = String::new();
         self.answers.read_line(&mut answer)?;
-        let (wall, cpu) = answer.trim().split_once(' ').ok_or("Embree has failed")?;
+        let seconds: f64 = answer.trim().parse().map_err(|_| "Embree has failed")?;
         let found = fs::read(self.folder.path().join(format!("{kind}.found")))?;
         let (words, _) = found.as_chunks::<4>();
         let triangle = |&word: &[u8; 4]| usize::try_from(i32::from_le_bytes(word)).ok();
-        let time = Time {
-            wall_ms: 1e3 * wall.parse::<f64>()?,
-            cpu_ms: 1e3 * cpu.parse::<f64>()?,
-        };
-        Ok((words.iter().map(triangle).collect(), time))
+        Ok((words.iter().map(triangle).collect(), 1e3 * seconds))
     }
 }
 

@@ -81,7 +81,7 @@ impl Cutouts {
             let [alpha, ..] = texture
                 .texels
                 .reflectance(row % height * width + column % width);
-            (255.0 * alpha).round() as f32 / 255.0
+            (255.0 * alpha).round() / 255.0
         };
         let mix = |a: f32, b: f32, share: f32| a * (1.0 - share) + b * share;
         let above = mix(alpha(column, row), alpha(column + 1, row), right);

@@ -558,11 +558,11 @@ fn leaf_of(items: &[u32], triangles: &[Texel]) -> Leaf {
     };
     for (lane, &item) in items.iter().enumerate() {
         let texels = &triangles[TRIANGLE_TEXELS * item as usize..][..TRIANGLE_TEXELS];
-        for corner in 0..3 {
-            for axis in 0..3 {
-                leaf.corners[corner][axis][lane] = texels[corner][axis];
+        for (corner, [x, y, z, normal]) in texels.iter().take(3).enumerate() {
+            for (axis, place) in [x, y, z].into_iter().enumerate() {
+                leaf.corners[corner][axis][lane] = *place;
             }
-            leaf.normal[corner][lane] = texels[corner][3];
+            leaf.normal[corner][lane] = *normal;
         }
         leaf.items[lane] = item;
         leaf.cutouts |= u32::from(texels[3][1] > 0.0) << lane;

@@ -3,7 +3,7 @@
 use std::{
     ffi::CStr,
     mem::ManuallyDrop,
-    sync::{Arc, Mutex, MutexGuard},
+    sync::{Arc, Mutex, MutexGuard, Weak},
 };
 
 use ash::{khr, vk};
@@ -19,6 +19,7 @@ use super::{
     lock,
     memory::Memory,
     no_device,
+    pipeline::Pipelines,
 };
 use crate::{Error, Result};
 
@@ -92,6 +93,8 @@ struct Shared {
     /// Dropped before the device is destroyed.
     memory: ManuallyDrop<Mutex<Memory>>,
     condition: Mutex<Condition>,
+    /// Those that its users hold.
+    pipelines: Mutex<Weak<Pipelines>>,
     faults: Faults,
     info: DeviceInfo,
     /// Present if the device's own units can trace rays.
@@ -307,6 +310,7 @@ impl Device {
                 allocator,
                 usage: MemoryUse::default(),
             })),
+            pipelines: Mutex::default(),
             condition: Mutex::new(Condition {
                 last_pass: "none",
                 lost_in: None,
@@ -393,6 +397,16 @@ impl Device {
         result.map_err(|result| match result {
             vk::Result::ERROR_DEVICE_LOST => self.lose(name, None),
             other => failed(name)(other),
+        })
+    }
+
+    /// The pipelines of the device, which all that render on it share. They stay as long as someone holds them.
+    pub(crate) fn pipelines(&self) -> Arc<Pipelines> {
+        let mut held = lock(&self.shared.pipelines);
+        held.upgrade().unwrap_or_else(|| {
+            let made = Arc::new(Pipelines::new(self));
+            *held = Arc::downgrade(&made);
+            made
         })
     }
 

@@ -7,12 +7,15 @@ use ash::vk::DriverId;
 pub struct Quirks {
     /// A kernel leaves its loops after this many iterations of all of them together, without an error.
     pub max_loop_iterations: Option<u32>,
+    /// A timestamp is taken when the commands before it are flushed, which a barrier causes.
+    pub timestamps_need_barriers: bool,
     /// Images are laid out in whole blocks of this many rows; low images in blocks as high as the next power of two.
     pub image_block_rows: u32,
 }
 
 const NONE: Quirks = Quirks {
     max_loop_iterations: None,
+    timestamps_need_barriers: false,
     image_block_rows: 4,
 };
 
@@ -22,6 +25,7 @@ const QUIRKS: [(DriverId, Quirks); 2] = [
         DriverId::MESA_LLVMPIPE,
         Quirks {
             max_loop_iterations: Some(65_535),
+            timestamps_need_barriers: true,
             ..NONE
         },
     ),

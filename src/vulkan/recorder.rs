@@ -184,8 +184,9 @@ impl Recorder {
         let (raw, stage) = (self.device.raw(), On::ALL_COMMANDS);
         // SAFETY: the query is in the pool and was reset at the start of this command buffer.
         unsafe { raw.cmd_write_timestamp2(self.commands, stage, queries, query) };
-        // lavapipe takes the time at its next flush; a barrier forces one.
-        self.barrier();
+        if self.device.info().quirks.timestamps_need_barriers {
+            self.barrier();
+        }
     }
 
     /// Runs `groups` workgroups. `resources` are matched by the names of the shader's bindings; this permutation ignores those that it

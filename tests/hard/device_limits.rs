@@ -7,8 +7,7 @@ use std::{
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    DeviceInfo, DeviceKind, Error, GatherKernel, Plan, Quirks, RenderOptions, Scene, ShadowPlan,
-    Tracer,
+    DeviceInfo, DeviceKind, Error, GatherKernel, Plan, Quirks, RenderOptions, Scene, Tracer,
     output::{Frame, Layer},
     scene::{Encoding, IndirectLight, Material, Mesh, Shadow, Shared, Texels, Texture, VplSum},
 };
