@@ -44,7 +44,7 @@ fn wrong_usage_is_said_with_exit_code_2() {
     let cases: [(&[&str], &str); 12] = [
         (
             &["render", "scene.toml", "-o", "a.exr", "--tracer", "quick"],
-            "packet, single, query",
+            "host, query, kernel",
         ),
         (&["render", "scene.toml"], "--output"),
         (&["render", "-o", "a.exr"], "SCENE.toml"),

@@ -7,7 +7,7 @@ use std::{
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    Device, DeviceOptions, Error, Fault, Progress, RenderOptions, Renderer, Scene, Tracer,
+    Device, DeviceKind, DeviceOptions, Error, Fault, Progress, RenderOptions, Renderer, Scene, Tracer,
     internals::ray_probe::RayProbe,
     output::{Frame, Layer},
     scene::{IndirectLight, Shadow},
@@ -81,7 +81,8 @@ fn fail_each_call(
     assert_is_lit(&fresh, Layer::Direct);
     for call in 0.. {
         if is_fresh {
-            gpu.renderer = Renderer::new(&gpu.device).expect("a renderer");
+            // Renderers of one device share pipelines.
+            *gpu = Gpu::open();
         }
         gpu.renderer.forget();
         gpu.device
@@ -226,11 +227,16 @@ fn a_device_can_be_lost_in_every_pass_of_the_bounce() {
     let passes: Vec<&str> = fresh.stats.passes.iter().map(|pass| pass.name).collect();
     for name in [
         "gbuffer",
+        "direct_emit",
+        "trace",
         "direct",
         "light_rays",
         "predict",
         "receivers",
-        "final_gather",
+        "final_gather_emit",
+        "final_gather_draw",
+        "final_gather_shade",
+        "final_gather_sum",
         "scatter",
         "smooth",
         "resolve",
@@ -238,7 +244,11 @@ fn a_device_can_be_lost_in_every_pass_of_the_bounce() {
     ] {
         assert!(passes.contains(&name), "{name}");
     }
+    let is_by_host = Gpu::open().device.info().kind == DeviceKind::Cpu;
     for pass in passes {
+        if pass == "trace" && is_by_host {
+            continue;
+        }
         let told = lose(&scene, &fresh, Fault::DeviceLostIn { pass });
         assert_eq!(told, Some(pass));
     }

@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(short, long)]
     pub verbose: bool,
     /// What traces rays: host, query or kernel [default: the fastest]
-    #[arg(long, value_name = "KERNEL", value_parser = parse_tracer)]
+    #[arg(long, value_name = "TRACER", value_parser = parse_tracer)]
     pub tracer: Option<Tracer>,
     /// Store light and normals as 16-bit floats
     #[arg(long, requires = "output")]
