@@ -193,9 +193,9 @@ impl RayProbe {
         self.triangles.trace(&context, find, 0..rays.len() as u32)?;
         context.finish()?;
         let wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
-        let times = &cost.borrow().times;
-        let traced = times.iter().filter(|(pass, _)| *pass == "trace");
-        let milliseconds: f64 = traced.map(|(_, milliseconds)| milliseconds).sum();
+        let traced = |(pass, _): &&(&str, f64)| *pass == "trace";
+        let times = cost.borrow().times.clone();
+        let milliseconds: f64 = times.iter().filter(traced).map(|(_, ms)| ms).sum();
         Ok(Probed {
             found: RayList::read_hits(&context, rays.len())?,
             milliseconds: if milliseconds > 0.0 {

@@ -132,6 +132,6 @@ fn rays_take_the_place_of_the_shadow_map() {
         let has_map = frame.stats.passes.iter().any(|pass| pass.name == "shadow");
         assert_eq!(has_map, shadow == Shadow::Map);
         assert_eq!(text.contains("  shadow     light 0"), shadow == Shadow::Map);
-        assert_eq!(text.contains("shadow rays, kernel"), shadow == Shadow::Rays);
+        assert_eq!(text.contains(", shadow rays"), shadow == Shadow::Rays);
     }
 }
