@@ -57,9 +57,10 @@ mod compile {
     struct Permutation {
         name: String,
         pass: String,
-        /// The library has the module with this feature only.
-        feature: Option<String>,
-        defines: Vec<String>,
+        /// Words of the axes that need a module of their own, decided here.
+        words: Vec<String>,
+        /// Words of the axes in brackets, decided when a pipeline is made.
+        switches: Vec<String>,
     }
 
     pub fn all(shaders: &Path, out: &Path) -> Result<(), String> {
@@ -69,21 +70,17 @@ mod compile {
         let mut structs = BTreeMap::new();
         for permutation in parse_permutations(&text) {
             let name = &permutation.name;
-            let mut source = Source {
-                folder: shaders,
-                defines: &permutation.defines,
-                imported: BTreeSet::new(),
-                text: String::new(),
-            };
-            source.import(&permutation.pass)?;
-            let (module, info) = parse(&unroll(&source.text)?, name)?;
-            let words = emit(&module, &info).map_err(|error| format!("{name}: {error}"))?;
+            let text = source_of(&permutation, shaders)?;
+            let (mut module, info) = parse(&unroll(&text)?, name)?;
+            let marked = mark_switches(&mut module, &permutation.switches);
+            let mut words = emit(&module, &info).map_err(|error| format!("{name}: {error}"))?;
+            if !permutation.switches.is_empty() {
+                words =
+                    with_switches(&words, &marked).map_err(|error| format!("{name}: {error}"))?;
+            }
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             write(&out.join(format!("{name}.spv")), &bytes)?;
-            if let Some(feature) = &permutation.feature {
-                let _ = writeln!(modules, "    #[cfg(feature = \"{feature}\")]");
-            }
-            describe_module(&mut modules, &module, &info, name)?;
+            describe_module(&mut modules, &module, &info, &permutation)?;
             describe_structs(&mut structs, &module)?;
         }
         let mut text = String::from(
@@ -107,19 +104,21 @@ mod compile {
         fs::write(path, bytes).map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    /// `pass axis axis …` or `pass@feature axis axis …`, an axis being `word|word`; `-` is the word that defines nothing.
+    /// `pass axis axis …`, an axis being `word|word`, or `[word|word]` if it is decided when a pipeline is made; `-` is the word that
+    /// defines nothing.
     fn parse_permutations(text: &str) -> Vec<Permutation> {
         let mut all = Vec::new();
         for line in text.lines() {
             let line = line.split('#').next().unwrap_or_default();
             let mut fields = line.split_whitespace();
             let Some(pass) = fields.next() else { continue };
-            let (pass, feature) = match pass.split_once('@') {
-                Some((pass, feature)) => (pass, Some(feature)),
-                None => (pass, None),
-            };
             let mut combinations = vec![Vec::new()];
+            let mut switches = Vec::new();
             for axis in fields {
+                if let Some(axis) = axis.strip_prefix('[').and_then(|a| a.strip_suffix(']')) {
+                    switches.extend(axis.split('|').filter(|word| *word != "-"));
+                    continue;
+                }
                 combinations = combinations
                     .iter()
                     .flat_map(|chosen: &Vec<&str>| {
@@ -131,12 +130,13 @@ mod compile {
                     })
                     .collect();
             }
+            let own = |words: &[&str]| words.iter().map(|word| word.to_string()).collect();
             for chosen in combinations {
                 all.push(Permutation {
                     name: [&[pass], chosen.as_slice()].concat().join("_"),
                     pass: pass.into(),
-                    feature: feature.map(String::from),
-                    defines: chosen.iter().map(|word| word.to_uppercase()).collect(),
+                    words: own(&chosen),
+                    switches: own(&switches),
                 });
             }
         }
@@ -175,39 +175,104 @@ mod compile {
         Ok(text)
     }
 
+    /// WGSL of a permutation, as naga takes it. Each switch is an override.
+    fn source_of(permutation: &Permutation, folder: &Path) -> Result<String, String> {
+        let capitals = |words: &[String]| words.iter().map(|word| word.to_uppercase()).collect();
+        let switches: Vec<String> = capitals(&permutation.switches);
+        let mut source = Source {
+            folder,
+            defines: capitals(&permutation.words),
+            text: String::new(),
+            imported: BTreeSet::new(),
+            depth: 0,
+            is_function: false,
+            switches,
+        };
+        for switch in &source.switches {
+            let _ = writeln!(source.text, "override {switch}: bool = false;");
+        }
+        source.import(&permutation.pass)?;
+        Ok(source.text)
+    }
+
     /// WGSL as naga takes it.
     struct Source<'p> {
         folder: &'p Path,
-        defines: &'p [String],
+        defines: Vec<String>,
+        switches: Vec<String>,
         imported: BTreeSet<String>,
         text: String,
+        /// Open braces, and whether the outermost is a function's.
+        depth: i32,
+        is_function: bool,
+    }
+
+    /// What an `#if` became.
+    #[derive(Clone, Copy, PartialEq)]
+    enum Open {
+        /// Its lines are taken, or left out.
+        Decided(bool),
+        /// An `if` in a function, on switches.
+        Branch,
+        /// Declarations, which a module with switches always has.
+        Declared,
     }
 
     impl Source<'_> {
-        /// Adds a file, once, after those that it imports, with the lines `#if WORD…` (any of them) / `#else` / `#endif` resolved.
+        /// Adds a line, and follows where functions begin and end.
+        fn add(&mut self, line: &str) {
+            let code = line.split("//").next().unwrap_or_default();
+            if self.depth == 0 && code.contains('{') {
+                self.is_function = !code.starts_with("struct");
+            }
+            self.depth += code.matches('{').count() as i32 - code.matches('}').count() as i32;
+            self.text += line;
+            self.text.push('\n');
+        }
+
+        /// Adds a file, once, after those that it imports. `#if WORD…` (any of them) / `#else` / `#endif` are resolved for the words of the
+        /// permutation. For switches they become `if` / `else` in functions; outside, what they enclose is declared in any case.
         fn import(&mut self, name: &str) -> Result<(), String> {
             if !self.imported.insert(name.into()) {
                 return Ok(());
             }
             let text = read(&self.folder.join(format!("{name}.wgsl")))?;
-            let mut open: Vec<bool> = Vec::new();
+            let mut open: Vec<Open> = Vec::new();
             for line in text.lines() {
                 let fail = |what: &str| Err(format!("{name}.wgsl: {what}: {line}"));
-                let is_taken = open.iter().all(|&taken| taken);
+                let is_taken = !open.contains(&Open::Decided(false));
                 let words: Vec<&str> = line.split_whitespace().collect();
                 match words.as_slice() {
                     ["#if", any @ ..] if !any.is_empty() => {
-                        open.push(
-                            any.iter()
-                                .any(|word| self.defines.iter().any(|d| d == word)),
-                        );
+                        let is_among = |list: &[String], word: &str| list.iter().any(|d| d == word);
+                        let switches: Vec<&str> = any
+                            .iter()
+                            .copied()
+                            .filter(|word| is_among(&self.switches, word))
+                            .collect();
+                        let is_defined = any.iter().any(|word| is_among(&self.defines, word));
+                        open.push(if is_defined || switches.is_empty() || !is_taken {
+                            Open::Decided(is_defined)
+                        } else if self.depth > 0 && self.is_function && is_taken {
+                            self.add(&format!("if ({}) {{", switches.join(" | ")));
+                            Open::Branch
+                        } else {
+                            Open::Declared
+                        });
                     }
                     ["#else"] => match open.last_mut() {
-                        Some(taken) => *taken = !*taken,
+                        Some(Open::Decided(taken)) => *taken = !*taken,
+                        Some(Open::Branch) => self.add("} else {"),
+                        Some(Open::Declared) => {
+                            return fail("a switch decides nothing outside of functions");
+                        }
                         None => return fail("no #if before"),
                     },
-                    ["#endif"] if open.pop().is_none() => return fail("no #if before"),
-                    ["#endif"] => {}
+                    ["#endif"] => match open.pop() {
+                        Some(Open::Branch) => self.add("}"),
+                        Some(_) => {}
+                        None => return fail("no #if before"),
+                    },
                     ["#import", file] if is_taken => self.import(file)?,
                     ["#loader", name, image] if is_taken => {
                         self.text += &loader(&self.text, name, image)?;
@@ -220,10 +285,7 @@ mod compile {
                     {
                         return fail("unknown directive");
                     }
-                    _ if is_taken => {
-                        self.text += line;
-                        self.text.push('\n');
-                    }
+                    _ if is_taken => self.add(line),
                     _ => {}
                 }
             }
@@ -231,6 +293,84 @@ mod compile {
                 return Err(format!("{name}.wgsl: #if without #endif"));
             }
             Ok(())
+        }
+    }
+
+    /// Literals from here on stand for the switches in what naga writes.
+    const MARK: u32 = 0x5bec_0000;
+
+    /// naga's SPIR-V writer knows no overrides. Each use of a switch becomes a literal that occurs nowhere else.
+    fn mark_switches(module: &mut Module, switches: &[String]) -> Vec<u32> {
+        let names: BTreeMap<_, _> = module
+            .overrides
+            .iter()
+            .map(|(handle, switch)| (handle, switch.name.clone().unwrap_or_default()))
+            .collect();
+        let index = |handle| {
+            let name = names[&handle].to_lowercase();
+            switches
+                .iter()
+                .position(|switch| *switch == name)
+                .unwrap_or_default() as u32
+        };
+        let functions = module.functions.iter_mut().map(|(_, function)| function);
+        let points = module
+            .entry_points
+            .iter_mut()
+            .map(|point| &mut point.function);
+        for function in functions.chain(points) {
+            for (_, expression) in function.expressions.iter_mut() {
+                if let naga::Expression::Override(handle) = *expression {
+                    *expression =
+                        naga::Expression::Literal(naga::Literal::U32(MARK + index(handle)));
+                }
+            }
+        }
+        (0..switches.len() as u32).map(|i| MARK + i).collect()
+    }
+
+    /// Replaces the constants that stand for switches by specialisation constants. Their ids are the indices of the switches.
+    fn with_switches(words: &[u32], marks: &[u32]) -> Result<Vec<u32>, String> {
+        const DECORATE: u32 = 71;
+        const SPEC_ID: u32 = 1;
+        const TYPE_BOOL: u32 = 20;
+        const CONSTANT: u32 = 43;
+        const SPEC_CONSTANT_FALSE: u32 = 49;
+        const FUNCTION: u32 = 54;
+        let (header, mut rest) = words.split_at(5);
+        let (mut annotations, mut declarations, mut functions) =
+            (Vec::new(), Vec::new(), Vec::new());
+        let (mut bool_type, mut found) = (None, Vec::new());
+        while let [first, ..] = *rest {
+            let (opcode, length) = (first & 0xffff, (first >> 16) as usize);
+            let (instruction, after) = rest.split_at(length);
+            rest = after;
+            match *instruction {
+                [_, _, id, value] if opcode == CONSTANT && marks.contains(&value) => {
+                    found.push((id, value - MARK));
+                    continue;
+                }
+                [_, id] if opcode == TYPE_BOOL => bool_type = Some(id),
+                _ => {}
+            }
+            let place = if opcode == FUNCTION || !functions.is_empty() {
+                &mut functions
+            } else if (19..=59).contains(&opcode) || !declarations.is_empty() {
+                &mut declarations
+            } else {
+                &mut annotations
+            };
+            place.extend_from_slice(instruction);
+        }
+        for (id, index) in found {
+            let bool_type = bool_type.ok_or("a switch, but no type bool")?;
+            annotations.extend([4 << 16 | DECORATE, id, SPEC_ID, index]);
+            declarations.extend([3 << 16 | SPEC_CONSTANT_FALSE, bool_type, id]);
+        }
+        let all = [header, &annotations, &declarations, &functions].concat();
+        match all.iter().any(|word| marks.contains(word)) {
+            true => Err("a switch that is not only a condition".into()),
+            false => Ok(all),
         }
     }
 
@@ -360,8 +500,15 @@ mod compile {
         text: &mut String,
         module: &Module,
         info: &ModuleInfo,
-        name: &str,
+        permutation: &Permutation,
     ) -> Result<(), String> {
+        let Permutation {
+            name,
+            pass,
+            words,
+            switches,
+            ..
+        } = permutation;
         let point = &module.entry_points[0];
         let uses = info.get_entry_point(0);
         let mut bindings = BTreeMap::new();
@@ -412,7 +559,7 @@ mod compile {
         let entry = &point.name;
         let _ = write!(
             text,
-            "    Module {{\n        name: \"{name}\",\n        entry: c\"{entry}\",\n        workgroup_size: {workgroup:?},\n        immediate_bytes: {immediate_bytes},\n        bindings: &[\n{bindings}        ],\n        \
+            "    Module {{\n        name: \"{name}\",\n        pass: \"{pass}\",\n        words: &{words:?},\n        switches: &{switches:?},\n        entry: c\"{entry}\",\n        workgroup_size: {workgroup:?},\n        immediate_bytes: {immediate_bytes},\n        bindings: &[\n{bindings}        ],\n        \
              constants: &[{constants}],\n        spirv: include_bytes!(\"{name}.spv\"),\n    }},\n"
         );
         Ok(())

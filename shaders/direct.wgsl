@@ -10,9 +10,7 @@
 #endif
 
 var kd_material: texture_2d<f32>;
-#if PHONG
 var ks_shininess: texture_2d<f32>;
-#endif
 var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 #if PHASORS
 // Z; without the path to C where each pixel shows one point.

@@ -63,11 +63,14 @@ const SAMPLES: u32 = 64u;
 const LANES: u32 = 8u;
 // Per ray to a VPL.
 const CANDIDATES: u32 = 8u;
+// Rays of a sample along directions.
+fn direction_count() -> u32 {
+    var count = 1u;
 #if GLOSSY
-const DIRECTIONS: u32 = 2u;
-#else
-const DIRECTIONS: u32 = 1u;
+    count = 2u;
 #endif
+    return count;
+}
 
 var<immediate> parameters: FinalGatherParameters;
 
@@ -104,21 +107,21 @@ const CONTRIBUTION_VECTORS: u32 = 1u;
 // The list of rays: those along directions, lobe by lobe for each packet; those to VPLs, packet by packet; and those to lights, for each
 // light as along the directions that found their starts.
 fn direction_ray(packet: u32, lobe: u32, sample: u32) -> u32 {
-    return SAMPLES * (DIRECTIONS * packet + lobe) + sample;
+    return SAMPLES * (direction_count() * packet + lobe) + sample;
 }
 
 fn vpl_ray(packet: u32, sample: u32) -> u32 {
-    return SAMPLES * (DIRECTIONS * parameters.packet_count + packet) + sample;
+    return SAMPLES * (direction_count() * parameters.packet_count + packet) + sample;
 }
 
 fn light_ray(light: u32, packet: u32, lobe: u32, sample: u32) -> u32 {
-    return SAMPLES * (1u + DIRECTIONS * (1u + light)) * parameters.packet_count + direction_ray(packet, lobe, sample);
+    return SAMPLES * (1u + direction_count() * (1u + light)) * parameters.packet_count + direction_ray(packet, lobe, sample);
 }
 
 // Where the contribution of a ray to a VPL or to a light is in a list of vectors. Below: the differences of candidates, one vector per ray
 // to a VPL.
 fn contribution_place(ray: u32) -> u32 {
-    return CONTRIBUTION_VECTORS * (ray - SAMPLES * DIRECTIONS * parameters.packet_count)
+    return CONTRIBUTION_VECTORS * (ray - SAMPLES * direction_count() * parameters.packet_count)
         + SAMPLES * parameters.packet_count;
 }
 

@@ -24,9 +24,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let seed0 = seed_of(packet);
     let shift = vec2<f32>(unit(seed0), unit(hash(seed0)));
     let around_normal = frame_around(receiver.normal);
-#if GLOSSY
     let around_lobe = lobe_frame(receiver.lobe);
-#endif
     for (var sample = local % LANES; sample < SAMPLES; sample += LANES) {
         let place = textureLoad(lattice, list_place(SAMPLES * packet.number + sample), 0).xy;
         let direction = sample_diffuse(fract(place + shift), around_normal);

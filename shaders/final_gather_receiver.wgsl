@@ -4,9 +4,7 @@
 
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
-#if GLOSSY
 var ks_shininess: texture_2d<f32>;
-#endif
 var<storage, read> receivers: array<u32>;
 var<storage, read> packets: array<Packet>;
 

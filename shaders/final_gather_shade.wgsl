@@ -44,8 +44,8 @@ fn point_for(packet: Packet, pixel: vec2<u32>) -> Light {
 @compute @workgroup_size(64)
 fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = LANES * (group.x + 65535u * group.y) + local / LANES;
-    let index = item / DIRECTIONS;
-    let lobe = item % DIRECTIONS;
+    let index = item / direction_count();
+    let lobe = item % direction_count();
     if (index >= parameters.packet_count) {
         return;
     }

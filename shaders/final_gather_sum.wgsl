@@ -15,7 +15,6 @@ struct Span {
 }
 
 var<storage, read> spans: array<Span>;
-var<storage, read> packets: array<Packet>;
 var<storage, read> hits: array<u32>;
 var<storage, read> contributions: array<vec4<f32>>;
 // Sums over a receiver's samples, in the refinement's layout: light reflected by its diffuse and by its specular lobe, as if k_d and k_s
@@ -23,14 +22,12 @@ var<storage, read> contributions: array<vec4<f32>>;
 var<storage, read_write> results: array<vec4<f32>>;
 var<storage, read_write> pilot_samples: array<PilotSample>;
 
-// What the samples of a receiver find, for each of its lobes; and the squared differences of neighbouring samples.
+// What the samples of a receiver find, for each lobe that it may have; and the squared differences of neighbouring samples.
 struct Found {
     diffuse: Signal,
     diffuse_differences: Squares,
-#if GLOSSY
     specular: Signal,
     specular_differences: Squares,
-#endif
 }
 
 fn load_contribution(ray: u32) -> Contribution {
@@ -72,7 +69,7 @@ fn add_pair(found: ptr<function, Found>, ray: u32) {
 fn found_by(index: u32) -> Found {
     var found: Found;
     for (var light = parameters.light_index; light < parameters.light_end; light++) {
-        for (var lobe = 0u; lobe < DIRECTIONS; lobe++) {
+        for (var lobe = 0u; lobe < direction_count(); lobe++) {
             for (var sample = 0u; sample < SAMPLES; sample += 2u) {
                 add_pair(&found, light_ray(light, index, lobe, sample));
             }
@@ -125,7 +122,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         let pilot_count = select(0u, SAMPLES, parameters.is_pilot == 1u);
         for (var sample = 0u; sample < pilot_count; sample++) {
             if (hits[vpl_ray(index, sample)] != NOTHING_HIT) {
-                pilot_samples[pilot_place(packets[index], sample)].found = 0.0;
+                pilot_samples[SAMPLES * span.result + sample].found = 0.0;
             }
         }
     }

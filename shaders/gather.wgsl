@@ -158,20 +158,19 @@ fn accumulate(
         let receiver_side = max(dot(normal[i], offset), 0.0);
         // Negative where P is above Q's horizon. The sign stays, because negating costs the inner loop more than min does.
         let behind_vpl = dot(vpl.normal, offset);
-#if AVERAGE PHONG GLOSSY PHASORS
         let inverse_distance = inverseSqrt(max(distance_squared, 1e-18));
-#endif
+        var weight: f32;
 #if AVERAGE
         // cosθ_{P→Q}, and f_Q = 0 below Q's horizon.
-        let weight = select(0.0, receiver_side * inverse_distance, behind_vpl < 0.0);
+        weight = select(0.0, receiver_side * inverse_distance, behind_vpl < 0.0);
 #else
         // −cosθ_{P→Q}·cosθ_{Q→P}/d². The sign is removed at the end. P = Q gives 0 · 1e36.
 #if PHONG GLOSSY
         let inverse_squared = inverse_distance * inverse_distance;
-        let weight = receiver_side * min(behind_vpl, 0.0) * (inverse_squared * inverse_squared);
+        weight = receiver_side * min(behind_vpl, 0.0) * (inverse_squared * inverse_squared);
 #else
         // One division and no square root.
-        let weight = receiver_side * min(behind_vpl, 0.0) / (distance_squared * distance_squared + 1e-37);
+        weight = receiver_side * min(behind_vpl, 0.0) / (distance_squared * distance_squared + 1e-37);
 #endif
 #endif
 #if PHONG GLOSSY

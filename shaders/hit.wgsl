@@ -11,24 +11,6 @@ struct Hit {
     brdf: Brdf,
 }
 
-#if DETAILED
-#else
-struct Corner {
-    position: vec3<f32>,
-    // 0: flat.
-    normal: vec3<f32>,
-    texcoord: vec2<f32>,
-}
-
-struct Triangle {
-    corners: array<Corner, 3>,
-    // Unit vector.
-    normal: vec3<f32>,
-    brdf: Brdf,
-    texture: Texture,
-}
-#endif
-
 // The point with barycentric coordinates `b`, hit from `direction`.
 fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     let c0 = triangle.corners[0];
@@ -41,13 +23,15 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     hit.geometric_normal = select(triangle.normal, -triangle.normal, dot(triangle.normal, direction) > 0.0);
     hit.shading_normal = hit.geometric_normal;
     hit.brdf = triangle.brdf;
+    var has_normal = false;
+    var is_turned = false;
 #if SMOOTH DETAILED
     // Opposed normals may cancel; then the triangle's own normal stays.
     let blend = b.x * c0.normal + b.y * c1.normal + b.z * c2.normal;
     let length_squared = dot(blend, blend);
-    let has_normal = length_squared > 1e-12;
+    has_normal = length_squared > 1e-12;
     let smooth_normal = blend * inverseSqrt(max(length_squared, 1e-12));
-    let is_turned = dot(smooth_normal, hit.geometric_normal) < 0.0;
+    is_turned = dot(smooth_normal, hit.geometric_normal) < 0.0;
     hit.shading_normal = select(hit.shading_normal, select(smooth_normal, -smooth_normal, is_turned), has_normal);
 #endif
 #if TEXTURED

@@ -30,10 +30,11 @@ struct Located {
     instance: u32,
 }
 
-#if INSTANCED
 fn located(hit: u32) -> Located {
-    // Counts the instances whose first hit is not after `hit`.
+    var triangle = hit;
     var low = 0u;
+#if INSTANCED
+    // Counts the instances whose first hit is not after `hit`.
     var high = instance_count();
     while (low < high) {
         let middle = (low + high) / 2u;
@@ -41,17 +42,12 @@ fn located(hit: u32) -> Located {
         high = select(high, middle, is_behind);
         low = select(middle + 1u, low, is_behind);
     }
-    var triangle = hit;
     for (var i = 0u; i < min(low, 1u); i++) {
         triangle -= hit_offset(low);
     }
+#endif
     return Located(triangle, low);
 }
-#else
-fn located(hit: u32) -> Located {
-    return Located(hit, 0u);
-}
-#endif
 
 // In the scene's space.
 fn corners_of(found: Located) -> Corners {

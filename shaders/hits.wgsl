@@ -68,7 +68,6 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     return triangle;
 }
 
-#if DETAILED
 fn tangent_in_scene(instance: u32, tangent: vec3<f32>) -> vec3<f32> {
     var placed = tangent;
 #if INSTANCED
@@ -78,7 +77,6 @@ fn tangent_in_scene(instance: u32, tangent: vec3<f32>) -> vec3<f32> {
 #endif
     return placed;
 }
-#endif
 
 // The material's place in `materials`.
 fn material_at(hit_triangle: u32) -> u32 {

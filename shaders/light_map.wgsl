@@ -29,12 +29,11 @@ fn is_visible(position: vec3<f32>, geometric_normal: vec3<f32>) -> bool {
         depth = select(depth, other, is_nearer);
         face = select(face, i, is_nearer);
     }
+    var extent = light.half_extent * depth;
+    var ray = offset;
 #if DIRECTIONAL
-    let extent = light.half_extent;
-    let ray = light.axis;
-#else
-    let extent = light.half_extent * depth;
-    let ray = offset;
+    extent = light.half_extent;
+    ray = light.axis;
 #endif
     let size = f32(light.shadow_size);
     let u = dot(offset, light.faces[face].right) / extent;
@@ -55,10 +54,10 @@ fn is_visible(position: vec3<f32>, geometric_normal: vec3<f32>) -> bool {
         let normal = normalize(cross(corner1 - corner0, corner2 - corner0));
         // How far P is behind the triangle's plane, as the light sees it.
         let behind = -dot(normal, corner0) * sign(dot(normal, ray));
+        var is_ahead_of_light = true;
 #if DIRECTIONAL
-        let is_ahead_of_light = true;
 #else
-        let is_ahead_of_light = dot(normal, corner0 + ray) * dot(normal, ray) > 0.0;
+        is_ahead_of_light = dot(normal, corner0 + ray) * dot(normal, ray) > 0.0;
 #endif
         let side0 = dot(ray, cross(corner1, corner2));
         let side1 = dot(ray, cross(corner2, corner0));

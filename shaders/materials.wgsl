@@ -12,10 +12,8 @@
 // of a vertex; then which of these texels are its colour, its second texture coordinates and its tangent.
 var materials: texture_storage_2d<rgba32float, read>;
 
-#if DETAILED
 // For each mesh that has such values: a texel per triangle, its corners among the mesh's vertices; then the texels of each vertex.
 var vertex_values: texture_2d<f32>;
-#endif
 
 const MATERIAL_TEXELS: u32 = 24u;
 const KD_MAP: u32 = 2u;
@@ -38,15 +36,12 @@ fn material_texel(index: u32) -> vec4<f32> {
     return textureLoad(materials, list_place(index));
 }
 
-#if TEXTURED DETAILED CUTOUT
 // The texture of the map that the list describes from this texel on.
 fn texture_at(index: u32) -> Texture {
     let texture = vec4<u32>(material_texel(index));
     return Texture(texture.xy, word_index(material_texel(index + 1u).xy), texture.z, texture.w);
 }
-#endif
 
-#if DETAILED
 struct Corner {
     position: vec3<f32>,
     // 0: flat.
@@ -59,6 +54,7 @@ struct Triangle {
     // Unit vector.
     normal: vec3<f32>,
     brdf: Brdf,
+    texture: Texture,
     // −1 if the corners turn clockwise on the front, as on a mirrored instance; else 1.
     front: f32,
     instance: u32,
@@ -169,4 +165,3 @@ fn mapped_normal(triangle: Triangle, b: vec3<f32>, geometric_normal: vec3<f32>, 
 
 // Least cosine between a mapped normal and the triangle's.
 const LEAST_FACING: f32 = 0.01;
-#endif

@@ -200,7 +200,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         var phasors = vec4<f32>(0.0);
         for (var index = pair * modulation.band_count; index < (pair + 1u) * modulation.band_count; index++) {
             let seen = seen_shares(pixel, band_of(index));
-            for (var lobe = 0u; lobe < LOBES; lobe++) {
+            for (var lobe = 0u; lobe < lobe_count(); lobe++) {
                 var of_lobe = vec4<f32>(0.0);
                 for (var i = 0u; i < PLACES; i++) {
                     let other_pixel = vec2<u32>(clamp(home + vec2<i32>(place_of(i)), vec2<i32>(0), vec2<i32>(size) - 1));
@@ -246,7 +246,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         var phasors = vec4<f32>(0.0);
         for (var index = pair * modulation.band_count; index < (pair + 1u) * modulation.band_count; index++) {
             let seen = seen_shares(pixel, band_of(index));
-            for (var lobe = 0u; lobe < LOBES; lobe++) {
+            for (var lobe = 0u; lobe < lobe_count(); lobe++) {
                 phasors += seen[lobe] * scale * results[first + phasor_result(pair, band_of(index), lobe)];
             }
         }

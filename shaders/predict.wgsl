@@ -89,9 +89,7 @@ fn compute_main(
         return;
     }
     let own = facing_at(pixel);
-#if PHONG
     var specular_plane: Plane;
-#endif
     var diffuse_plane: Plane;
     var normal_plane: Plane;
     var square_plane: Plane;
@@ -104,14 +102,12 @@ fn compute_main(
     var expected_error = 0.0;
     // Whether the prediction of a neighbour was compared with its gather.
     var has_error = false;
-#if NOISY
     // Variances and packets of the neighbours: of those on the surface, or of all if none is on it.
     var sampled = vec4<f32>(0.0);
     var sampled_anyhow = vec4<f32>(0.0);
 #if PHASORS
     var phasor_variances = vec2<f32>(0.0);
     var phasor_variances_anyhow = vec2<f32>(0.0);
-#endif
 #endif
 #if PHASORS
     var weights: array<f32, NEIGHBOURS>;
@@ -176,7 +172,7 @@ fn compute_main(
 #endif
 #if PHASORS
     // The same plane, as the weight of each neighbour in its value.
-    for (var lobe = 0u; lobe < LOBES; lobe++) {
+    for (var lobe = 0u; lobe < lobe_count(); lobe++) {
         let light = select(diffuse, specular, lobe == SPECULAR);
         for (var layer = 0u; layer < phasor_layer_count(); layer++) {
             var phasors = vec4<f32>(0.0);

@@ -31,13 +31,11 @@ struct RayInTree {
     start: vec3<f32>,
     // The node after the tree's last.
     node_end: u32,
-#if INSTANCED
     // 0: the scene's tree.
     instance: u32,
     // The largest length of the scene's local unit; and what distinguishes hits in this tree from others.
     unit: f32,
     hit_offset: u32,
-#endif
 }
 
 // Never infinite, so that 0 times the inverse is 0 and not NaN.
@@ -59,13 +57,10 @@ fn in_scene(ray: Ray) -> RayInTree {
     in_tree.origin = ray.origin;
     in_tree.direction = ray.direction;
     in_tree.node_end = whole_number(box_texel(0u).x);
-#if INSTANCED
     in_tree.unit = 1.0;
-#endif
     return on_grid(in_tree, 1u);
 }
 
-#if INSTANCED
 fn in_instance(ray: Ray, instance: u32) -> RayInTree {
     let tree = instance_texel(instance, 6u);
     let back = to_mesh(instance);
@@ -78,23 +73,6 @@ fn in_instance(ray: Ray, instance: u32) -> RayInTree {
     in_tree.hit_offset = whole_number(tree.w);
     return on_grid(in_tree, whole_number(tree.x));
 }
-
-fn unit_of(ray: RayInTree) -> f32 {
-    return ray.unit;
-}
-
-fn hit_of(ray: RayInTree, triangle: u32) -> u32 {
-    return triangle + ray.hit_offset;
-}
-#else
-fn unit_of(ray: RayInTree) -> f32 {
-    return 1.0;
-}
-
-fn hit_of(ray: RayInTree, triangle: u32) -> u32 {
-    return triangle;
-}
-#endif
 
 fn trace_ray(ray: Ray) -> u32 {
     var hit = NOTHING_HIT;
@@ -135,12 +113,12 @@ fn trace_ray(ray: Ray) -> u32 {
             break;
         }
         let triangle = leaf & ~LEAF_FLAGS;
-        let at = meet(corners_at(triangle), in_tree.origin, in_tree.direction, ray.end_height, unit_of(in_tree));
+        let at = meet(corners_at(triangle), in_tree.origin, in_tree.direction, ray.end_height, in_tree.unit);
 #if ANY
         var is_hit = is_between_ends(at);
 #else
         let own_inverse_t = inverse_t_of(at);
-        let own_hit = hit_of(in_tree, triangle);
+        let own_hit = triangle + in_tree.hit_offset;
         // Of triangles at equal distance, a ray hits the first one, whichever box it enters first. So the structure of a tree does not
         // affect the image. NOTHING_HIT comes before all others.
         var is_hit = (own_inverse_t > inverse_t) | ((own_inverse_t == inverse_t) & (bitcast<i32>(own_hit) < bitcast<i32>(hit)));
@@ -152,7 +130,7 @@ fn trace_ray(ray: Ray) -> u32 {
 #endif
 #if ANY
         if (is_hit) {
-            return hit_of(in_tree, triangle);
+            return triangle + in_tree.hit_offset;
         }
 #else
         hit = select(hit, own_hit, is_hit);

@@ -26,11 +26,13 @@ fn phasor_result(pair: u32, band: u32, lobe: u32) -> u32 {
 
 // After the layers of light, `gathered` has layers of Z for each pair of frequencies and each band that pixels see. They are for k_d and
 // k_s = 1, by lobe, as those of light.
+fn lobe_count() -> u32 {
 #if PHONG
-const LOBES: u32 = 2u;
+    return 2u;
 #else
-const LOBES: u32 = 1u;
+    return 1u;
 #endif
+}
 
 // Per lobe: two pairs, three bands.
 const MAX_PHASOR_LAYERS: u32 = 6u;
@@ -40,7 +42,7 @@ fn phasor_layer_count() -> u32 {
 }
 
 fn phasor_layer(index: u32, lobe: u32) -> u32 {
-    return LOBES * (1u + index) + lobe;
+    return lobe_count() * (1u + index) + lobe;
 }
 
 // Limits Z of two frequencies to the light that it belongs to.

@@ -36,7 +36,7 @@ const NOISE_SQUARED: f32 = 4.0;
 #if NOISY
 // Adds to the sums of earlier samples.
 fn add_phasor_sums(pixel: vec2<u32>, first: u32) {
-    for (var lobe = 0u; lobe < LOBES; lobe++) {
+    for (var lobe = 0u; lobe < lobe_count(); lobe++) {
         let squares = phasor_squares_layer(lobe);
         textureStore(samples, pixel, squares, textureLoad(samples, pixel, squares) + results[first + PHASOR_SQUARES + lobe]);
         for (var i = 0u; i < phasor_layer_count(); i++) {
@@ -75,7 +75,7 @@ fn worst_phasor_deviation(pixel: vec2<u32>, first: u32, sample_count: f32) -> f3
 
 // Stores a mix of predicted and gathered Z. `gain` is the weight of the gathered Z.
 fn store_phasors(pixel: vec2<u32>, first: u32, sample_count: f32, gain: f32) {
-    for (var lobe = 0u; lobe < LOBES; lobe++) {
+    for (var lobe = 0u; lobe < lobe_count(); lobe++) {
         for (var i = 0u; i < phasor_layer_count(); i++) {
             let layer = phasor_layer(i, lobe);
             let kept = mix(textureLoad(gathered, pixel, layer), gathered_phasor(pixel, first, i, lobe, sample_count), gain);
@@ -103,12 +103,14 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     specular = results[first + 1u].rgb;
     predicted_specular = textureLoad(gathered, pixel, SPECULAR).rgb;
 #endif
+    var packets = 1.0;
+    var sample_count = 1.0;
 #if NOISY
     // Adds to the sums of earlier samples.
     let sums = textureLoad(samples, pixel, SUMS_DIFFUSE) + results[first];
     textureStore(samples, pixel, SUMS_DIFFUSE, sums);
-    let packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
-    let sample_count = PACKET_SAMPLES * packets;
+    packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
+    sample_count = PACKET_SAMPLES * packets;
     diffuse = sums.rgb / sample_count;
 #if PHONG
     let specular_sums = textureLoad(samples, pixel, SUMS_SPECULAR) + results[first + 1u];
@@ -121,8 +123,6 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
 #if PHASORS
 #if NOISY
     add_phasor_sums(pixel, first);
-#else
-    let sample_count = 1.0;
 #endif
     deviation = max(deviation, worst_phasor_deviation(pixel, first, sample_count));
 #endif

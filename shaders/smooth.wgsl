@@ -232,9 +232,10 @@ fn compute_main(
     let normal = textureLoad(normal_geometric, pixel, 0).xyz;
     let around = frame_around(normal);
     let own_sampling = known_sampling(pixel);
-#if PHONG
-    let own_lobe = textureLoad(ks_shininess, pixel);
+    var own_lobe: vec4<f32>;
     var specular_sums: Sums;
+#if PHONG
+    own_lobe = textureLoad(ks_shininess, pixel);
 #endif
     // Squared distance to the nearest neighbour, and number of neighbours that were sampled.
     var spacing_squared = 1e30;

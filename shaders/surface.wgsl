@@ -31,11 +31,9 @@ var<immediate> draw: Draw;
 // Imported here, so that its bindings come after those that both stages share.
 #import plane_hit
 
-#if DETAILED
 fn tangent_in_scene(instance: u32, tangent: vec3<f32>) -> vec3<f32> {
     return placed_direction(to_scene(instance), tangent);
 }
-#endif
 
 struct Raster {
     @builtin(position) position: vec4<f32>,

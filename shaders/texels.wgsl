@@ -24,7 +24,6 @@ const NEAREST: u32 = 32u;
 const SECOND_SET: u32 = 64u;
 const TRANSFORMED: u32 = 128u;
 
-#if TEXTURED DETAILED CUTOUT
 // A list of words in layers of 4096 x 4096.
 var texels: texture_storage_2d_array<r32uint, read>;
 
@@ -83,24 +82,22 @@ struct TexelCorner {
 
 fn texel_corner(texture: Texture, texcoord: vec2<f32>) -> TexelCorner {
     let size = vec2<f32>(texture.size);
+    let down = vec2<f32>(texcoord.x, 1.0 - texcoord.y);
+    var place = fract(down) * size - 0.5;
 #if DETAILED CUTOUT
     // Where a texture does not repeat, the place is moved to the centres of its outermost texels, whose neighbours then have no weight.
     let mirrors = (vec2<u32>(texture.flags) & vec2<u32>(MIRROR_U, MIRROR_V)) != vec2<u32>(0u);
     let clamps = (vec2<u32>(texture.flags) & vec2<u32>(CLAMP_U, CLAMP_V)) != vec2<u32>(0u);
-    let down = vec2<f32>(texcoord.x, 1.0 - texcoord.y);
     let there_and_back = 1.0 - abs(2.0 * fract(0.5 * down) - 1.0);
     let folded = select(select(fract(down), there_and_back, mirrors), clamp(down, vec2<f32>(0.0), vec2<f32>(1.0)), clamps);
     let between = folded * size - 0.5;
     let within = select(between, clamp(between, vec2<f32>(0.0), size - 1.0), mirrors | clamps);
     let nearest = min(floor(folded * size), size - 1.0);
-    let place = select(within, nearest, (texture.flags & NEAREST) != 0u);
-#else
-    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * size - 0.5;
+    place = select(within, nearest, (texture.flags & NEAREST) != 0u);
 #endif
     let corner = floor(place);
     return TexelCorner(vec2<u32>(vec2<i32>(corner) + vec2<i32>(texture.size)) % texture.size, place - corner);
 }
-#if CUTOUT
 
 // Whether a surface with an alpha texture is cut out at a point. A word has the alpha of a texel, and of those to the right, below, and
 // below right.
@@ -110,5 +107,3 @@ fn is_cut_out(texture: Texture, cutoff: f32, texcoord: vec2<f32>) -> bool {
     let above_below = mix(alpha.xz, alpha.yw, corner.weight.x);
     return mix(above_below.x, above_below.y, corner.weight.y) < cutoff;
 }
-#endif
-#endif

@@ -2,9 +2,7 @@
 // "Physically Based Rendering", section "Managing rounding error". src/ray_tree/wide.rs computes the same on the host.
 
 #import hit_triangle
-#if CUTOUT
 #import texels
-#endif
 
 // Where a ray meets the plane of a triangle.
 struct Meeting {
@@ -47,7 +45,6 @@ fn is_between_ends(at: Meeting) -> bool {
     return at.is_inside & (at.height != 0.0) & (beyond > at.end_height);
 }
 
-#if CUTOUT
 // Whether a triangle with cut-outs has a hole at barycentric coordinates `b`, given up to a factor.
 fn is_hole(cutout: u32, b: vec3<f32>) -> bool {
     let first = 4u * u32(triangle_texel(3u).w) + 3u * (cutout - 1u);
@@ -63,4 +60,3 @@ fn is_hole(cutout: u32, b: vec3<f32>) -> bool {
 fn cutout_of(triangle: u32) -> u32 {
     return u32(triangle_texel(4u * triangle + 3u).y);
 }
-#endif

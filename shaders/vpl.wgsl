@@ -1,7 +1,6 @@
 // Virtual point lights from the texels of an RSM that carry flux.
 
 #import light
-#import hit
 #import compact
 #import vpl_list
 
@@ -52,12 +51,11 @@ fn place(item: u32, list: u32, index: u32) {
     let from_light = surface - light.position;
     let is_parallel = light.is_parallel == 1u;
     let to_light = select(normalize(-from_light), -light.axis, is_parallel);
+    var incident = light.intensity * (emission[texel.index].x * emission[texel.index].y);
 #if AVERAGE
     let part = emission[texel.index].x / light.emission_measure;
     let cosine = max(dot(normal_geometric.xyz, to_light), 0.0);
-    let incident = light.intensity * (kd_irradiance.w * cosine * part);
-#else
-    let incident = light.intensity * (emission[texel.index].x * emission[texel.index].y);
+    incident = light.intensity * (kd_irradiance.w * cosine * part);
 #endif
     let diffuse = diffuse_factor(kd_irradiance.rgb) * incident;
     // ΔΩ·d²/cosθ, at most d².

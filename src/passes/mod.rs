@@ -174,7 +174,7 @@ impl Context<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
+    use std::{collections::BTreeSet, fs, path::PathBuf, process::Command};
 
     use crate::{
         GatherKernel,
@@ -305,5 +305,32 @@ mod tests {
             .collect();
         let compiled: BTreeSet<&str> = MODULES.iter().map(|module| module.name).collect();
         assert_eq!(compiled, found);
+    }
+
+    /// Deciding the switches of a module leaves a valid one, without switches, whose resources are those that are left.
+    #[test]
+    fn every_kernel_is_valid_vulkan_1_3() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let requested = requested();
+        let kernels = requested.iter().map(|(pass, words)| {
+            let module = Module::find(pass, words).expect("the module is compiled");
+            let kernel = module.kernel(words);
+            assert!(kernel.bindings.len() <= module.bindings.len());
+            let path = folder.path().join(module.kernel_name(words) + ".spv");
+            let bytes: Vec<u8> = kernel.words.iter().flat_map(|w| w.to_le_bytes()).collect();
+            fs::write(&path, bytes).expect("the folder is writable");
+            path
+        });
+        let kernels: BTreeSet<PathBuf> = kernels.collect();
+        assert!(kernels.len() > 3 * MODULES.len());
+        for kernel in kernels {
+            let output = Command::new("spirv-val")
+                .args(["--target-env", "vulkan1.3"])
+                .arg(&kernel)
+                .output()
+                .expect("scripts/setup installs spirv-val");
+            let says = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{}: {says}", kernel.display());
+        }
     }
 }

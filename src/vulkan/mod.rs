@@ -23,6 +23,7 @@ mod readback;
 mod recorder;
 pub(crate) mod shaders;
 mod shared_memory;
+mod specialise;
 mod texel_list;
 mod transfers;
 mod word_list;

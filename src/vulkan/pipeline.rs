@@ -14,7 +14,7 @@ use ash::vk::{self, ShaderStageFlags as Stage};
 use super::{
     Device, lock,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
-    shaders::{Binding, Module},
+    shaders::{Binding, Kernel, Module},
 };
 use crate::{Error, Result};
 
@@ -24,8 +24,8 @@ const SETS_OF_A_POOL: u32 = 4;
 /// The pipelines of a device, made on first use.
 pub(crate) struct Pipelines {
     device: Device,
-    /// Keyed by the name of their module.
-    made: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
+    /// Keyed by the name of their kernel.
+    made: Mutex<HashMap<String, Arc<Pipeline>>>,
     /// Time that went into making them.
     nanoseconds: AtomicU64,
 }
@@ -47,25 +47,28 @@ impl Pipelines {
     /// The compute pipeline of a pass with the words of its permutation.
     pub fn compute(&self, pass: &str, words: &[&str]) -> Result<Arc<Pipeline>> {
         let module = Module::find(pass, words)?;
-        self.get_or_make(module, || Pipeline::compute(&self.device, module))
+        self.get_or_make(module, words, || {
+            Pipeline::compute(&self.device, module, words)
+        })
     }
 
     /// The raster pipeline of a pass: the common vertex stage and the pass's own fragment stage, which writes `color_count`
     /// images.
     pub fn raster(&self, pass: &str, words: &[&str], color_count: usize) -> Result<Arc<Pipeline>> {
         let fragment = Module::find(pass, words)?;
-        self.get_or_make(fragment, || {
-            Pipeline::raster(&self.device, fragment, color_count)
+        self.get_or_make(fragment, words, || {
+            Pipeline::raster(&self.device, fragment, words, color_count)
         })
     }
 
     fn get_or_make(
         &self,
         module: &Module,
+        words: &[&str],
         make: impl FnOnce() -> Result<Pipeline>,
     ) -> Result<Arc<Pipeline>> {
         let mut made = lock(&self.made);
-        let pipeline = match made.entry(module.name) {
+        let pipeline = match made.entry(module.kernel_name(words)) {
             Entry::Occupied(found) => found.into_mut(),
             Entry::Vacant(place) => {
                 let start = Instant::now();
@@ -102,9 +105,10 @@ struct DescriptorSets {
 }
 
 impl Pipeline {
-    fn compute(device: &Device, module: &'static Module) -> Result<Pipeline> {
-        let mut pipeline = Pipeline::with_layout(device, &[module], module, Stage::COMPUTE)?;
-        let shader = Shader::new(device, module, Stage::COMPUTE)?;
+    fn compute(device: &Device, module: &'static Module, words: &[&str]) -> Result<Pipeline> {
+        let kernel = module.kernel(words);
+        let mut pipeline = Pipeline::with_layout(device, &[&kernel], Stage::COMPUTE)?;
+        let shader = Shader::new(device, &kernel, Stage::COMPUTE)?;
         let info = vk::ComputePipelineCreateInfo::default()
             .layout(pipeline.layout)
             .stage(shader.stage);
@@ -119,12 +123,18 @@ impl Pipeline {
     }
 
     /// Draws triangles without vertex attributes into float images, with a reversed depth test.
-    fn raster(device: &Device, fragment: &'static Module, color_count: usize) -> Result<Pipeline> {
-        let vertex = Module::find("vertex", &[])?;
+    fn raster(
+        device: &Device,
+        fragment: &'static Module,
+        words: &[&str],
+        color_count: usize,
+    ) -> Result<Pipeline> {
+        let vertex = Module::find("vertex", &[])?.kernel(&[]);
+        let fragment = fragment.kernel(words);
         let stages = Stage::VERTEX | Stage::FRAGMENT;
-        let mut pipeline = Pipeline::with_layout(device, &[vertex, fragment], fragment, stages)?;
-        let vertex = Shader::new(device, vertex, Stage::VERTEX)?;
-        let fragment = Shader::new(device, fragment, Stage::FRAGMENT)?;
+        let mut pipeline = Pipeline::with_layout(device, &[&vertex, &fragment], stages)?;
+        let vertex = Shader::new(device, &vertex, Stage::VERTEX)?;
+        let fragment = Shader::new(device, &fragment, Stage::FRAGMENT)?;
         let shaders = [vertex.stage, fragment.stage];
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
@@ -175,14 +185,9 @@ impl Pipeline {
     }
 
     /// A pipeline that has no shaders yet.
-    fn with_layout(
-        device: &Device,
-        modules: &[&'static Module],
-        module: &'static Module,
-        stages: Stage,
-    ) -> Result<Pipeline> {
+    fn with_layout(device: &Device, kernels: &[&Kernel], stages: Stage) -> Result<Pipeline> {
         let mut bindings: Vec<Binding> = Vec::new();
-        for binding in modules.iter().flat_map(|module| module.bindings) {
+        for binding in kernels.iter().flat_map(|kernel| &kernel.bindings) {
             if !bindings.contains(binding) {
                 bindings.push(*binding);
             }
@@ -195,7 +200,9 @@ impl Pipeline {
                 .stage_flags(stages)
         };
         let slots: Vec<_> = bindings.iter().map(slot).collect();
-        let immediate_bytes = modules.iter().map(|m| m.immediate_bytes).max().unwrap_or(0);
+        let immediate_bytes = kernels.iter().map(|k| k.module.immediate_bytes);
+        let immediate_bytes = immediate_bytes.max().unwrap_or(0);
+        let last = kernels[kernels.len() - 1];
         // From here on, every early return destroys what was made.
         let mut pipeline = Pipeline {
             device: device.clone(),
@@ -206,7 +213,7 @@ impl Pipeline {
             bindings,
             immediate_bytes,
             stages,
-            module,
+            module: last.module,
         };
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
         // SAFETY: the device is live.
@@ -294,9 +301,8 @@ struct Shader<'d> {
 }
 
 impl<'d> Shader<'d> {
-    fn new(device: &'d Device, module: &'static Module, stage: Stage) -> Result<Self> {
-        let words = module.words();
-        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+    fn new(device: &'d Device, kernel: &Kernel, stage: Stage) -> Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(&kernel.words);
         // SAFETY: the words are a module that naga wrote and spirv-val accepts.
         let raw = device.call("vkCreateShaderModule", |device| unsafe {
             device.create_shader_module(&info, None)
@@ -304,7 +310,7 @@ impl<'d> Shader<'d> {
         let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(stage)
             .module(raw)
-            .name(module.entry);
+            .name(kernel.module.entry);
         Ok(Shader { device, stage })
     }
 }

@@ -5,13 +5,19 @@ use std::ffi::CStr;
 use ash::vk::DescriptorType;
 use bytemuck::{Pod, Zeroable};
 
+use super::specialise::{Specialised, specialise};
 use crate::{Error, Result};
 
-/// One compiled permutation.
+/// A compiled module.
 #[derive(Debug)]
 pub(crate) struct Module {
-    /// Pass and permutation words: `gather_tile_average_lambert_matte`.
+    /// Pass and words: `gather_tile_lambert_matte`.
     pub name: &'static str,
+    pub pass: &'static str,
+    /// The words of its permutation for which it is compiled.
+    words: &'static [&'static str],
+    /// Words that are decided when a pipeline is made: specialisation constants, whose ids are the indices.
+    switches: &'static [&'static str],
     pub entry: &'static CStr,
     /// Zero except for compute modules.
     pub workgroup_size: [u32; 3],
@@ -20,6 +26,14 @@ pub(crate) struct Module {
     /// The module's named u32 constants.
     constants: &'static [(&'static str, u32)],
     spirv: &'static [u8],
+}
+
+/// A module whose switches are decided.
+pub(crate) struct Kernel {
+    pub module: &'static Module,
+    pub words: Vec<u32>,
+    /// The resources that it needs.
+    pub bindings: Vec<Binding>,
 }
 
 /// A resource that a module binds.
@@ -33,15 +47,42 @@ pub(crate) struct Binding {
 impl Module {
     /// The module of a pass with the words of its permutation; empty words are ignored.
     pub fn find(pass: &str, words: &[&str]) -> Result<&'static Module> {
-        let mut name = String::from(pass);
-        for word in words.iter().filter(|word| !word.is_empty()) {
-            name.push('_');
-            name.push_str(word);
-        }
+        let of_pass = |module: &&Module| module.pass == pass && module.has(words);
         MODULES
             .iter()
-            .find(|module| module.name == name)
-            .ok_or_else(|| Error::internal(format!("there is no shader module {name}")))
+            .find(of_pass)
+            .ok_or_else(|| Error::internal(format!("there is no shader module {pass} {words:?}")))
+    }
+
+    /// Whether the module is compiled for these words, or has switches for them.
+    fn has(&self, words: &[&str]) -> bool {
+        let given = || words.iter().filter(|word| !word.is_empty());
+        self.words.iter().all(|word| words.contains(word))
+            && given().all(|word| self.words.contains(word) || self.switches.contains(word))
+    }
+
+    /// Name of a kernel: the module and the switches that are on.
+    pub fn kernel_name(&self, words: &[&str]) -> String {
+        let on = self.switches.iter().filter(|switch| words.contains(switch));
+        let mut name = String::from(self.name);
+        for switch in on {
+            name.push('_');
+            name.push_str(switch);
+        }
+        name
+    }
+
+    /// The module with its switches decided by the words of a permutation.
+    pub fn kernel(&'static self, words: &[&str]) -> Kernel {
+        let switches = self.switches.iter();
+        let is_on: Vec<bool> = switches.map(|switch| words.contains(switch)).collect();
+        let Specialised { words, bindings } = specialise(&self.words(), &is_on);
+        let is_left = |binding: &&Binding| bindings.contains(&binding.binding);
+        Kernel {
+            module: self,
+            words,
+            bindings: self.bindings.iter().filter(is_left).copied().collect(),
+        }
     }
 
     /// A u32 constant of the shader's source.
@@ -53,17 +94,14 @@ impl Module {
             .ok_or_else(|| Error::internal(format!("{} has no constant {name}", self.name)))
     }
 
-    pub fn words(&self) -> Vec<u32> {
+    fn words(&self) -> Vec<u32> {
         bytemuck::pod_collect_to_vec(self.spirv)
     }
 }
 
 /// Largest number of storage images of a kernel, among the kernels of some passes.
 pub fn most_storage_images(passes: &[&str]) -> u64 {
-    let is_among = |module: &&Module| {
-        let mut passes = passes.iter();
-        passes.any(|pass| module.name.starts_with(&format!("{pass}_")))
-    };
+    let is_among = |module: &&Module| passes.contains(&module.pass);
     let images = |module: &Module| {
         let kinds = module.bindings.iter().map(|binding| binding.kind);
         kinds
@@ -107,29 +145,26 @@ mod tests {
     /// cut-outs, use more, which the plan checks: MoltenVK has eight images on some devices.
     #[test]
     fn a_kernel_takes_few_resources() {
+        let shade_hits = ["final_gather_shade", "light_rays", "primary_rays"];
+        let have_five_buffers = [
+            "rsm",
+            "final_gather_draw",
+            "final_gather_shade",
+            "final_gather_sum",
+        ];
         for module in MODULES {
             let count = |kind| module.bindings.iter().filter(|b| b.kind == kind).count();
-            let starts_with = |pass| module.name.starts_with(pass);
-            let passes = [
-                "final_gather_shade_",
-                "light_rays_",
-                "primary_rays_",
-                "trace_",
-            ];
-            let has_many = passes.into_iter().any(starts_with);
-            let most_images = if has_many { 8 } else { 4 };
-            assert!(
-                count(DescriptorType::STORAGE_IMAGE) <= most_images,
-                "{}",
-                module.name
-            );
-            let has_many = ["rsm_", "final_gather_"].into_iter().any(starts_with);
-            let most_buffers = if has_many { 6 } else { 4 };
-            assert!(
-                count(DescriptorType::STORAGE_BUFFER) <= most_buffers,
-                "{}",
-                module.name
-            );
+            let most_images = if shade_hits.contains(&module.pass) {
+                8
+            } else {
+                4
+            };
+            let images = count(DescriptorType::STORAGE_IMAGE);
+            assert!(images <= most_images, "{}: {images}", module.name);
+            let has_five = have_five_buffers.contains(&module.pass);
+            let most_buffers = if has_five { 5 } else { 4 };
+            let buffers = count(DescriptorType::STORAGE_BUFFER);
+            assert!(buffers <= most_buffers, "{}: {buffers}", module.name);
             assert!(module.immediate_bytes <= 128, "{}", module.name);
         }
     }

@@ -7,7 +7,8 @@ use std::{
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    Device, DeviceKind, DeviceOptions, Error, Fault, Progress, RenderOptions, Renderer, Scene, Tracer,
+    Device, DeviceKind, DeviceOptions, Error, Fault, Progress, RenderOptions, Renderer, Scene,
+    Tracer,
     internals::ray_probe::RayProbe,
     output::{Frame, Layer},
     scene::{IndirectLight, Shadow},
