@@ -29,6 +29,16 @@ struct number_in<Number, 1, std::enable_if_t<std::is_arithmetic_v<Number>>> {
     using type = Number;
 };
 
+/** Whether the elements of a container end with it. */
+template <class Container, class = void>
+struct owns_elements : std::false_type {};
+
+template <class Container>
+struct owns_elements<Container, std::void_t<typename Container::allocator_type>> : std::true_type {};
+
+template <class Element, std::size_t N>
+struct owns_elements<std::array<Element, N>, void> : std::true_type {};
+
 }  // namespace detail
 
 /**
@@ -62,8 +72,8 @@ public:
         static_assert(sizeof(Element) == N * sizeof(Number), "elements have no gaps inside");
     }
 
-    /** Elements refer to the container's, which must live as long: no temporary vector. */
-    template <class Container, class = typename Container::allocator_type, class = std::enable_if_t<!std::is_reference_v<Container>>>
+    /** Elements refer to the container's, which must live as long: no temporary vector or array. */
+    template <class Container, class = std::enable_if_t<!std::is_reference_v<Container> && detail::owns_elements<Container>::value>>
     elements(Container &&container) = delete;
 
     constexpr std::size_t count() const noexcept { return count_; }

@@ -227,7 +227,9 @@ class Dataset:
         return (self[number] for number in range(len(self)))
 
     def __repr__(self) -> str:
-        return f"<camlux.Dataset {self.folder}: {len(self)} frames, {len(self.failed)} failed>"
+        count = self.about.get("frame_count")
+        of_all = "" if count is None or count <= len(self) else f" of {count}"
+        return f"<camlux.Dataset {self.folder}: {len(self)}{of_all} frames, {len(self.failed)} failed>"
 
 
 def _matrix(pose: dict[str, Any]) -> npt.NDArray[np.float64]:

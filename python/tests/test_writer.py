@@ -204,6 +204,16 @@ def test_the_manifest_has_the_lights_and_the_names_of_each_frame(tmp_path, scene
     assert first.mesh_names == ["floor", "wall"] and second.mesh_names == frames[0].mesh_names == ["wall", "floor"]
 
 
+def test_a_job_leaves_the_data_set_of_a_writer_alone(tmp_path, scene):
+    with camlux.DatasetWriter(tmp_path / "set", scene) as writer:
+        writer.render(scene)
+    job = tmp_path / "job.toml"
+    job.write_text(f"[job]\nscene = \"{SCENES / 'cornell_spot.toml'}\"\nsize = [16, 16]\n")
+    with pytest.raises(camlux.Error, match="a loop has written; name another folder"):
+        camlux.run_job(job, tmp_path / "set")
+    assert len(camlux.Dataset(tmp_path / "set")) == 1
+
+
 def test_a_writer_leaves_the_data_set_of_a_job_alone(program, tmp_path, scene):
     (tmp_path / "job.toml").write_text(JOB)
     program("batch", tmp_path / "job.toml", "-o", tmp_path / "batch", "--frames", "0..1")

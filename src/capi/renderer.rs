@@ -78,7 +78,7 @@ pub unsafe extern "C" fn camlux_renderer_render(
 }
 
 /// Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What the lights see and what rays hit is computed
-/// once. All frames have the same index, and each camera has its own noise.
+/// once. All frames have the same index, and each camera has its own noise. A light that is relative to the camera moves to each of them.
 ///
 /// \param cameras the first of `count`, each initialised with CAMLUX_CAMERA_INIT. A camera with another image size needs new images.
 /// \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of a struct whose first member is a camera.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Bands, Material, Scene, TextureLookup, named};
+use super::{Bands, Material, Scene, TextureLookup, TextureRole, named};
 
 /// Distance relative to the radius of the scene. A light nearer to a surface than this counts as in the surface: rounding then decides
 /// which side it lights, if any.
@@ -36,6 +36,22 @@ impl Scene {
             ));
         }
         warnings.extend((0..self.materials.len()).find_map(|index| self.doubtful_normals(index)));
+        for (index, material) in self.materials.iter().enumerate() {
+            for (role, _) in material.textures() {
+                let (name, factor) = match role {
+                    TextureRole::Kd => ("kd", material.kd),
+                    TextureRole::Ks => ("ks", material.ks),
+                    _ => continue,
+                };
+                if factor == [0.0; 3] {
+                    warnings.push(format!(
+                        "the {} of {} multiplies {name}, which is 0, so it cannot be seen; set {name} to 1",
+                        role.field(),
+                        material_name(index)
+                    ));
+                }
+            }
+        }
         if let Some(tof) = &self.tof
             && !self.lights.is_empty()
             && (0..self.lights.len()).all(|light| !tof.is_modulated(light))

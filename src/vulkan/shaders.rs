@@ -155,7 +155,7 @@ mod tests {
         for module in MODULES {
             let count = |kind| module.bindings.iter().filter(|b| b.kind == kind).count();
             let most_images = if shade_hits.contains(&module.pass) {
-                8
+                7
             } else {
                 4
             };

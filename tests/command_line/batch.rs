@@ -566,6 +566,23 @@ fn a_dry_run_lists_and_estimates_and_writes_nothing() {
     );
 }
 
+/// A job does not know the frames that a loop has written, and would leave them out of the manifest.
+#[test]
+fn the_data_set_of_a_loop_is_left_alone() {
+    let jobs = Jobs::new(JOB);
+    let folder = jobs.path("set");
+    fs::create_dir(&folder).unwrap();
+    let about = "{\"job\": null, \"frame_count\": 3}";
+    fs::write(folder.join("dataset.json"), about).unwrap();
+    let stderr = jobs.fail("set", &[]);
+    assert!(
+        stderr.contains("a loop has written; name another folder"),
+        "{stderr}"
+    );
+    assert_eq!(files_below(&folder), ["dataset.json"]);
+    assert_eq!(jobs.read("set/dataset.json"), about.as_bytes());
+}
+
 /// A failed frame is recorded in the manifest, and the other frames are rendered. The next run tries it again.
 #[test]
 fn frames_that_fail_are_recorded() {

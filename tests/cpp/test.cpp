@@ -321,6 +321,8 @@ void both_forms_tell_the_same()
     const double nan = std::numeric_limits<double>::quiet_NaN();
     CHECK(std::isnan(camlux::pose::facing({0, 1, 0}, {0, nan, 0}).orientation.w));
     static_assert(!std::is_constructible_v<camlux::elements<3>, std::vector<std::array<float, 3>>>, "it would dangle");
+    static_assert(!std::is_constructible_v<camlux::elements<3>, std::array<std::array<float, 3>, 4>>, "it would dangle");
+    static_assert(std::is_constructible_v<camlux::elements<3>, std::array<std::array<float, 3>, 4> &>, "it lives on");
     static_assert(std::is_constructible_v<camlux::elements<3>, std::vector<std::array<float, 3>> &>, "it is kept by the caller");
     const camlux::result<void> result = scene.try_set_camera(camera);
     CHECK(!result && result.status() == CAMLUX_ERROR_SCENE && result.message() == camlux_last_error());

@@ -80,6 +80,18 @@ fn one_texture_file_is_loaded_once() {
         warnings.contains("cannot be seen on mesh \"mesh.obj\""),
         "{warnings}"
     );
+    assert!(!warnings.contains("multiplies"), "{warnings}");
+
+    let mut scene = scene;
+    scene.materials[0].kd = [0.0; 3];
+    scene.materials[1].ks_texture = Some(0.into());
+    let warnings = scene.warnings().join("\n");
+    for says in [
+        "the kd_texture of material \"white\" multiplies kd, which is 0, so it cannot be seen; set kd to 1",
+        "multiplies ks, which is 0, so it cannot be seen; set ks to 1",
+    ] {
+        assert!(warnings.contains(says), "{says}: {warnings}");
+    }
 }
 
 /// A normal map is linear. In a bump map, grey values are heights, and colours are normals whose slopes -bm multiplies.

@@ -1,6 +1,6 @@
 //! `dataset.json`: what all frames of a data set have in common.
 
-use std::path::Path;
+use std::{fs, path::Path};
 
 use camlux::output::{DATASET_FORMAT, dataset_conventions, describe_scene};
 use camlux::{Scene, engine_hash};
@@ -14,6 +14,20 @@ use crate::Failure;
 pub fn write(frames: &Frames, folder: &Path) -> Result<(), Failure> {
     let text = format!("{:#}\n", object(frames));
     Ok(replace_text(&folder.join("dataset.json"), &text)?)
+}
+
+/// Refuses the data set of a loop (Python's `DatasetWriter`), whose frames a job would not know.
+pub fn refuse_loop(folder: &Path) -> Result<(), Failure> {
+    let text = fs::read_to_string(folder.join("dataset.json")).unwrap_or_default();
+    let about: Value = serde_json::from_str(&text).unwrap_or_default();
+    match about.get("job") {
+        Some(Value::Null) => Err(format!(
+            "{}: this is a data set that a loop has written; name another folder",
+            folder.display()
+        )
+        .into()),
+        _ => Ok(()),
+    }
 }
 
 fn object(frames: &Frames) -> Value {

@@ -92,6 +92,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     // clap requires this option.
     let folder = args.output.as_deref().ok_or("give --output")?;
+    dataset::refuse_loop(folder)?;
     let sheet = args.contact_sheet.as_deref();
     let sheet = sheet.map(|path| ContactSheet::create(path, &frames));
     let sheet = sheet.transpose()?;
