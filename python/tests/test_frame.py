@@ -138,7 +138,7 @@ def test_statistics_tell_cost_and_error(renderer, scene):
     stats = renderer.render(scene).stats
     assert 0 < stats.estimated_error <= 0.1 and stats.stop == "target-met" and stats.estimated_error_upper > stats.estimated_error
     assert stats.ray_count > 0 and stats.vpl_count > 0 and stats.device and stats.driver
-    assert stats.passes_ms["final_gather"] > 0 and sum(stats.passes_ms.values()) < 2 * stats.wall_ms
+    assert stats.passes_ms["final_gather_shade"] > 0 and sum(stats.passes_ms.values()) < 2 * stats.wall_ms
     scene.indirect = None
     stats = renderer.render(scene).stats
     assert stats.estimated_error is None and stats.stop is None and stats.ray_count == 0

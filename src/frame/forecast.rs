@@ -38,7 +38,10 @@ impl RenderedFrame {
         further_rays: u64,
     ) -> RenderedFrame {
         let share = |rays: u64| rays as f64 / stats.ray_count.max(1) as f64;
-        let is_gather = |name: &str| ["gather", "final_gather", "light_rays"].contains(&name);
+        // Other passes have rays too, but few.
+        let is_gather = |name: &str| {
+            ["gather", "light_rays", "trace"].contains(&name) || name.starts_with("final_gather")
+        };
         let sum_of = |gathers| {
             let passes = stats.passes.iter();
             let passes = passes.filter(move |pass| is_gather(pass.name) == gathers);

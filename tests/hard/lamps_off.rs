@@ -80,7 +80,8 @@ fn lamps_that_are_off_cost_no_pass() {
                     "vpl",
                     "light_rays",
                     "gather",
-                    "final_gather",
+                    "trace",
+                    "final_gather_emit",
                     "predict",
                 ];
                 let spent = frame

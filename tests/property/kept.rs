@@ -43,9 +43,11 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
         assert_eq!(gpu.renderer.foretell_ms(&first), None);
         let stats = gpu.render(&first).stats;
         let [gather_ms, other_ms] = [true, false].map(|gathers| -> f64 {
-            let gather = ["final_gather", "light_rays"];
+            let is_gather = |name: &str| {
+                ["trace", "light_rays"].contains(&name) || name.starts_with("final_gather")
+            };
             let passes = stats.passes.iter();
-            let passes = passes.filter(|pass| gather.contains(&pass.name) == gathers);
+            let passes = passes.filter(|pass| is_gather(pass.name) == gathers);
             passes.map(|pass| pass.milliseconds).sum()
         });
         let foretold_ms = gpu.renderer.foretell_ms(&first).expect("it was rendered");
