@@ -40,7 +40,7 @@ fn point_for(packet: Packet, pixel: vec2<u32>) -> Light {
     return light;
 }
 
-// An invocation shades LANES-th samples of one lobe: loading a light takes as long as tracing some rays.
+// An invocation shades every LANES-th sample of one lobe: loading a light takes as long as tracing some rays.
 @compute @workgroup_size(64)
 fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let item = LANES * (group.x + 65535u * group.y) + local / LANES;

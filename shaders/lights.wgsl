@@ -8,7 +8,7 @@
 
 #import pattern
 
-// A list in an image, like ray_triangles in trace.wgsl. The lights' patterns follow the lights.
+// A list in an image, like ray_triangles in hit_triangle.wgsl. The lights' patterns follow the lights.
 var lights: texture_storage_2d<rgba32float, read>;
 
 fn pattern_number(light: Light, at: u32) -> f32 {

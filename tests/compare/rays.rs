@@ -1,4 +1,4 @@
-//! The kernels of `shaders/trace.wgsl` against rays in f64: right everywhere except within rounding of an edge.
+//! The tracers against rays in f64: right everywhere except within rounding of an edge.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, tracers};
 use crate::common::instances;
