@@ -30,6 +30,7 @@ use crate::{
         trace::RayList,
         view, vpl,
     },
+    vulkan::shaders::Seen,
 };
 
 pub(crate) use buffer_pool::BufferPool;
@@ -141,8 +142,8 @@ pub(crate) fn draw(
     let (joule, aperture) = (plan.joule_per_irradiance, plan.irradiance_per_radiance);
     let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
     let seen = match &images.sampled {
-        Some(sampled) => ("sampled", "footprint", &sampled.footprint),
-        None => ("aperture", "position_mesh", &gbuffer.position_mesh),
+        Some(sampled) => (Seen::Sampled, "footprint", &sampled.footprint),
+        None => (Seen::Aperture, "position_mesh", &gbuffer.position_mesh),
     };
     for (factor, seen, sum) in [
         (energy_factor, aperture.map(|_| seen), &images.energy),

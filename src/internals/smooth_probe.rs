@@ -6,7 +6,7 @@ use crate::{
     Device, Result,
     vulkan::{
         CommandPool, Image, ImageShape, Pipelines, Readback, Resource, groups_in_rows,
-        shaders::SmoothParameters,
+        shaders::{Brdf, Key, SmoothParameters},
     },
 };
 
@@ -133,9 +133,15 @@ pub fn smooth(
         evenness: options.evenness,
         variance_rate: options.variance_rate,
     };
-    let brdf = if is_specular { "phong" } else { "lambert" };
+    let brdf = match is_specular {
+        true => Brdf::Phong,
+        false => Brdf::Lambert,
+    };
     let pipelines = Pipelines::new(device);
-    let pipeline = pipelines.compute("smooth", &[brdf])?;
+    let pipeline = pipelines.compute(Key::Smooth {
+        phasors: false,
+        brdf,
+    })?;
     let groups = groups_in_rows(
         parameters
             .item_count

@@ -6,7 +6,7 @@ use crate::{
     plan::{Plan, TofPlan},
     vulkan::{
         Allocate, BufferUse, Device, Image, ImageShape, Recorder, Resource,
-        shaders::AreaLightParameters,
+        shaders::{AreaLightParameters, Key},
     },
 };
 
@@ -71,8 +71,8 @@ impl AreaLightImages {
         context.submit(|recorder| {
             let size_px = context.plan.resolution_px;
             let parameters = AreaLightParameters::default();
-            let kernel = ("area_light", &["merge"][..]);
-            context.dispatch(recorder, kernel, &resources, &parameters, size_px)
+            let key = Key::AreaLightMerge {};
+            context.dispatch(recorder, key, &resources, &parameters, size_px)
         })?;
         let found: &[[f32; 2]] = self
             .differences
@@ -97,9 +97,9 @@ impl AreaLightImages {
             ("first_half", Resource::Image(&self.halves[0])),
             ("direct_radiance", Resource::Image(direct.radiance)),
         ];
-        let mut word = "";
+        let mut key = Key::AreaLightAdd { phasors: false };
         if let (Some(sums), Some(phasors)) = (&self.phasors, direct.phasors) {
-            word = "phasors";
+            key = Key::AreaLightAdd { phasors: true };
             resources.push(("point_phasors", Resource::Image(sums)));
             resources.push(("direct_phasors", Resource::Image(phasors)));
         }
@@ -107,9 +107,8 @@ impl AreaLightImages {
             share: share as f32,
             pair_count: context.plan.tof.map_or(0, TofPlan::pair_count),
         };
-        let kernel = ("area_light", &["add", word][..]);
         let size_px = context.plan.resolution_px;
-        context.dispatch(recorder, kernel, &resources, &parameters, size_px)
+        context.dispatch(recorder, key, &resources, &parameters, size_px)
     }
 }
 

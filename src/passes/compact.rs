@@ -5,14 +5,13 @@ use crate::{
     Error, Result,
     vulkan::{
         Allocate, BufferUse, Device, Recorder, Resource,
-        shaders::{Compaction, ListLengths, Module},
+        shaders::{Compaction, Key, ListLengths, constants::RUN_ITEMS},
     },
 };
 
 /// Number of runs of items; each invocation processes one run.
-fn runs_of(item_count: u32) -> Result<u32> {
-    let run_items = Module::find("compact", &["scan"])?.constant("RUN_ITEMS")?;
-    Ok(item_count.div_ceil(run_items))
+fn runs_of(item_count: u32) -> u32 {
+    item_count.div_ceil(RUN_ITEMS)
 }
 
 /// The buffers of a compaction, except its items and its lists.
@@ -28,7 +27,7 @@ pub(crate) struct Compactor<A: Allocate = Device> {
 impl<A: Allocate> Compactor<A> {
     /// For up to `item_count` items.
     pub fn new(allocate: &A, item_count: u32) -> Result<Compactor<A>> {
-        let run_count = runs_of(item_count)?;
+        let run_count = runs_of(item_count);
         let bytes = u64::from(run_count) * size_of::<ListLengths>() as u64;
         let one = size_of::<ListLengths>() as u64;
         Ok(Compactor {
@@ -44,7 +43,7 @@ impl<A: Allocate> Compactor<A> {
 impl Compactor {
     /// Changes the number of items, within the room that was allocated.
     pub fn set_item_count(&mut self, item_count: u32) -> Result<()> {
-        let run_count = runs_of(item_count)?;
+        let run_count = runs_of(item_count);
         if u64::from(run_count) * size_of::<ListLengths>() as u64 > self.runs.bytes {
             return Err(Error::internal("a compaction has more items than room"));
         }
@@ -52,21 +51,20 @@ impl Compactor {
         Ok(())
     }
 
-    /// Records the three kernels of `pass`. `count_words` and `write_words` are the words of its permutations;
-    /// `grid_stride` is for the receivers pass.
+    /// Records the three kernels of a pass, two of which are its own. `grid_stride` is for the receivers pass.
     pub fn record(
         &self,
         recorder: &mut Recorder,
         context: &Context,
-        pass: &'static str,
-        [count_words, write_words]: [&[&str]; 2],
+        [count, write]: [Key; 2],
         resources: &[(&str, Resource)],
         grid_stride: u32,
     ) -> Result<()> {
+        let pass = count.pass();
         let pipelines = context.pipelines;
-        let count = pipelines.compute(pass, &[&["count"], count_words].concat())?;
-        let scan = pipelines.compute("compact", &["scan"])?;
-        let write = pipelines.compute(pass, &[&["write"], write_words].concat())?;
+        let count = pipelines.compute(count)?;
+        let scan = pipelines.compute(Key::CompactScan {})?;
+        let write = pipelines.compute(write)?;
         let mut all = vec![
             ("runs", Resource::Buffer(&self.runs)),
             ("lengths", Resource::Buffer(&self.lengths)),

@@ -10,7 +10,10 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{Buffer, Image, Resource, shaders::DirectParameters},
+    vulkan::{
+        Buffer, Image, Resource,
+        shaders::{self, DirectParameters, Key},
+    },
 };
 
 /// What the shadow test searches.
@@ -49,16 +52,21 @@ pub(crate) fn shade(
     direct: DirectImages,
 ) -> Result<()> {
     let plan = context.plan;
-    let emission = light.plan.emission_word();
-    let mut words = vec![emission, plan.brdf_word()];
+    let emission = light.plan.emission;
     let mut resources = gbuffer.resources();
     resources.extend([
         ("light", Resource::Buffer(point.unwrap_or(&light.uniform))),
         ("direct_radiance", Resource::Image(direct.radiance)),
     ]);
     resources.extend(light.pattern_resource());
-    if let Some(phasors) = direct.phasors.filter(|_| light.plan.is_modulated) {
-        words.push("phasors");
+    let phasors = direct.phasors.filter(|_| light.plan.is_modulated);
+    let key = |shadow| Key::Direct {
+        shadow,
+        phasors: phasors.is_some(),
+        emission,
+        brdf: plan.brdf(),
+    };
+    if let Some(phasors) = phasors {
         resources.push(("direct_phasors", Resource::Image(phasors)));
         resources.extend(context.modulation());
     }
@@ -77,7 +85,7 @@ pub(crate) fn shade(
         },
     };
     let [width, height] = plan.resolution_px;
-    let dispatch = |kernel, words: &[&str], resources: &[(&str, Resource)], rows: [u32; 2]| {
+    let dispatch = |key, resources: &[(&str, Resource)], rows: [u32; 2]| {
         let [first_row, row_end] = rows;
         let parameters = DirectParameters {
             first_row,
@@ -85,30 +93,27 @@ pub(crate) fn shade(
             ..parameters
         };
         let size = [width, row_end - first_row];
-        context.record(|recorder| {
-            context.dispatch_image(recorder, (kernel, words), resources, &parameters, size)
-        })
+        context
+            .record(|recorder| context.dispatch_image(recorder, key, resources, &parameters, size))
     };
     match occluders {
         Occluders::Map(map) => {
             resources.extend(surfaces.triangles());
             resources.push(("light_map", Resource::Image(map)));
-            words.push("map");
-            dispatch("direct", &words, &resources, [0, height])
+            dispatch(key(shaders::Shadow::Map), &resources, [0, height])
         }
         Occluders::Rays(tree) => {
-            words.push("rays");
             for [first_row, row_end] in context.row_ranges() {
                 let rows = [first_row, row_end];
-                let with_list = |kernel, words: &[&str]| {
+                let with_list = |key| {
                     let list = context.rays.borrow();
                     let mut resources = resources.clone();
                     resources.extend(list.as_ref().ok_or_else(no_list)?.resources());
-                    dispatch(kernel, words, &resources, rows)
+                    dispatch(key, &resources, rows)
                 };
-                with_list("direct_emit", &[emission])?;
+                with_list(Key::DirectEmit { emission })?;
                 tree.trace(context, Find::Any, 0..width * (row_end - first_row))?;
-                with_list("direct", &words)?;
+                with_list(key(shaders::Shadow::Rays))?;
             }
             Ok(())
         }

@@ -3,7 +3,10 @@
 use super::{Context, gbuffer::GBuffer, receivers::Receivers, sample_counts::SampleCounts};
 use crate::{
     Result,
-    vulkan::{Buffer, Image, Recorder, Resource, shaders::ErrorEstimateParameters},
+    vulkan::{
+        Buffer, Image, Recorder, Resource,
+        shaders::{ErrorEstimateParameters, Key},
+    },
 };
 
 /// Vectors of estimates per receiver, without phasors.
@@ -35,8 +38,10 @@ pub(crate) fn compare(
         receiver_count: count,
         second_result,
     };
-    let noise = if counts.is_some() { "noisy" } else { "exact" };
-    let words = [context.plan.brdf_word(), noise, context.plan.phasor_word()];
-    let kernel = ("error_estimate", &words[..]);
-    context.dispatch(recorder, kernel, &resources, &parameters, [count, 1])
+    let key = Key::ErrorEstimate {
+        phasors: context.plan.has_phasors(),
+        brdf: context.plan.brdf(),
+        noisy: counts.is_some(),
+    };
+    context.dispatch(recorder, key, &resources, &parameters, [count, 1])
 }

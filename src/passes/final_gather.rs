@@ -25,7 +25,7 @@ use crate::{
     plan::Plan,
     vulkan::{
         Allocate, Buffer, BufferUse, Resource, TexelList, groups_in_rows,
-        shaders::{self, FinalGatherParameters, Packet, PilotSample, Span},
+        shaders::{self, Brdf, FinalGatherParameters, Key, Packet, PilotSample, Receiver, Span},
     },
 };
 
@@ -223,9 +223,8 @@ impl<'b> FinalGather<'b> {
             span_count: chunk.spans.len() as u32,
             ..gather.parameters
         };
-        let dispatch = |kernel, parameters: &FinalGatherParameters, groups| {
-            let words = gather.words(context, kernel);
-            let pipeline = context.pipelines.compute(kernel, &words)?;
+        let dispatch = |key: Key, parameters: &FinalGatherParameters, groups| {
+            let pipeline = context.pipelines.compute(key)?;
             let list = context.rays.borrow();
             let list = list.as_ref().ok_or_else(no_list)?;
             let mut resources = gather.resources.clone();
@@ -235,19 +234,24 @@ impl<'b> FinalGather<'b> {
                 ("spans", Resource::Buffer(&spans)),
             ]);
             context.record(|recorder| {
-                recorder.pass(kernel, |recorder| {
+                recorder.pass(key.pass(), |recorder| {
                     recorder.dispatch(&pipeline, &resources, parameters, groups)
                 })
             })
         };
+        let plan = context.plan;
+        let (phasors, receiver) = (plan.has_phasors(), gather.receiver);
         let directions = PACKET_SAMPLES * gather.lobes * packet_count;
         let vpl_rays = PACKET_SAMPLES * packet_count;
         if packet_count > 0 {
-            dispatch("final_gather_emit", &parameters, of_packets)?;
+            dispatch(Key::FinalGatherEmit { receiver }, &parameters, of_packets)?;
             let mut to_light = directions..directions + vpl_rays + lights * directions;
             match parameters.vpl_samples {
                 0 => to_light.start += vpl_rays,
-                _ => dispatch("final_gather_draw", &parameters, of_packets)?,
+                _ => {
+                    let key = Key::FinalGatherDraw { phasors, receiver };
+                    dispatch(key, &parameters, of_packets)?;
+                }
             }
             tree.trace(context, Find::Closest, 0..directions)?;
             for light_index in 0..lights {
@@ -255,7 +259,13 @@ impl<'b> FinalGather<'b> {
                     light_index,
                     ..parameters
                 };
-                dispatch("final_gather_shade", &parameters, of_lobes)?;
+                let key = Key::FinalGatherShade {
+                    phasors,
+                    receiver,
+                    surface: plan.surface(),
+                    instanced: plan.has_shared_meshes,
+                };
+                dispatch(key, &parameters, of_lobes)?;
             }
             tree.trace(context, Find::Any, to_light)?;
         }
@@ -267,7 +277,8 @@ impl<'b> FinalGather<'b> {
                 vpl_samples: if is_first { parameters.vpl_samples } else { 0 },
                 ..parameters
             };
-            dispatch("final_gather_sum", &parameters, of_spans)?;
+            let key = Key::FinalGatherSum { phasors, receiver };
+            dispatch(key, &parameters, of_spans)?;
         }
         Ok(())
     }
@@ -276,27 +287,9 @@ impl<'b> FinalGather<'b> {
 /// What all chunks of a gather share.
 struct Gather<'g> {
     lobes: u32,
+    receiver: Receiver,
     resources: Vec<(&'static str, Resource<'g>)>,
     parameters: FinalGatherParameters,
-}
-
-impl Gather<'_> {
-    /// The words of a kernel's permutation.
-    fn words(&self, context: &Context, kernel: &str) -> Vec<&'static str> {
-        let plan = context.plan;
-        let lobe = if self.lobes == 2 { "glossy" } else { "matte" };
-        let mut words = vec![plan.brdf_word(), lobe];
-        if kernel == "final_gather_shade" {
-            words.extend(plan.shading_words());
-        }
-        if kernel != "final_gather_emit" {
-            words.push(plan.phasor_word());
-        }
-        if kernel == "final_gather_shade" {
-            words.push(plan.instance_word());
-        }
-        words
-    }
 }
 
 impl Gatherer for FinalGather<'_> {
@@ -398,6 +391,11 @@ impl Gatherer for FinalGather<'_> {
         let lobes = if is_glossy { 2 } else { 1 };
         let gather = Gather {
             lobes,
+            receiver: match (self.context.plan.brdf(), is_glossy) {
+                (_, true) => Receiver::PhongGlossy,
+                (Brdf::Phong, false) => Receiver::PhongMatte,
+                (Brdf::Lambert, false) => Receiver::LambertMatte,
+            },
             resources,
             parameters: FinalGatherParameters {
                 camera_position: self.context.camera_position(),

@@ -20,7 +20,7 @@ use crate::{
     scene::VplSum,
     vulkan::{
         Image, MAX_GROUPS, Resource,
-        shaders::{GatherParameters, ListLengths},
+        shaders::{Brdf, GatherParameters, Key, ListLengths, Lobes},
     },
 };
 
@@ -97,21 +97,21 @@ impl<'g> Gather<'g> {
         proceed: &mut dyn FnMut(u64) -> Result<()>,
     ) -> Result<()> {
         let plan = self.context.plan;
-        let pipeline = self.context.pipelines.compute(
-            "gather",
-            &[
-                self.kernel.name(),
-                self.sum.word(),
-                if range.is_glossy { "phong" } else { "lambert" },
-                if list.is_glossy { "glossy" } else { "matte" },
-                plan.phasor_word(),
-                match plan.bounced_tof() {
-                    None => "",
-                    Some(tof) if tof.frequency_count == 1 => "one",
-                    Some(_) => "four",
-                },
-            ],
-        )?;
+        let pipeline = self.context.pipelines.compute(Key::Gather {
+            distribution: self.kernel.into(),
+            brdf: if range.is_glossy {
+                Brdf::Phong
+            } else {
+                Brdf::Lambert
+            },
+            lobes: if list.is_glossy {
+                Lobes::Glossy
+            } else {
+                Lobes::Matte
+            },
+            frequencies: plan.frequencies(),
+            sum: self.sum.into(),
+        })?;
         let module = pipeline.module;
         let group_receivers = module.workgroup_size[0] * module.constant("RECEIVERS")?;
         let mut resources = gbuffer.resources();

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Allocate, Buffer, BufferUse, shaders::Module},
+    vulkan::{Allocate, Buffer, BufferUse, shaders::Key},
 };
 
 /// Upper limits of the receivers that share a set of rays from the lights, and of their samples together.
@@ -71,8 +71,12 @@ impl Results<'_> {
 
     /// Result vectors per receiver.
     pub fn vectors(plan: &Plan) -> Result<u32> {
-        let words = [plan.brdf_word(), "exact", plan.phasor_word()];
-        Module::find("scatter", &words)?.constant("RESULT_VECTORS")
+        let scatter = Key::Scatter {
+            phasors: plan.has_phasors(),
+            brdf: plan.brdf(),
+            noisy: false,
+        };
+        scatter.module().constant("RESULT_VECTORS")
     }
 }
 

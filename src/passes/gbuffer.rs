@@ -4,7 +4,9 @@ use super::{Context, surface::Surfaces};
 use crate::{
     Error, Result,
     plan::Plan,
-    vulkan::{Allocate, Buffer, Device, Image, ImageShape, Recorder, Resource, Target},
+    vulkan::{
+        Allocate, Buffer, Device, Image, ImageShape, Recorder, Resource, Target, shaders::Key,
+    },
 };
 
 /// The images of the G-buffer, at the camera's resolution.
@@ -94,8 +96,13 @@ pub(crate) fn draw(
         layer: 0,
         clear: &[[0.0; 4]; 4],
     };
-    let pass = ("gbuffer", Some(context.plan.brdf_word()));
+    let brdf = context.plan.brdf();
+    let key = |surface, cutout| Key::Gbuffer {
+        brdf,
+        surface,
+        cutout,
+    };
     recorder.pass("gbuffer", |recorder| {
-        surfaces.draw(recorder, context, pass, &target, view, &[])
+        surfaces.draw(recorder, context, key, &target, view, &[])
     })
 }

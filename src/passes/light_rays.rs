@@ -13,7 +13,10 @@ use crate::{
     plan::Plan,
     vulkan::{
         Allocate, BufferUse, Device, ImageShape, PixelKind, Resource, TexelList, groups_in_rows,
-        shaders::{LightRayParameters, Module},
+        shaders::{
+            Key, LightRayParameters,
+            constants::{RAYS_AT_ONCE, VPLS_PER_ROW},
+        },
     },
 };
 
@@ -29,9 +32,8 @@ pub(crate) struct LightRays<A: Allocate = Device> {
 
 impl<A: Allocate> LightRays<A> {
     pub fn new(allocate: &A, plan: &Plan) -> Result<LightRays<A>> {
-        let words = ["shade", plan.brdf_word(), "flat", plan.phasor_word()];
-        let module = Module::find("light_rays", &words)?;
-        let columns = module.constant("VPLS_PER_ROW")?;
+        let module = shade_key(plan).module();
+        let columns = VPLS_PER_ROW;
         let layers = if plan.is_specular {
             "GLOSSY_VPL_LAYERS"
         } else {
@@ -52,6 +54,15 @@ impl<A: Allocate> LightRays<A> {
     }
 }
 
+fn shade_key(plan: &Plan) -> Key {
+    Key::LightRaysShade {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+        surface: plan.surface(),
+        instanced: plan.has_shared_meshes,
+    }
+}
+
 impl LightRays {
     /// Traces rays from the lights as the table says, in `set_count` sets. Returns their number.
     pub fn trace(
@@ -63,15 +74,6 @@ impl LightRays {
         (set_count, seed): (u32, u32),
     ) -> Result<u64> {
         let plan = context.plan;
-        let [shading, textured] = plan.shading_words();
-        let shade_words = [
-            "shade",
-            plan.brdf_word(),
-            shading,
-            textured,
-            plan.phasor_word(),
-            plan.instance_word(),
-        ];
         let count = u64::from(table.set_size) * u64::from(set_count);
         context.cost.borrow_mut().count_work("light_rays", count);
         context.record(|recorder| {
@@ -95,8 +97,8 @@ impl LightRays {
                     first_in_list: first,
                     end_in_list: end,
                 };
-                let dispatch = |words: &[&str]| {
-                    let pipeline = context.pipelines.compute("light_rays", words)?;
+                let dispatch = |key| {
+                    let pipeline = context.pipelines.compute(key)?;
                     let list = context.rays.borrow();
                     let mut resources = list.as_ref().ok_or_else(no_list)?.resources();
                     resources.extend(tree.resources());
@@ -108,7 +110,7 @@ impl LightRays {
                         ("drawn_vpls", Resource::Image(&self.vpls)),
                     ]);
                     resources.extend(context.modulation());
-                    let per_group = 64 * pipeline.module.constant("RAYS_AT_ONCE")?;
+                    let per_group = 64 * RAYS_AT_ONCE;
                     let groups = groups_in_rows((end - first).div_ceil(per_group));
                     context.record(|recorder| {
                         recorder.pass("light_rays", |recorder| {
@@ -116,9 +118,9 @@ impl LightRays {
                         })
                     })
                 };
-                dispatch(&["emit"])?;
+                dispatch(Key::LightRaysEmit {})?;
                 tree.trace(context, Find::Closest, 0..end - first)?;
-                dispatch(&shade_words)?;
+                dispatch(shade_key(plan))?;
             }
         }
         Ok(count)

@@ -7,7 +7,9 @@ use bytemuck::Pod;
 use crate::{
     Error, LocalSpace, Plan, Result, Scene,
     scene::MAX_FREQUENCIES,
-    vulkan::{Buffer, CommandPool, Device, Pipelines, Recorder, Resource, groups_in_rows},
+    vulkan::{
+        Buffer, CommandPool, Device, Pipelines, Recorder, Resource, groups_in_rows, shaders::Key,
+    },
 };
 
 use cost::{Cost, Work};
@@ -113,18 +115,17 @@ impl Context<'_> {
     pub fn dispatch<T: Pod>(
         &self,
         recorder: &mut Recorder,
-        (pass, words): (&'static str, &[&str]),
+        key: Key,
         resources: &[(&str, Resource)],
         parameters: &T,
         [columns, rows]: [u32; 2],
     ) -> Result<()> {
         if rows > 1 {
-            let kernel = (pass, words);
-            return self.dispatch_image(recorder, kernel, resources, parameters, [columns, rows]);
+            return self.dispatch_image(recorder, key, resources, parameters, [columns, rows]);
         }
-        let pipeline = self.pipelines.compute(pass, words)?;
+        let pipeline = self.pipelines.compute(key)?;
         let [x, ..] = pipeline.module.workgroup_size;
-        recorder.pass(pass, |recorder| {
+        recorder.pass(key.pass(), |recorder| {
             let groups = groups_in_rows(columns.div_ceil(x));
             recorder.dispatch(&pipeline, resources, parameters, groups)
         })
@@ -134,15 +135,15 @@ impl Context<'_> {
     pub fn dispatch_image<T: Pod>(
         &self,
         recorder: &mut Recorder,
-        (pass, words): (&'static str, &[&str]),
+        key: Key,
         resources: &[(&str, Resource)],
         parameters: &T,
         [columns, rows]: [u32; 2],
     ) -> Result<()> {
-        let pipeline = self.pipelines.compute(pass, words)?;
+        let pipeline = self.pipelines.compute(key)?;
         let [x, y, _] = pipeline.module.workgroup_size;
         let groups = [columns.div_ceil(x), rows.div_ceil(y), 1];
-        recorder.pass(pass, |recorder| {
+        recorder.pass(key.pass(), |recorder| {
             recorder.dispatch(&pipeline, resources, parameters, groups)
         })
     }
@@ -169,168 +170,5 @@ impl Context<'_> {
     /// The distance of C from the local origin, in turns of each time-of-flight frequency.
     pub fn camera_turns(&self) -> [f32; MAX_FREQUENCIES] {
         modulation::turns_to_origin(self.scene, self.space, self.scene.camera.position_m)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::{collections::BTreeSet, fs, path::PathBuf, process::Command};
-
-    use crate::{
-        GatherKernel,
-        scene::VplSum,
-        vulkan::shaders::{MODULES, Module},
-    };
-
-    /// Every combination of the words that the passes request from `Module::find`.
-    fn requested() -> Vec<(&'static str, Vec<&'static str>)> {
-        let brdfs = ["lambert", "phong"];
-        let shadings = [
-            ["flat", ""],
-            ["flat", "textured"],
-            ["smooth", ""],
-            ["smooth", "textured"],
-            ["detailed", ""],
-        ];
-        let mut requested = vec![
-            ("vertex", vec![]),
-            ("shadow", vec![]),
-            ("compact", vec!["scan"]),
-            ("stderr", vec![]),
-            ("area_light", vec!["merge"]),
-            ("area_light", vec!["add", ""]),
-            ("area_light", vec!["add", "phasors"]),
-            ("sensor", vec!["", ""]),
-            ("sensor", vec!["indirect", ""]),
-            ("sensor", vec!["", "aperture"]),
-            ("sensor", vec!["indirect", "aperture"]),
-            ("pixel_filter", vec!["depths"]),
-            ("sensor", vec!["", "sampled"]),
-            ("sensor", vec!["indirect", "sampled"]),
-        ];
-        for tracer in ["kernel", "query"] {
-            for geometry in ["", "cutout", "instanced"] {
-                let words = |find| ("trace", vec![find, tracer, geometry]);
-                requested.extend(["any", "closest"].map(words));
-            }
-        }
-        requested.push(("light_rays", vec!["emit"]));
-        requested.extend(["", "lens"].map(|lens| ("primary_rays", vec!["emit", lens])));
-        for (brdf, receiver) in [
-            ("lambert", "matte"),
-            ("phong", "matte"),
-            ("phong", "glossy"),
-        ] {
-            requested.push(("final_gather_emit", vec![brdf, receiver]));
-            for phasors in ["", "phasors"] {
-                for pass in ["final_gather_draw", "final_gather_sum"] {
-                    requested.push((pass, vec![brdf, receiver, phasors]));
-                }
-                for instanced in ["", "instanced"] {
-                    let words = |[shading, texture]: [&'static str; 2]| {
-                        let words = vec![brdf, receiver, shading, texture, phasors, instanced];
-                        ("final_gather_shade", words)
-                    };
-                    requested.extend(shadings.map(words));
-                }
-            }
-        }
-        let kinds = ["point", "spot", "directional", "pattern", "projector"];
-        requested.extend(kinds.map(|kind| ("direct_emit", vec![kind])));
-        for brdf in brdfs {
-            for pass in ["gbuffer", "rsm"] {
-                let words =
-                    |[shading, texture]: [&'static str; 2]| (pass, vec![brdf, shading, texture]);
-                requested.extend(shadings.map(words));
-                requested.push(words(["detailed", "cutout"]));
-            }
-            for [shading, texture] in shadings {
-                for instanced in ["", "instanced"] {
-                    let words = |first, other| vec!["shade", first, brdf, shading, texture, other];
-                    let rays = |lens| ("primary_rays", words(lens, instanced));
-                    requested.extend(["", "lens"].map(rays));
-                    let rays = |phasors| {
-                        let words = [words("", phasors), vec![instanced]].concat();
-                        ("light_rays", words)
-                    };
-                    requested.extend(["", "phasors"].map(rays));
-                }
-            }
-            for kind in kinds {
-                for shadow in ["map", "rays"] {
-                    requested.push(("direct", vec![kind, brdf, shadow]));
-                    if kind != "directional" {
-                        requested.push(("direct", vec![kind, brdf, "phasors", shadow]));
-                    }
-                }
-            }
-            requested.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
-            requested.push(("vpl", vec!["count", brdf]));
-            for phasors in ["", "phasors"] {
-                requested.push(("pixel_filter", vec!["interpolate", brdf, phasors]));
-                let words = |noise| ("pixel_filter", vec!["gathered", brdf, noise, phasors]);
-                requested.extend(["exact", "noisy"].map(words));
-                let words = |pass| (pass, vec![brdf, phasors]);
-                requested.extend(["sample_counts", "smooth"].map(words));
-                for pass in ["predict", "scatter", "resolve", "error_estimate"] {
-                    let words = |noise| (pass, vec![brdf, noise, phasors]);
-                    requested.extend(["exact", "noisy"].map(words));
-                }
-            }
-            for estimator in VplSum::ALL.map(VplSum::word) {
-                requested.push(("vpl", vec!["write", brdf, estimator]));
-                for kernel in GatherKernel::ALL {
-                    for vpl in ["matte", "glossy"] {
-                        let words = vec![kernel.name(), estimator, brdf, vpl];
-                        for frequencies in ["one", "four"] {
-                            let phasors = [&words[..], &["phasors", frequencies]].concat();
-                            requested.push(("gather", phasors));
-                        }
-                        requested.push(("gather", words));
-                    }
-                }
-            }
-        }
-        requested
-    }
-
-    #[test]
-    fn the_modules_are_those_that_the_passes_request() {
-        let found: BTreeSet<&str> = requested()
-            .into_iter()
-            .map(|(pass, words)| {
-                let module = Module::find(pass, &words).expect("the module is compiled");
-                module.name
-            })
-            .collect();
-        let compiled: BTreeSet<&str> = MODULES.iter().map(|module| module.name).collect();
-        assert_eq!(compiled, found);
-    }
-
-    /// Deciding the switches of a module leaves a valid one, without switches, whose resources are those that are left.
-    #[test]
-    fn every_kernel_is_valid_vulkan_1_3() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let requested = requested();
-        let kernels = requested.iter().map(|(pass, words)| {
-            let module = Module::find(pass, words).expect("the module is compiled");
-            let kernel = module.kernel(words);
-            assert!(kernel.bindings.len() <= module.bindings.len());
-            let path = folder.path().join(module.kernel_name(words) + ".spv");
-            let bytes: Vec<u8> = kernel.words.iter().flat_map(|w| w.to_le_bytes()).collect();
-            fs::write(&path, bytes).expect("the folder is writable");
-            path
-        });
-        let kernels: BTreeSet<PathBuf> = kernels.collect();
-        assert!(kernels.len() > 3 * MODULES.len());
-        for kernel in kernels {
-            let output = Command::new("spirv-val")
-                .args(["--target-env", "vulkan1.3"])
-                .arg(&kernel)
-                .output()
-                .expect("scripts/setup installs spirv-val");
-            let says = String::from_utf8_lossy(&output.stderr);
-            assert!(output.status.success(), "{}: {says}", kernel.display());
-        }
     }
 }

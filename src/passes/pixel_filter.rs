@@ -10,7 +10,10 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{Buffer, Image, Recorder, Resource, shaders::PixelFilterParameters},
+    vulkan::{
+        Buffer, Image, Recorder, Resource,
+        shaders::{Key, PixelFilterParameters},
+    },
 };
 
 /// One sample of each pixel.
@@ -72,7 +75,7 @@ impl PixelSample<'_> {
             ),
             ("footprint", Resource::Image(footprint)),
         ];
-        self.dispatch(recorder, context, &["depths"], &resources)
+        self.dispatch(recorder, context, Key::PixelFilterDepths {}, &resources)
     }
 
     /// Adds what a sample reflects of the light that was gathered at pixels' centres. If the sample shows a surface that no centre
@@ -93,8 +96,11 @@ impl PixelSample<'_> {
             ("candidates", Resource::Buffer(&receivers.candidates)),
         ]);
         let plan = context.plan;
-        let words = ["interpolate", plan.brdf_word(), plan.phasor_word()];
-        self.dispatch(recorder, context, &words, &resources)
+        let key = Key::PixelFilterInterpolate {
+            phasors: plan.has_phasors(),
+            brdf: plan.brdf(),
+        };
+        self.dispatch(recorder, context, key, &resources)
     }
 
     /// Dispatches a kernel for each pixel.
@@ -102,18 +108,12 @@ impl PixelSample<'_> {
         &self,
         recorder: &mut Recorder,
         context: &Context,
-        words: &[&str],
+        key: Key,
         resources: &[(&str, Resource)],
     ) -> Result<()> {
         let parameters = self.parameters(context);
         let size_px = context.plan.resolution_px;
-        context.dispatch(
-            recorder,
-            ("pixel_filter", words),
-            resources,
-            &parameters,
-            size_px,
-        )
+        context.dispatch(recorder, key, resources, &parameters, size_px)
     }
 
     /// Adds the first results, which belong to a range of receivers.
@@ -133,14 +133,16 @@ impl PixelSample<'_> {
         ]);
         resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
         let plan = context.plan;
-        let noise = counts.map_or("exact", |_| "noisy");
-        let words = ["gathered", plan.brdf_word(), noise, plan.phasor_word()];
+        let key = Key::PixelFilterGathered {
+            phasors: plan.has_phasors(),
+            brdf: plan.brdf(),
+            noisy: counts.is_some(),
+        };
         let parameters = PixelFilterParameters {
             first_receiver: range.first,
             receiver_count: range.count,
             ..self.parameters(context)
         };
-        let kernel = ("pixel_filter", &words[..]);
-        context.dispatch(recorder, kernel, &resources, &parameters, [range.count, 1])
+        context.dispatch(recorder, key, &resources, &parameters, [range.count, 1])
     }
 }

@@ -11,7 +11,10 @@ use crate::{
     plan::GridStep,
     vulkan::{
         Recorder, Resource,
-        shaders::{Module, PredictParameters},
+        shaders::{
+            Key, PredictParameters,
+            constants::{CENTRES, EDGES},
+        },
     },
 };
 
@@ -28,15 +31,19 @@ pub(crate) fn predict(
 ) -> Result<()> {
     let (pattern, reach) = match step {
         GridStep::Base { .. } => return Ok(()),
-        GridStep::Centres { reach } => ("CENTRES", reach),
-        GridStep::Edges { reach } => ("EDGES", reach),
+        GridStep::Centres { reach } => (CENTRES, reach),
+        GridStep::Edges { reach } => (EDGES, reach),
     };
     let plan = context.plan;
-    let words = [plan.brdf_word(), images.noise_word(), plan.phasor_word()];
+    let key = Key::Predict {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+        noisy: images.is_noisy(),
+    };
     let [columns, rows] = step.extent(plan.resolution_px);
     let parameters = PredictParameters {
         reach,
-        pattern: Module::find("predict", &words)?.constant(pattern)?,
+        pattern,
         columns,
         item_count: columns * rows,
         tolerance: criteria.tolerance.unwrap_or(-1.0) as f32,
@@ -47,5 +54,5 @@ pub(crate) fn predict(
     resources.extend(images.resources());
     resources.push(("candidates", Resource::Buffer(&receivers.candidates)));
     let size = [columns * rows, 1];
-    context.dispatch(recorder, ("predict", &words), &resources, &parameters, size)
+    context.dispatch(recorder, key, &resources, &parameters, size)
 }

@@ -16,7 +16,10 @@ use crate::{
     output::per_pixel,
     plan::Plan,
     scene::Camera,
-    vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, shaders::PrimaryRayParameters},
+    vulkan::{
+        Allocate, Buffer, BufferUse, CommandPool, Resource,
+        shaders::{Key, PrimaryRayParameters},
+    },
 };
 
 /// Declares the memory for the lens of a plan.
@@ -50,16 +53,15 @@ pub(crate) fn draw(
     gbuffer: &GBuffer,
 ) -> Result<()> {
     let plan = context.plan;
-    let lens_word = if plan.has_distortion { "lens" } else { "" };
-    let [shading, textured] = plan.shading_words();
-    let shade_words = [
-        "shade",
-        lens_word,
-        plan.brdf_word(),
-        shading,
-        textured,
-        plan.instance_word(),
-    ];
+    let emit = Key::PrimaryRaysEmit {
+        lens: plan.has_distortion,
+    };
+    let shade = Key::PrimaryRaysShade {
+        lens: plan.has_distortion,
+        brdf: plan.brdf(),
+        surface: plan.surface(),
+        instanced: plan.has_shared_meshes,
+    };
     let mut resources = vec![("view", Resource::Buffer(view))];
     resources.extend(lens.map(|lens| ("lens_rays", Resource::Buffer(lens))));
     resources.extend(tree.resources());
@@ -81,19 +83,18 @@ pub(crate) fn draw(
             first_row,
             row_end,
         };
-        let dispatch = |words: &[&str]| {
+        let dispatch = |key| {
             let list = context.rays.borrow();
             let mut resources = resources.clone();
             resources.extend(list.as_ref().ok_or_else(no_list)?.resources());
-            let kernel = ("primary_rays", words);
             let size = [width, row_end - first_row];
             context.record(|recorder| {
-                context.dispatch_image(recorder, kernel, &resources, &parameters, size)
+                context.dispatch_image(recorder, key, &resources, &parameters, size)
             })
         };
-        dispatch(&["emit", lens_word])?;
+        dispatch(emit)?;
         tree.trace(context, Find::Closest, 0..width * (row_end - first_row))?;
-        dispatch(&shade_words)?;
+        dispatch(shade)?;
     }
     Ok(())
 }

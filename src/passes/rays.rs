@@ -11,13 +11,14 @@ use crate::{
     geometry::{Geometry, GeometrySize, PlacedMesh, SharedMesh},
     local_space::LocalSpace,
     ray_tree::{
-        Cutouts, HostTracer, MeshTrees, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance,
-        alpha_cutoff, alpha_textures, corners_of, corners_of_placed, max_box_texels, rows_of,
-        triangle_texels_in,
+        Cutouts, Find, HostTracer, MeshTrees, RayTree, SharedTree, TRIANGLE_TEXELS, Texel,
+        TreeInstance, alpha_cutoff, alpha_textures, corners_of, corners_of_placed, max_box_texels,
+        rows_of, triangle_texels_in,
     },
     vulkan::{
         AccelerationStructure, Allocate, BufferUse, CommandPool, InstancedTriangles, Resource,
         TexelList,
+        shaders::{Hit, Key, Search, Traced},
     },
 };
 
@@ -248,19 +249,22 @@ impl RayTriangles {
         })
     }
 
-    /// The words of the kernel that traces rays among these triangles.
-    pub fn tracer_word(&self) -> &'static str {
-        match self.found_by {
-            Finder::Device(_) => "query",
-            Finder::Host(_) | Finder::Kernel(_) => "kernel",
-        }
-    }
-
-    pub fn geometry_word(&self) -> &'static str {
-        match self.alpha_textures {
-            _ if self.is_instanced => "instanced",
-            Some(_) => "cutout",
-            None => "",
+    /// The kernel that traces rays among these triangles.
+    pub fn key(&self, find: Find) -> Key {
+        Key::Trace {
+            hit: match find {
+                Find::Any => Hit::Any,
+                Find::Closest => Hit::Closest,
+            },
+            search: match self.found_by {
+                Finder::Device(_) => Search::Query,
+                Finder::Host(_) | Finder::Kernel(_) => Search::Kernel,
+            },
+            traced: match self.alpha_textures {
+                _ if self.is_instanced => Some(Traced::Instanced),
+                Some(_) => Some(Traced::Cutout),
+                None => None,
+            },
         }
     }
 

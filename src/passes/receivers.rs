@@ -3,7 +3,10 @@
 use super::{Context, compact::Compactor, gbuffer::GBuffer};
 use crate::{
     Result,
-    vulkan::{Allocate, Buffer, BufferUse, Device, Recorder, Resource, shaders::ListLengths},
+    vulkan::{
+        Allocate, Buffer, BufferUse, Device, Recorder, Resource,
+        shaders::{Key, ListLengths},
+    },
 };
 
 /// Lists of pixels, each as column + 65536 · row.
@@ -91,7 +94,7 @@ pub(crate) fn list(
     receivers: &Receivers,
     grid_stride: Option<u32>,
 ) -> Result<()> {
-    let brdf = [context.plan.brdf_word()];
+    let brdf = context.plan.brdf();
     let mut resources = gbuffer.resources();
     resources.extend([
         ("candidates", Resource::Buffer(&receivers.candidates)),
@@ -100,8 +103,7 @@ pub(crate) fn list(
     receivers.compactor.record(
         recorder,
         context,
-        "receivers",
-        [&brdf, &brdf],
+        [Key::ReceiversCount { brdf }, Key::ReceiversWrite { brdf }],
         &resources,
         grid_stride.unwrap_or(0),
     )

@@ -83,12 +83,9 @@ impl RefinementImages {
         samples.chain([gathered]).chain(modulation).collect()
     }
 
-    /// The permutation word of the kernels that use the images.
-    pub fn noise_word(&self) -> &'static str {
-        match self.samples {
-            Some(_) => "noisy",
-            None => "exact",
-        }
+    /// Whether gathers have noise.
+    pub fn is_noisy(&self) -> bool {
+        self.samples.is_some()
     }
 }
 

@@ -7,7 +7,10 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{Image, Recorder, Resource, shaders::ResolveParameters},
+    vulkan::{
+        Image, Recorder, Resource,
+        shaders::{Key, ResolveParameters},
+    },
 };
 
 /// Computes L_{P→C} of the bounce for every pixel with a surface, and its expected error; with time of flight also Z.
@@ -24,8 +27,11 @@ pub(crate) fn resolve(
     resources.push(("indirect_radiance", Resource::Image(indirect_radiance)));
     resources.extend(indirect_phasors.map(|image| ("indirect_phasors", Resource::Image(image))));
     let plan = context.plan;
-    let words = [plan.brdf_word(), images.noise_word(), plan.phasor_word()];
-    let kernel = ("resolve", &words[..]);
+    let key = Key::Resolve {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+        noisy: images.is_noisy(),
+    };
     let parameters = ResolveParameters {
         evenness: criteria.noise.evenness as f32,
         variance_rate: criteria.noise.rate as f32,
@@ -33,11 +39,5 @@ pub(crate) fn resolve(
         least_radiance: criteria.least_radiance(),
         own_share: criteria.own_share(),
     };
-    context.dispatch(
-        recorder,
-        kernel,
-        &resources,
-        &parameters,
-        plan.resolution_px,
-    )
+    context.dispatch(recorder, key, &resources, &parameters, plan.resolution_px)
 }

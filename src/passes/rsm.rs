@@ -4,7 +4,7 @@ use super::{Context, light::DeviceLight, surface::Surfaces};
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Allocate, Device, Image, ImageShape, Recorder, Resource, Target},
+    vulkan::{Allocate, Device, Image, ImageShape, Recorder, Resource, Target, shaders::Key},
 };
 
 /// A pixel of a position image that shows no surface.
@@ -76,7 +76,12 @@ pub(crate) fn draw(
     let colors = rsm.colors();
     recorder.prepare_images(&colors);
     recorder.prepare_images(&[&rsm.depth]);
-    let pass = ("rsm", Some(context.plan.brdf_word()));
+    let brdf = context.plan.brdf();
+    let key = |surface, cutout| Key::Rsm {
+        brdf,
+        surface,
+        cutout,
+    };
     let emission = [("emission", Resource::Buffer(&light.emission))];
     recorder.pass("rsm", |recorder| {
         for (layer, view) in light.rsm_views.iter().enumerate() {
@@ -86,7 +91,7 @@ pub(crate) fn draw(
                 layer: layer as u32,
                 clear: &[NO_SURFACE, [0.0; 4], [0.0; 4], [0.0; 4]],
             };
-            surfaces.draw(recorder, context, pass, &target, view, &emission)?;
+            surfaces.draw(recorder, context, key, &target, view, &emission)?;
         }
         Ok(())
     })

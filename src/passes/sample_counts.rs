@@ -9,7 +9,8 @@ use super::{
 use crate::{
     Result,
     vulkan::{
-        Allocate, Buffer, BufferUse, Device, Recorder, Resource, shaders::SampleCountParameters,
+        Allocate, Buffer, BufferUse, Device, Recorder, Resource,
+        shaders::{Key, SampleCountParameters},
     },
 };
 
@@ -86,10 +87,12 @@ impl SampleCounts {
             least_radiance: criteria.least_radiance(),
             own_share: criteria.own_share(),
         };
-        let words = [context.plan.brdf_word(), context.plan.phasor_word()];
-        let kernel = ("sample_counts", &words[..]);
+        let key = Key::SampleCounts {
+            phasors: context.plan.has_phasors(),
+            brdf: context.plan.brdf(),
+        };
         let size = [receivers.candidate_count(), 1];
-        context.dispatch(recorder, kernel, &resources, &parameters, size)?;
+        context.dispatch(recorder, key, &resources, &parameters, size)?;
         recorder.barrier();
         recorder.copy_buffer(&self.ranges, &self.readback, 4 * u64::from(self.capacity));
         Ok(())

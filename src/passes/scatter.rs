@@ -9,7 +9,10 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{Buffer, Recorder, Resource, shaders::ScatterParameters},
+    vulkan::{
+        Buffer, Recorder, Resource,
+        shaders::{Key, ScatterParameters},
+    },
 };
 
 /// Takes the first results for the receivers of a range. With noise, and where pixels may be interpolated, a gather changes its
@@ -40,7 +43,11 @@ pub(crate) fn scatter(
         variance_rate: criteria.noise.rate as f32,
     };
     let plan = context.plan;
-    let words = [plan.brdf_word(), images.noise_word(), plan.phasor_word()];
+    let key = Key::Scatter {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+        noisy: images.is_noisy(),
+    };
     let size = [range.count, 1];
-    context.dispatch(recorder, ("scatter", &words), &resources, &parameters, size)
+    context.dispatch(recorder, key, &resources, &parameters, size)
 }

@@ -3,15 +3,18 @@
 use super::Context;
 use crate::{
     Result,
-    vulkan::{Image, Recorder, Resource, shaders::SensorParameters},
+    vulkan::{
+        Image, Recorder, Resource,
+        shaders::{Key, Seen, SensorParameters},
+    },
 };
 
 /// The factor, the input images and the output image of the sum.
 pub(crate) struct Exposure<'e> {
     /// What a pixel gets, over its radiance along the axis.
     pub factor: f64,
-    /// Where the pixels look; only behind an aperture. The kernel's word, the image's name in the kernel, and the image.
-    pub seen: Option<(&'static str, &'static str, &'e Image)>,
+    /// Where the pixels look; only behind an aperture. What shows it, the image's name in the kernel, and the image.
+    pub seen: Option<(Seen, &'static str, &'e Image)>,
     pub direct: &'e Image,
     pub indirect: Option<&'e Image>,
     pub sum: &'e Image,
@@ -30,10 +33,10 @@ pub(crate) fn expose(
         indirect,
         sum,
     } = *exposure;
-    let words = [
-        indirect.map_or("", |_| "indirect"),
-        seen.map_or("", |(word, ..)| word),
-    ];
+    let key = Key::Sensor {
+        indirect: indirect.is_some(),
+        seen: seen.map(|(seen, ..)| seen),
+    };
     let mut resources = vec![
         ("direct_radiance", Resource::Image(direct)),
         ("energy", Resource::Image(sum)),
@@ -49,5 +52,5 @@ pub(crate) fn expose(
     };
     recorder.prepare_images(&[sum]);
     let size = context.plan.resolution_px;
-    context.dispatch(recorder, ("sensor", &words), &resources, &parameters, size)
+    context.dispatch(recorder, key, &resources, &parameters, size)
 }

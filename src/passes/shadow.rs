@@ -3,7 +3,7 @@
 use super::{Context, light::DeviceLight, surface::Surfaces};
 use crate::{
     Plan, Result,
-    vulkan::{Allocate, Device, ImageShape, Recorder, Target},
+    vulkan::{Allocate, Device, ImageShape, Recorder, Target, shaders::Key},
 };
 
 /// Position and triangle of what the light sees, one layer per face of the light.
@@ -43,7 +43,8 @@ pub(crate) fn draw(
                 layer: layer as u32,
                 clear: &[super::rsm::NO_SURFACE],
             };
-            surfaces.draw(recorder, context, ("shadow", None), &target, view, &[])?;
+            let key = |_, _| Key::Shadow {};
+            surfaces.draw(recorder, context, key, &target, view, &[])?;
         }
         Ok(())
     })

@@ -7,7 +7,10 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{Recorder, shaders::SmoothParameters},
+    vulkan::{
+        Recorder,
+        shaders::{Key, SmoothParameters},
+    },
 };
 
 /// Replaces what was gathered at every `stride_px`-th pixel of each row and column.
@@ -29,7 +32,10 @@ pub(crate) fn smooth(
     };
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
-    let words = [context.plan.brdf_word(), context.plan.phasor_word()];
+    let key = Key::Smooth {
+        phasors: context.plan.has_phasors(),
+        brdf: context.plan.brdf(),
+    };
     let size = [parameters.item_count, 1];
-    context.dispatch(recorder, ("smooth", &words), &resources, &parameters, size)
+    context.dispatch(recorder, key, &resources, &parameters, size)
 }

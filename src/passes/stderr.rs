@@ -3,7 +3,10 @@
 use super::Context;
 use crate::{
     Result,
-    vulkan::{Image, Recorder, Resource, shaders::StderrParameters},
+    vulkan::{
+        Image, Recorder, Resource,
+        shaders::{Key, StderrParameters},
+    },
 };
 
 /// Multiplies the error that the resolve pass expects by a factor for gathered pixels and one for interpolated pixels.
@@ -23,5 +26,5 @@ pub(crate) fn fill(
         interpolated_factor: interpolated_factor as f32,
     };
     let size_px = context.plan.resolution_px;
-    context.dispatch(recorder, ("stderr", &[]), &resources, &parameters, size_px)
+    context.dispatch(recorder, Key::Stderr {}, &resources, &parameters, size_px)
 }

@@ -12,11 +12,11 @@ use crate::{
     Result,
     geometry::{Geometry, GeometrySize, PlacedMesh},
     local_space::LocalSpace,
-    plan::{Plan, is_detailed, shading_words},
+    plan::{Plan, is_detailed, surface_axis},
     scene::{Mesh, Scene, TextureLookup},
     vulkan::{
         Allocate, Buffer, BufferUse, CommandPool, Device, Recorder, Resource, Target,
-        shaders::{Draw, View},
+        shaders::{self, Draw, Key, View},
     },
 };
 
@@ -119,13 +119,12 @@ impl Surfaces {
         ]
     }
 
-    /// Draws every surface as seen from a view, with the shader of the pass. Without the word for a BRDF, the pass writes only
-    /// positions and triangles, which need neither normals nor textures.
+    /// Draws every surface as seen from a view. `key` gives the kernel for a kind of surface, with or without cut-outs.
     pub fn draw(
         &self,
         recorder: &mut Recorder,
         context: &Context,
-        (pass, brdf): (&str, Option<&str>),
+        key: impl Fn(shaders::Surface, bool) -> Key,
         target: &Target,
         view: &Buffer,
         more_resources: &[(&str, Resource)],
@@ -134,13 +133,10 @@ impl Surfaces {
         recorder.render(target, |recorder| {
             for range in &self.ranges {
                 let is_textured = range.draw.texture.size[0] > 0;
-                let [shading, detail] = match range.has_cutouts {
-                    true => ["detailed", "cutout"],
-                    false => shading_words(range.is_smooth, is_textured, range.is_detailed),
-                };
-                let words = brdf.map(|brdf| [brdf, shading, detail]);
-                let words = words.as_ref().map_or(&[][..], |words| words);
-                let pipeline = pipelines.raster(pass, words, target.colors.len())?;
+                let is_detailed = range.is_detailed || range.has_cutouts;
+                let surface = surface_axis(range.is_smooth, is_textured, is_detailed);
+                let key = key(surface, range.has_cutouts);
+                let pipeline = pipelines.raster(key, target.colors.len())?;
                 let mut resources = vec![
                     ("view", Resource::Buffer(view)),
                     ("normals", Resource::Buffer(&self.normals)),

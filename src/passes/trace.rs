@@ -136,15 +136,7 @@ impl RayTriangles {
         }
         let list = context.rays.borrow();
         let list = list.as_ref().ok_or_else(no_list)?;
-        let words = [
-            match find {
-                Find::Closest => "closest",
-                Find::Any => "any",
-            },
-            self.tracer_word(),
-            self.geometry_word(),
-        ];
-        let pipeline = context.pipelines.compute("trace", &words)?;
+        let pipeline = context.pipelines.compute(self.key(find))?;
         let mut resources = self.resources();
         resources.extend(list.resources());
         let parameters = TraceParameters {

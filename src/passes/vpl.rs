@@ -6,7 +6,7 @@ use crate::{
     plan::Plan,
     vulkan::{
         Allocate, Device, ImageShape, PixelKind, Recorder, Resource,
-        shaders::{ListLengths, Module},
+        shaders::{Key, ListLengths, constants::VPLS_PER_ROW},
     },
 };
 
@@ -28,8 +28,9 @@ impl<A: Allocate> VplLists<A> {
         };
         let texel_count = plan.max_faces() * rsm_size * rsm_size;
         let light_count = plan.lights.len() as u32;
-        let module = Module::find("vpl", &["write", plan.brdf_word(), "average"])?;
-        let columns = module.constant("VPLS_PER_ROW")?;
+        let brdf = plan.brdf();
+        let module = Key::VplCount { brdf }.module();
+        let columns = VPLS_PER_ROW;
         let rows_per_light = texel_count.div_ceil(columns);
         let list = |what, layers| {
             let shape = ImageShape {
@@ -91,15 +92,20 @@ pub(crate) fn extract(
     if let Some(glossy) = &vpls.glossy {
         resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
-    let brdf = context.plan.brdf_word();
+    let brdf = context.plan.brdf();
     let Some(sum) = context.plan.indirect.and_then(|plan| plan.sum()) else {
         return Ok(());
     };
     vpls.compactor.record(
         recorder,
         context,
-        "vpl",
-        [&[brdf], &[brdf, sum.word()]],
+        [
+            Key::VplCount { brdf },
+            Key::VplWrite {
+                brdf,
+                sum: sum.into(),
+            },
+        ],
         &resources,
         0,
     )

@@ -78,7 +78,6 @@ impl GatherKernel {
         GatherKernel::Tile,
     ];
 
-    /// The word of the shader permutation.
     pub fn name(self) -> &'static str {
         match self {
             GatherKernel::Broadcast8 => "broadcast8",

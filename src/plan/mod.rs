@@ -1,9 +1,11 @@
 //! Plans what a scene needs, before any work starts. Only the plan picks passes and kernel permutations; it can be printed.
 
+mod axes;
 mod display;
 mod kernels;
 mod steps;
 
+pub(crate) use axes::surface_axis;
 pub use kernels::{GatherKernel, Tracer};
 pub(crate) use steps::GridStep;
 
@@ -15,7 +17,10 @@ use crate::{
         DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling,
         PlacedLight, Scene, Shadow, TextureLookup, TextureRole, VplSum,
     },
-    vulkan::{DeviceInfo, DeviceKind, shaders::most_storage_images},
+    vulkan::{
+        DeviceInfo, DeviceKind,
+        shaders::{Emission, most_storage_images},
+    },
 };
 
 /// Bounds of the edge of the shared shadow map, texels. Lights whose RSM is too coarse share this map.
@@ -100,6 +105,8 @@ impl TofPlan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightPlan {
     pub kind: &'static str,
+    /// The kernels' choice for what the light emits.
+    pub(crate) emission: Emission,
     /// Number of faces that the light emits into.
     pub faces: u32,
     /// Whether the light is modulated; only with time of flight.
@@ -121,14 +128,6 @@ pub enum ShadowPlan {
 }
 
 impl LightPlan {
-    /// The permutation word for what the light emits. A point of an area counts as a spot.
-    pub(crate) fn emission_word(&self) -> &'static str {
-        match self.kind {
-            "area" => "spot",
-            kind => kind,
-        }
-    }
-
     /// Whether the light has an area.
     pub(crate) fn is_area(&self) -> bool {
         self.kind == "area"
@@ -267,6 +266,7 @@ impl Plan {
         let lights = lights.iter().zip(faces);
         let lights = lights.enumerate().map(|(i, (light, faces))| LightPlan {
             kind: light.kind(),
+            emission: Emission::from(&light.light),
             faces: faces as u32,
             is_modulated: is_modulated(i),
             pattern_numbers: match &light.light {
@@ -322,20 +322,6 @@ impl Plan {
         Ok(())
     }
 
-    /// The permutation word that says whether there is a specular term.
-    pub(crate) fn brdf_word(&self) -> &'static str {
-        if self.is_specular { "phong" } else { "lambert" }
-    }
-
-    /// The permutation word that says whether what rays hit may be an instance of a shared mesh.
-    pub(crate) fn instance_word(&self) -> &'static str {
-        if self.has_shared_meshes {
-            "instanced"
-        } else {
-            ""
-        }
-    }
-
     /// Whether kernels read the list of materials.
     pub(crate) fn needs_materials(&self) -> bool {
         self.shows_detail() || self.shades_hits()
@@ -349,11 +335,6 @@ impl Plan {
     /// Whether kernels read `shaders/materials.wgsl` for more than a texture of k_d.
     pub(crate) fn shows_detail(&self) -> bool {
         self.is_detailed || self.has_cutouts
-    }
-
-    /// The permutation words for the shading of a surface, apart from its BRDF.
-    pub(crate) fn shading_words(&self) -> [&'static str; 2] {
-        shading_words(self.is_smooth, self.is_textured, self.shows_detail())
     }
 
     /// The name of the BRDF for readers.
@@ -404,14 +385,6 @@ impl Plan {
         self.tof.filter(|_| is_modulated && self.bounce().is_some())
     }
 
-    /// The permutation word that says whether the bounce has phasors.
-    pub(crate) fn phasor_word(&self) -> &'static str {
-        match self.bounced_tof() {
-            Some(_) => "phasors",
-            None => "",
-        }
-    }
-
     /// Whether surfaces are shaded where rays hit them.
     pub(crate) fn shades_hits(&self) -> bool {
         self.has_final_gather() || self.has_primary_rays
@@ -431,21 +404,6 @@ pub(crate) fn is_detailed(mesh: &Mesh, material: &Material) -> bool {
     };
     let mut shown = material.textures().filter(|(_, lookup)| mesh.shows(lookup));
     !mesh.colors.is_empty() || !shown.all(is_plain)
-}
-
-/// The shading words of one kind of surface.
-pub(crate) fn shading_words(
-    is_smooth: bool,
-    is_textured: bool,
-    is_detailed: bool,
-) -> [&'static str; 2] {
-    match is_detailed {
-        true => ["detailed", ""],
-        false => [
-            if is_smooth { "smooth" } else { "flat" },
-            if is_textured { "textured" } else { "" },
-        ],
-    }
 }
 
 /// Plans primary rays if the lens bends rays, or if the rasteriser snaps corners to a grid so coarse that it shows wrong

@@ -266,12 +266,4 @@ impl VplSum {
             VplSum::InstantRadiosity => "instant-radiosity",
         }
     }
-
-    /// The word for this sum in the shader permutation.
-    pub(crate) fn word(self) -> &'static str {
-        match self {
-            VplSum::RsmAverage => "average",
-            VplSum::InstantRadiosity => "radiosity",
-        }
-    }
 }

@@ -16,6 +16,7 @@ mod faults;
 mod host;
 mod host_memory;
 mod instance;
+mod keys;
 mod memory;
 mod pipeline;
 mod quirks;

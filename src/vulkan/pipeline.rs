@@ -14,7 +14,7 @@ use ash::vk::{self, ShaderStageFlags as Stage};
 use super::{
     Device, lock,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
-    shaders::{Binding, Kernel, Module},
+    shaders::{Binding, Kernel, Key, Module},
 };
 use crate::{Error, Result};
 
@@ -24,8 +24,7 @@ const SETS_OF_A_POOL: u32 = 4;
 /// The pipelines of a device, made on first use.
 pub(crate) struct Pipelines {
     device: Device,
-    /// Keyed by the name of their kernel.
-    made: Mutex<HashMap<String, Arc<Pipeline>>>,
+    made: Mutex<HashMap<Key, Arc<Pipeline>>>,
     /// Time that went into making them.
     nanoseconds: AtomicU64,
 }
@@ -44,31 +43,25 @@ impl Pipelines {
         Duration::from_nanos(self.nanoseconds.load(Ordering::Relaxed))
     }
 
-    /// The compute pipeline of a pass with the words of its permutation.
-    pub fn compute(&self, pass: &str, words: &[&str]) -> Result<Arc<Pipeline>> {
-        let module = Module::find(pass, words)?;
-        self.get_or_make(module, words, || {
-            Pipeline::compute(&self.device, module, words)
-        })
+    pub fn compute(&self, key: Key) -> Result<Arc<Pipeline>> {
+        self.get_or_make(key, || Pipeline::compute(&self.device, key))
     }
 
     /// The raster pipeline of a pass: the common vertex stage and the pass's own fragment stage, which writes `color_count`
     /// images.
-    pub fn raster(&self, pass: &str, words: &[&str], color_count: usize) -> Result<Arc<Pipeline>> {
-        let fragment = Module::find(pass, words)?;
-        self.get_or_make(fragment, words, || {
-            Pipeline::raster(&self.device, fragment, words, color_count)
+    pub fn raster(&self, fragment: Key, color_count: usize) -> Result<Arc<Pipeline>> {
+        self.get_or_make(fragment, || {
+            Pipeline::raster(&self.device, fragment, color_count)
         })
     }
 
     fn get_or_make(
         &self,
-        module: &Module,
-        words: &[&str],
+        key: Key,
         make: impl FnOnce() -> Result<Pipeline>,
     ) -> Result<Arc<Pipeline>> {
         let mut made = lock(&self.made);
-        let pipeline = match made.entry(module.kernel_name(words)) {
+        let pipeline = match made.entry(key) {
             Entry::Occupied(found) => found.into_mut(),
             Entry::Vacant(place) => {
                 let start = Instant::now();
@@ -105,8 +98,8 @@ struct DescriptorSets {
 }
 
 impl Pipeline {
-    fn compute(device: &Device, module: &'static Module, words: &[&str]) -> Result<Pipeline> {
-        let kernel = module.kernel(words);
+    fn compute(device: &Device, key: Key) -> Result<Pipeline> {
+        let kernel = key.kernel();
         let mut pipeline = Pipeline::with_layout(device, &[&kernel], Stage::COMPUTE)?;
         let shader = Shader::new(device, &kernel, Stage::COMPUTE)?;
         let info = vk::ComputePipelineCreateInfo::default()
@@ -123,14 +116,8 @@ impl Pipeline {
     }
 
     /// Draws triangles without vertex attributes into float images, with a reversed depth test.
-    fn raster(
-        device: &Device,
-        fragment: &'static Module,
-        words: &[&str],
-        color_count: usize,
-    ) -> Result<Pipeline> {
-        let vertex = Module::find("vertex", &[])?.kernel(&[]);
-        let fragment = fragment.kernel(words);
+    fn raster(device: &Device, fragment: Key, color_count: usize) -> Result<Pipeline> {
+        let (vertex, fragment) = (Key::Vertex {}.kernel(), fragment.kernel());
         let stages = Stage::VERTEX | Stage::FRAGMENT;
         let mut pipeline = Pipeline::with_layout(device, &[&vertex, &fragment], stages)?;
         let vertex = Shader::new(device, &vertex, Stage::VERTEX)?;

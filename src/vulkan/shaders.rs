@@ -5,7 +5,10 @@ use std::ffi::CStr;
 use ash::vk::DescriptorType;
 use bytemuck::{Pod, Zeroable};
 
-use super::specialise::{Specialised, specialise};
+use super::{
+    keys::{Axis, axes, bindings, keys, modules},
+    specialise::{Specialised, specialise},
+};
 use crate::{Error, Result};
 
 /// A compiled module.
@@ -14,8 +17,6 @@ pub(crate) struct Module {
     /// Pass and words: `gather_tile_lambert_matte`.
     pub name: &'static str,
     pub pass: &'static str,
-    /// The words of its permutation for which it is compiled.
-    words: &'static [&'static str],
     /// Words that are decided when a pipeline is made: specialisation constants, whose ids are the indices.
     switches: &'static [&'static str],
     pub entry: &'static CStr,
@@ -44,48 +45,29 @@ pub(crate) struct Binding {
     pub kind: DescriptorType,
 }
 
-impl Module {
-    /// The module of a pass with the words of its permutation; empty words are ignored.
-    pub fn find(pass: &str, words: &[&str]) -> Result<&'static Module> {
-        let of_pass = |module: &&Module| module.pass == pass && module.has(words);
-        MODULES
-            .iter()
-            .find(of_pass)
-            .ok_or_else(|| Error::internal(format!("there is no shader module {pass} {words:?}")))
+impl Key {
+    /// The pass whose kernel it is.
+    pub fn pass(self) -> &'static str {
+        self.module().pass
     }
 
-    /// Whether the module is compiled for these words, or has switches for them.
-    fn has(&self, words: &[&str]) -> bool {
-        let given = || words.iter().filter(|word| !word.is_empty());
-        self.words.iter().all(|word| words.contains(word))
-            && given().all(|word| self.words.contains(word) || self.switches.contains(word))
-    }
-
-    /// Name of a kernel: the module and the switches that are on.
-    pub fn kernel_name(&self, words: &[&str]) -> String {
-        let on = self.switches.iter().filter(|switch| words.contains(switch));
-        let mut name = String::from(self.name);
-        for switch in on {
-            name.push('_');
-            name.push_str(switch);
-        }
-        name
-    }
-
-    /// The module with its switches decided by the words of a permutation.
-    pub fn kernel(&'static self, words: &[&str]) -> Kernel {
-        let switches = self.switches.iter();
-        let is_on: Vec<bool> = switches.map(|switch| words.contains(switch)).collect();
-        let Specialised { words, bindings } = specialise(&self.words(), &is_on);
+    /// The module with its switches decided.
+    pub fn kernel(self) -> Kernel {
+        let (module, chosen) = (self.module(), self.words());
+        let switches = module.switches.iter();
+        let is_on: Vec<bool> = switches.map(|switch| chosen.contains(switch)).collect();
+        let Specialised { words, bindings } = specialise(&module.words(), &is_on);
         let is_left = |binding: &&Binding| bindings.contains(&binding.binding);
         Kernel {
-            module: self,
+            module,
             words,
-            bindings: self.bindings.iter().filter(is_left).copied().collect(),
+            bindings: module.bindings.iter().filter(is_left).copied().collect(),
         }
     }
+}
 
-    /// A u32 constant of the shader's source.
+impl Module {
+    /// A constant of the shader's source. Those that are the same in all modules are in [`constants`].
     pub fn constant(&self, name: &str) -> Result<u32> {
         self.constants
             .iter()
@@ -101,8 +83,8 @@ impl Module {
 
 /// Largest number of storage images of a kernel, among the kernels of some passes.
 pub fn most_storage_images(passes: &[&str]) -> u64 {
-    let is_among = |module: &&Module| passes.contains(&module.pass);
-    let images = |module: &Module| {
+    let is_among = |module: &&&Module| passes.contains(&module.pass);
+    let images = |module: &&Module| {
         let kinds = module.bindings.iter().map(|binding| binding.kind);
         kinds
             .filter(|kind| *kind == DescriptorType::STORAGE_IMAGE)
@@ -128,7 +110,35 @@ pub fn engine_hash() -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::{collections::BTreeMap, fs, process::Command};
+
     use super::*;
+
+    /// Deciding the switches of a module leaves a valid one, without switches, whose resources are those that are left.
+    #[test]
+    fn every_kernel_is_valid_vulkan_1_3() {
+        let folder = tempfile::tempdir().expect("a folder");
+        // Keys that differ in words of no `#if` have the same kernel.
+        let mut kernels = BTreeMap::new();
+        for key in Key::all() {
+            let kernel = key.kernel();
+            assert!(kernel.bindings.len() <= kernel.module.bindings.len());
+            kernels.insert(kernel.words, key);
+        }
+        assert!(kernels.len() > 2 * MODULES.len());
+        for (words, key) in kernels {
+            let path = folder.path().join("kernel.spv");
+            let bytes: Vec<u8> = words.iter().flat_map(|w| w.to_le_bytes()).collect();
+            fs::write(&path, bytes).expect("the folder is writable");
+            let output = Command::new("spirv-val")
+                .args(["--target-env", "vulkan1.3"])
+                .arg(&path)
+                .output()
+                .expect("scripts/setup installs spirv-val");
+            let says = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{key:?}: {says}");
+        }
+    }
 
     #[test]
     fn permutation_names_are_unique() {
@@ -170,7 +180,7 @@ mod tests {
 
     #[test]
     fn fragment_stages_bind_what_the_vertex_stage_binds() {
-        let vertex = Module::find("vertex", &[]).expect("it is compiled");
+        let vertex = Key::Vertex {}.module();
         let fragments = || MODULES.iter().filter(|m| m.entry == c"fragment_main");
         assert!(fragments().count() > 0);
         for fragment in fragments() {

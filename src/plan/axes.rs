@@ -1,0 +1,79 @@
+//! What the plan chooses on the axes of `shaders/permutations.txt`.
+
+use super::{GatherKernel, Plan};
+use crate::{
+    scene::{Light, RadiationPattern, VplSum},
+    vulkan::shaders::{Brdf, Distribution, Emission, Frequencies, Sum, Surface},
+};
+
+impl Plan {
+    pub(crate) fn brdf(&self) -> Brdf {
+        match self.is_specular {
+            true => Brdf::Phong,
+            false => Brdf::Lambert,
+        }
+    }
+
+    /// Surfaces that rays hit, each of which may be any of the scene.
+    pub(crate) fn surface(&self) -> Surface {
+        surface_axis(self.is_smooth, self.is_textured, self.shows_detail())
+    }
+
+    /// Whether the bounce has phasors.
+    pub(crate) fn has_phasors(&self) -> bool {
+        self.bounced_tof().is_some()
+    }
+
+    /// Phasors that a sum over VPLs adds up.
+    pub(crate) fn frequencies(&self) -> Option<Frequencies> {
+        self.bounced_tof().map(|tof| match tof.frequency_count {
+            1 => Frequencies::PhasorsOne,
+            _ => Frequencies::PhasorsFour,
+        })
+    }
+}
+
+/// One kind of surface.
+pub(crate) fn surface_axis(is_smooth: bool, is_textured: bool, is_detailed: bool) -> Surface {
+    match (is_detailed, is_smooth, is_textured) {
+        (true, ..) => Surface::Detailed,
+        (_, false, false) => Surface::Flat,
+        (_, false, true) => Surface::FlatTextured,
+        (_, true, false) => Surface::Smooth,
+        (_, true, true) => Surface::SmoothTextured,
+    }
+}
+
+impl From<&Light> for Emission {
+    /// A point of an area counts as a spot.
+    fn from(light: &Light) -> Self {
+        match light {
+            Light::Point { .. } => Emission::Point,
+            Light::Spot { .. } | Light::Area { .. } => Emission::Spot,
+            Light::Directional { .. } => Emission::Directional,
+            Light::Pattern { pattern, .. } => match pattern {
+                RadiationPattern::Measured(_) => Emission::Pattern,
+                RadiationPattern::Projected(_) => Emission::Projector,
+            },
+        }
+    }
+}
+
+impl From<VplSum> for Sum {
+    fn from(sum: VplSum) -> Self {
+        match sum {
+            VplSum::RsmAverage => Sum::Average,
+            VplSum::InstantRadiosity => Sum::Radiosity,
+        }
+    }
+}
+
+impl From<GatherKernel> for Distribution {
+    fn from(kernel: GatherKernel) -> Self {
+        match kernel {
+            GatherKernel::Broadcast8 => Distribution::Broadcast8,
+            GatherKernel::Broadcast4 => Distribution::Broadcast4,
+            GatherKernel::Tile => Distribution::Tile,
+        }
+    }
+}
