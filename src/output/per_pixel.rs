@@ -1,8 +1,6 @@
-//! Work for each pixel on the host, on all its cores.
+//! Work for each pixel on the host, on all its threads.
 
-use std::thread;
-
-use crate::parallel::for_each_at_once;
+use crate::parallel::{for_each_at_once, thread_count};
 
 /// Computes `N` values for each pixel.
 pub(crate) fn per_pixel<T: Send, const N: usize>(
@@ -18,9 +16,8 @@ pub(crate) fn per_pixel<T: Send, const N: usize>(
     });
 }
 
-/// Pixels per thread, for one thread per core. Most of the time goes to memory, whose pages the system may have to clear. The minimum is
+/// Pixels per thread. Most of the time goes to memory, whose pages the system may have to clear. The minimum is
 /// 16 384 pixels: below it, starting a thread takes longer than its work.
 pub(crate) fn pixels_of_a_thread(count: usize) -> usize {
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    count.div_ceil(threads).max(1 << 14)
+    count.div_ceil(thread_count()).max(1 << 14)
 }

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use glam::Vec3A;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 
+use super::collapse::Binary;
 use super::lanes::{Lanes, WithLanes, compute};
 use super::nodes::build_parameters;
-use super::wide::{Binary, Met, NOTHING_HIT, Ray, Stack, Visit, WideNodes, WideTree};
+use super::wide::{Met, NOTHING_HIT, Ray, Stack, Visit, WideNodes, WideTree};
 use super::{BOX_SLACK, Cutouts, MeshTree, SharedTree, Texel, placed_bounds, rows_of, unit_length};
-use crate::parallel::for_each_at_once;
+use crate::parallel::for_each;
 
 /// Rays that a thread takes at a time.
 const RAYS_AT_ONCE: usize = 1 << 10;
@@ -61,7 +62,7 @@ impl HostTracer {
         let bounds = placed_bounds(shared);
         let over_instances = (!bounds.is_empty()).then(|| {
             let tree = build_bvh2(&bounds, build_parameters(), &mut Default::default());
-            WideNodes::over(&Counted::new(tree), (1, BOX_SLACK), |items| items[0])
+            WideNodes::over(&Counted::new(tree), BOX_SLACK)
         });
         HostTracer {
             scene: scene.wide(),
@@ -72,22 +73,16 @@ impl HostTracer {
         }
     }
 
-    /// Writes what each ray hits, with all cores. Results do not depend on their number.
+    /// Writes what each ray hits, with all threads. Results do not depend on their number.
     pub fn trace(&self, find: Find, rays: &[Ray], hits: &mut [u32]) {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
         let parts = rays.chunks(RAYS_AT_ONCE).zip(hits.chunks_mut(RAYS_AT_ONCE));
-        let parts = std::sync::Mutex::new(parts);
-        for_each_at_once(0..threads.min(rays.len().div_ceil(RAYS_AT_ONCE)), |_| {
-            loop {
-                let part = parts.lock().map_or(None, |mut parts| parts.next());
-                let Some((rays, hits)) = part else { break };
-                compute(Part {
-                    tracer: self,
-                    find,
-                    rays,
-                    hits,
-                });
-            }
+        for_each(parts, |(rays, hits)| {
+            compute(Part {
+                tracer: self,
+                find,
+                rays,
+                hits,
+            });
         });
     }
 
@@ -280,7 +275,10 @@ mod tests {
     use glam::{DAffine3, DVec3, Vec3};
 
     use super::*;
-    use crate::ray_tree::{lanes::Plain, slack_of_shared};
+    use crate::{
+        parallel::with_threads,
+        ray_tree::{lanes::Plain, slack_of_shared},
+    };
 
     /// Triangles of many sizes, scattered in the space of the scene.
     fn triangles(seed: u64, count: usize) -> Vec<[Vec3; 3]> {
@@ -438,5 +436,35 @@ mod tests {
         );
         // Rounding moves edges.
         assert!(a.iter().zip(&b).filter(|(a, b)| a != b).count() <= 2);
+    }
+
+    /// Neither the number of threads nor a refit changes what rays hit.
+    #[test]
+    fn hits_depend_on_triangles_alone() {
+        let count = 20_000;
+        let corners = triangles(5, count);
+        let moved = |&[a, b, c]: &[Vec3; 3]| [a, b, c].map(|at| at + 0.002 * (20.0 * at.x).sin());
+        let moved: Vec<[Vec3; 3]> = corners.iter().map(moved).collect();
+        let rays = rays(3000, 1e30);
+        let cutouts = vec![0; count];
+        let hits = |tree: &MeshTree| {
+            let tracer = HostTracer::over(tree, &[], None);
+            [Find::Closest, Find::Any].map(|find| traced(&tracer, find, &rays))
+        };
+        let found = |threads: usize| {
+            with_threads(threads, || {
+                let mut tree = MeshTree::of_scene(&corners, &cutouts, false);
+                let before = hits(&tree);
+                assert!(tree.refit_scene(&moved, &cutouts, false));
+                (before, hits(&tree))
+            })
+        };
+        let (before, refitted) = found(1);
+        assert_ne!(before, refitted);
+        let built = hits(&MeshTree::of_scene(&moved, &cutouts, false));
+        assert_eq!(refitted, built);
+        for threads in [2, 5] {
+            assert_eq!(found(threads), (before.clone(), refitted.clone()));
+        }
     }
 }

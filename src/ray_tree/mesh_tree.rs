@@ -1,7 +1,10 @@
 //! The triangles of the scene's space or of a shared mesh, and the ray tree (BVH) over them.
 
 use std::{
-    sync::{Arc, OnceLock},
+    sync::{
+        Arc, OnceLock,
+        atomic::{AtomicBool, Ordering},
+    },
     time::Duration,
 };
 
@@ -14,13 +17,17 @@ use obvhs::{
 
 use super::{
     BOX_SLACK, Texel,
+    collapse::Binary,
     nodes::{Grid, LEAF, LEAF_CUTOUT, build_parameters, flatten, spread},
     triangles::{TRIANGLE_TEXELS, triangle_texels, triangle_texels_in},
-    wide::{Binary, WideTree},
+    wide::WideTree,
 };
+use crate::parallel::for_each;
 
 /// Levels of a shared mesh's tree whose boxes give the bounds of its instances.
 const COVER_LEVELS: u32 = 6;
+/// Triangles or nodes that a thread takes at a time.
+const AT_ONCE: usize = 1 << 13;
 /// Factor by which the spread of a tree's boxes may grow before camlux builds the tree again. The time of rays grows by about the same
 /// factor.
 const MOST_GROWTH: f32 = 1.1;
@@ -118,18 +125,27 @@ impl MeshTree {
         if corners.len() != triangles.len() {
             return false;
         }
-        let moved = corners.iter().zip(cutouts).zip(0..);
-        for (triangle, ((&corners, &cutout), place)) in triangles.iter_mut().zip(moved) {
-            let [a, b, c, numbers] = &triangle;
-            if (numbers[1] > 0.0) != (cutout > 0) {
-                return false;
+        let moved = corners.chunks(AT_ONCE).zip(cutouts.chunks(AT_ONCE));
+        let have_same_cutouts = AtomicBool::new(true);
+        let parts = triangles.chunks_mut(AT_ONCE).zip(moved).enumerate();
+        for_each(parts, |(part, (triangles, (corners, cutouts)))| {
+            let moved = corners.iter().zip(cutouts).zip((part * AT_ONCE) as u32..);
+            for (triangle, ((&corners, &cutout), place)) in triangles.iter_mut().zip(moved) {
+                let [a, b, c, numbers] = &triangle;
+                if (numbers[1] > 0.0) != (cutout > 0) {
+                    have_same_cutouts.store(false, Ordering::Relaxed);
+                    return;
+                }
+                let moved_to = corners.map(|at| bits(at.extend(0.0).into()));
+                let has_moved = [*a, *b, *c].map(bits) != moved_to;
+                if has_moved || numbers[1] != cutout as f32 {
+                    *triangle = triangle_texels(corners, [place, cutout]);
+                }
             }
-            let has_moved = [*a, *b, *c].map(bits) != corners.map(|at| bits(at.extend(0.0).into()));
-            if has_moved || numbers[1] != cutout as f32 {
-                *triangle = triangle_texels(corners, [place, cutout]);
-            }
+        });
+        if !have_same_cutouts.into_inner() {
+            return false;
         }
-        self.wide = OnceLock::new();
         let boxes = self.fitted_boxes();
         let Some(&whole) = boxes.first() else {
             return true;
@@ -139,9 +155,16 @@ impl MeshTree {
             return false;
         }
         self.fit_grid(whole);
-        for (texel, bounds) in self.nodes.iter_mut().zip(&boxes) {
-            let [x, y, z] = self.grid.words(bounds, self.slack);
-            *texel = [x, y, z, texel[3]];
+        let parts = self.nodes.chunks_mut(AT_ONCE).zip(boxes.chunks(AT_ONCE));
+        for_each(parts, |(nodes, boxes)| {
+            for (texel, bounds) in nodes.iter_mut().zip(boxes) {
+                let [x, y, z] = self.grid.words(bounds, self.slack);
+                *texel = [x, y, z, texel[3]];
+            }
+        });
+        match self.wide.get_mut().and_then(Arc::get_mut) {
+            Some(wide) => wide.refit(&self.triangles, self.slack),
+            None => self.wide = OnceLock::new(),
         }
         true
     }
@@ -155,23 +178,56 @@ impl MeshTree {
 
     /// The same tree for rays that the host traces. It is made on first use.
     pub(super) fn wide(&self) -> Arc<WideTree> {
-        let make = || WideTree::over(&Fitted::new(self), &self.triangles, self.slack).into();
+        let make = || {
+            let (tree, boxes) = (self, self.fitted_boxes());
+            WideTree::over(&Fitted { tree, boxes }, &self.triangles, self.slack).into()
+        };
         self.wide.get_or_init(make).clone()
     }
 
     /// The smallest box around the triangles below each node.
-    pub(super) fn fitted_boxes(&self) -> Vec<Aabb> {
-        let mut boxes = vec![Aabb::empty(); self.nodes.len()];
-        for node in (0..self.nodes.len()).rev() {
-            boxes[node] = match self.children(node) {
-                Ok([first, second]) => boxes[first].union(&boxes[second]),
-                Err(triangle) => {
-                    let texels = &self.triangles[TRIANGLE_TEXELS * triangle as usize..][..3];
-                    Aabb::from_points(&[0, 1, 2].map(|corner| Vec3A::from_slice(&texels[corner])))
-                }
-            };
+    fn fitted_boxes(&self) -> Vec<Aabb> {
+        let mut boxes: Vec<Aabb> = bytemuck::zeroed_vec(self.nodes.len());
+        // Small subtrees, and the nodes above them.
+        let (mut parts, mut above) = (Vec::new(), Vec::new());
+        let (mut rest, mut node) = (&mut boxes[..], 0);
+        while node < self.nodes.len() {
+            let size = self.end(node) - node;
+            let is_small = size <= AT_ONCE;
+            let taken = if is_small { size } else { 1 };
+            let (part, after) = rest.split_at_mut(taken);
+            match is_small {
+                true => parts.push((node, part)),
+                false => above.push(node),
+            }
+            (rest, node) = (after, node + taken);
+        }
+        for_each(parts.into_iter(), |(root, boxes)| {
+            for node in (root..root + boxes.len()).rev() {
+                boxes[node - root] = match self.children(node) {
+                    Ok(children) => union_of(boxes, children.map(|child| child - root)),
+                    Err(triangle) => {
+                        let texels = &self.triangles[TRIANGLE_TEXELS * triangle as usize..][..3];
+                        let corner = |corner: usize| Vec3A::from_slice(&texels[corner]);
+                        Aabb::from_points(&[0, 1, 2].map(corner))
+                    }
+                };
+            }
+        });
+        for node in above.into_iter().rev() {
+            if let Ok(children) = self.children(node) {
+                boxes[node] = union_of(&boxes, children);
+            }
         }
         boxes
+    }
+
+    /// The node after a node's subtree.
+    fn end(&self, node: usize) -> usize {
+        match self.nodes[node][3].to_bits() {
+            word if word & LEAF != 0 => node + 1,
+            next => next as usize,
+        }
     }
 
     /// The children of a node, or the triangle of a leaf. The first child follows the node, and the second one follows the first one's
@@ -181,11 +237,7 @@ impl MeshTree {
         if word & LEAF != 0 {
             return Err(word & !(LEAF | LEAF_CUTOUT));
         }
-        let second = match self.nodes[node + 1][3].to_bits() {
-            word if word & LEAF != 0 => node + 2,
-            next => next as usize,
-        };
-        Ok([node + 1, second])
+        Ok([node + 1, self.end(node + 1)])
     }
 
     /// Boxes that contain the whole mesh: those of the tree's first levels.
@@ -204,27 +256,14 @@ impl MeshTree {
     }
 }
 
-/// A tree with boxes that fit, and the number of triangles below each node.
+fn union_of(boxes: &[Aabb], [first, second]: [usize; 2]) -> Aabb {
+    boxes[first].union(&boxes[second])
+}
+
+/// A tree with boxes that fit.
 struct Fitted<'t> {
     tree: &'t MeshTree,
     boxes: Vec<Aabb>,
-    counts: Vec<usize>,
-}
-
-impl Fitted<'_> {
-    fn new(tree: &MeshTree) -> Fitted<'_> {
-        let mut counts = vec![1; tree.nodes.len()];
-        for node in (0..tree.nodes.len()).rev() {
-            if let Ok([first, second]) = tree.children(node) {
-                counts[node] = counts[first] + counts[second];
-            }
-        }
-        Fitted {
-            boxes: tree.fitted_boxes(),
-            tree,
-            counts,
-        }
-    }
 }
 
 impl Binary for Fitted<'_> {
@@ -237,7 +276,11 @@ impl Binary for Fitted<'_> {
     }
 
     fn count(&self, node: usize) -> usize {
-        self.counts.get(node).copied().unwrap_or_default()
+        // Below n leaves are n - 1 inner nodes.
+        match self.boxes.is_empty() {
+            true => 0,
+            false => (self.tree.end(node) - node).div_ceil(2),
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The scene's triangles as rays find them: in a ray tree (BVH) on the device, or in a wider one on the host.
 
+mod collapse;
 mod cutouts;
 mod host;
 mod kept;

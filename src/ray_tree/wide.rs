@@ -7,7 +7,7 @@ use super::lanes::{LANES, Lanes};
 use super::{TRIANGLE_TEXELS, Texel};
 
 /// The bit of a child that is a leaf, beside the leaf's index.
-const LEAF: u32 = 1 << 31;
+pub(super) const LEAF: u32 = 1 << 31;
 /// A ray hits nothing.
 pub(crate) const NOTHING_HIT: u32 = u32::MAX;
 
@@ -32,57 +32,91 @@ pub(super) struct Met {
 /// The children of a node: per axis, low and high ends of their boxes.
 #[repr(align(64))]
 #[derive(Debug, Clone)]
-struct Node {
+pub(super) struct Node {
     bounds: [[[f32; LANES]; 2]; 3],
-    children: [u32; LANES],
+    /// Nodes, or leaves; 0 where there is no child.
+    pub(super) children: [u32; LANES],
 }
 
 /// Triangles that are tested together.
 #[repr(align(64))]
-#[derive(Debug, Clone)]
-struct Leaf {
+#[derive(Debug, Clone, bytemuck::Zeroable)]
+pub(super) struct Leaf {
     corners: [[[f32; LANES]; 3]; 3],
     normal: [[f32; LANES]; 3],
-    /// What tells them apart: for triangles, their places in the list.
-    items: [u32; LANES],
+    /// Their places in the list.
+    pub(super) items: [u32; LANES],
+    pub(super) count: usize,
     /// A bit for each triangle with cut-outs.
     cutouts: u32,
-}
-
-/// A binary tree that a wide one is made from.
-pub(super) trait Binary {
-    /// The children of a node, or the item of a leaf.
-    fn children(&self, node: usize) -> Result<[usize; 2], u32>;
-    fn bounds(&self, node: usize) -> [Vec3A; 2];
-    /// Items below a node; 0 for the first node of a tree without nodes.
-    fn count(&self, node: usize) -> usize;
 }
 
 /// Boxes around leaves. Without items it has a node without children.
 #[derive(Debug, Default)]
 pub(super) struct WideNodes {
-    nodes: Vec<Node>,
+    pub(super) nodes: Vec<Node>,
 }
 
 /// The tree over triangles.
 #[derive(Debug, Default)]
 pub(crate) struct WideTree {
-    nodes: WideNodes,
-    leaves: Vec<Leaf>,
+    pub(super) nodes: WideNodes,
+    pub(super) leaves: Vec<Leaf>,
 }
 
 impl Node {
-    const EMPTY: Node = Node {
+    pub(super) const EMPTY: Node = Node {
         bounds: [[[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]]; 3],
         children: [0; LANES],
     };
 
-    fn set(&mut self, lane: usize, [low, high]: [Vec3A; 2], child: u32) {
+    pub(super) fn set_box(&mut self, lane: usize, [low, high]: [Vec3A; 2]) {
         for axis in 0..3 {
             self.bounds[axis][0][lane] = low[axis];
             self.bounds[axis][1][lane] = high[axis];
         }
-        self.children[lane] = child;
+    }
+
+    /// The box around all children.
+    pub(super) fn whole_box(&self) -> [Vec3A; 2] {
+        let ends = |axis: usize| {
+            let [low, high] = &self.bounds[axis];
+            let low = low.iter().copied().fold(f32::INFINITY, f32::min);
+            [low, high.iter().copied().fold(f32::NEG_INFINITY, f32::max)]
+        };
+        let [x, y, z] = [0, 1, 2].map(ends);
+        [0, 1].map(|end| Vec3A::new(x[end], y[end], z[end]))
+    }
+}
+
+impl Leaf {
+    /// Takes these triangles of a list, no fewer than before. Lanes that stay 0 have triangles without area, which are never hit.
+    pub(super) fn fill(&mut self, items: &[u32], triangles: &[Texel]) {
+        self.count = items.len();
+        self.cutouts = 0;
+        for (lane, &item) in items.iter().enumerate() {
+            let texels = &triangles[TRIANGLE_TEXELS * item as usize..][..TRIANGLE_TEXELS];
+            for (corner, [x, y, z, normal]) in texels.iter().take(3).enumerate() {
+                for (axis, place) in [x, y, z].into_iter().enumerate() {
+                    self.corners[corner][axis][lane] = *place;
+                }
+                self.normal[corner][lane] = *normal;
+            }
+            self.items[lane] = item;
+            self.cutouts |= u32::from(texels[3][1] > 0.0) << lane;
+        }
+    }
+
+    /// The box around its triangles.
+    pub(super) fn whole_box(&self) -> [Vec3A; 2] {
+        let corners = (0..self.count).flat_map(|lane| {
+            let corner = move |[x, y, z]: &[[f32; LANES]; 3]| Vec3A::new(x[lane], y[lane], z[lane]);
+            self.corners.iter().map(corner)
+        });
+        corners.fold(
+            [Vec3A::INFINITY, Vec3A::NEG_INFINITY],
+            |[low, high], corner| [low.min(corner), high.max(corner)],
+        )
     }
 }
 
@@ -248,48 +282,6 @@ pub(super) trait Visit<L: Lanes> {
 }
 
 impl WideNodes {
-    /// Collapses a binary tree. `leaf_of` stores up to `max_items` items and returns the leaf's index.
-    pub(super) fn over(
-        binary: &impl Binary,
-        (max_items, slack): (usize, f32),
-        mut leaf_of: impl FnMut(&[u32]) -> u32,
-    ) -> WideNodes {
-        let mut nodes = vec![Node::EMPTY];
-        let mut open = Vec::new();
-        if binary.count(0) > 0 {
-            open.push((0, 0));
-        }
-        while let Some((own, node)) = open.pop() {
-            let mut children = vec![node];
-            // Divides the child with the largest surface until the node is full.
-            while children.len() < LANES {
-                let inner = children.iter().enumerate();
-                let inner = inner.filter(|&(_, &child)| binary.count(child) > max_items);
-                let areas = inner.map(|(place, &child)| (place, half_area(binary.bounds(child))));
-                let Some((place, _)) = areas.max_by(|(_, a), (_, b)| a.total_cmp(b)) else {
-                    break;
-                };
-                let Ok(parts) = binary.children(children[place]) else {
-                    break;
-                };
-                children.swap_remove(place);
-                children.extend(parts);
-            }
-            for (lane, &child) in children.iter().enumerate() {
-                let word = if binary.count(child) <= max_items {
-                    LEAF | leaf_of(&items_below(binary, child))
-                } else {
-                    nodes.push(Node::EMPTY);
-                    open.push((nodes.len() - 1, child));
-                    nodes.len() as u32 - 1
-                };
-                let [low, high] = binary.bounds(child);
-                nodes[own].set(lane, [low - slack, high + slack], word);
-            }
-        }
-        WideNodes { nodes }
-    }
-
     /// Visits the leaves whose boxes a ray meets before `t_max`, the nearest ones first.
     #[inline(always)]
     pub(super) fn nearest_first<L: Lanes>(
@@ -382,16 +374,6 @@ impl WideNodes {
 }
 
 impl WideTree {
-    /// A tree over triangles, which are the items of a binary tree. `slack`: how much larger boxes are than their content.
-    pub(super) fn over(binary: &impl Binary, triangles: &[Texel], slack: f32) -> WideTree {
-        let mut leaves = Vec::new();
-        let nodes = WideNodes::over(binary, (LANES, slack), |items| {
-            leaves.push(leaf_of(items, triangles));
-            leaves.len() as u32 - 1
-        });
-        WideTree { nodes, leaves }
-    }
-
     /// Moves `met` to the closest triangle before it; of several at the same distance, to the first one. `first_hit` is the number of the
     /// tree's first triangle among all hits, `is_hole` tells whether a triangle with cut-outs has a hole where the ray meets it.
     #[inline(always)]
@@ -527,45 +509,4 @@ fn sort_down(boxes: &mut [(u32, f32)]) {
             at -= 1;
         }
     }
-}
-
-fn half_area([low, high]: [Vec3A; 2]) -> f32 {
-    let extent = high - low;
-    extent.dot(Vec3A::new(extent.y, extent.z, extent.x))
-}
-
-/// In order, so that the tree does not depend on how the binary one was built.
-fn items_below(binary: &impl Binary, node: usize) -> Vec<u32> {
-    let mut items = Vec::new();
-    let mut open = vec![node];
-    while let Some(node) = open.pop() {
-        match binary.children(node) {
-            Ok(children) => open.extend(children),
-            Err(item) => items.push(item),
-        }
-    }
-    items.sort_unstable();
-    items
-}
-
-/// Unused lanes have triangles without area, which are never hit.
-fn leaf_of(items: &[u32], triangles: &[Texel]) -> Leaf {
-    let mut leaf = Leaf {
-        corners: [[[0.0; LANES]; 3]; 3],
-        normal: [[0.0; LANES]; 3],
-        items: [0; LANES],
-        cutouts: 0,
-    };
-    for (lane, &item) in items.iter().enumerate() {
-        let texels = &triangles[TRIANGLE_TEXELS * item as usize..][..TRIANGLE_TEXELS];
-        for (corner, [x, y, z, normal]) in texels.iter().take(3).enumerate() {
-            for (axis, place) in [x, y, z].into_iter().enumerate() {
-                leaf.corners[corner][axis][lane] = *place;
-            }
-            leaf.normal[corner][lane] = *normal;
-        }
-        leaf.items[lane] = item;
-        leaf.cutouts |= u32::from(texels[3][1] > 0.0) << lane;
-    }
-    leaf
 }
