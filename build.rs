@@ -57,6 +57,7 @@ mod compile {
     use naga::{
         AddressSpace, Module, TypeInner,
         back::spv,
+        compact::{KeepUnused, compact},
         proc::{BoundsCheckPolicies, BoundsCheckPolicy},
         valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
     };
@@ -68,11 +69,16 @@ mod compile {
 
     pub fn all(shaders: &Path, out: &Path) -> Result<(), String> {
         let (axes, kernels) = permutations::parse(&read(&shaders.join("permutations.txt"))?)?;
+        let permutations: Vec<_> = kernels.iter().flat_map(Kernel::permutations).collect();
+        let words = permutations
+            .iter()
+            .flat_map(|p| p.words.iter().chain(&p.switches));
+        let vocabulary: BTreeSet<String> = words.cloned().collect();
         let mut described = Described::default();
-        for permutation in kernels.iter().flat_map(Kernel::permutations) {
+        for permutation in permutations {
             let name = permutation.name.clone();
-            let text = source_of(&permutation, shaders)?;
-            let (mut module, info) = parse(&unroll(&text)?, &name)?;
+            let text = source_of(&permutation, &vocabulary, shaders)?;
+            let (mut module, info, constants) = parse(&unroll(&text)?, &name)?;
             let marked = mark_switches(&mut module, &permutation.switches);
             let mut words = emit(&module, &info).map_err(|error| format!("{name}: {error}"))?;
             if !permutation.switches.is_empty() {
@@ -82,7 +88,7 @@ mod compile {
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             write(&out.join(format!("{name}.spv")), &bytes)?;
             described
-                .add(&module, &info, permutation)
+                .add(&module, &info, permutation, constants)
                 .map_err(|error| format!("{name}: {error}"))?;
         }
         let text = described.text(&axes, &kernels);
@@ -129,21 +135,27 @@ mod compile {
         Ok(text)
     }
 
-    /// WGSL of a permutation, as naga takes it. Each switch is an override.
-    fn source_of(permutation: &Permutation, folder: &Path) -> Result<String, String> {
-        let capitals = |words: &[String]| words.iter().map(|word| word.to_uppercase()).collect();
-        let switches: Vec<String> = capitals(&permutation.switches);
+    /// WGSL of a permutation, as naga takes it. Each word of the permutation file is a bool: a constant, or an override for a switch.
+    fn source_of(
+        permutation: &Permutation,
+        vocabulary: &BTreeSet<String>,
+        folder: &Path,
+    ) -> Result<String, String> {
         let mut source = Source {
             folder,
-            defines: capitals(&permutation.words),
+            permutation,
             text: String::new(),
             imported: BTreeSet::new(),
-            depth: 0,
-            is_function: false,
-            switches,
         };
-        for switch in &source.switches {
-            let _ = writeln!(source.text, "override {switch}: bool = false;");
+        for word in vocabulary {
+            let capitals = word.to_uppercase();
+            let _ = match permutation.switches.contains(word) {
+                true => writeln!(source.text, "override {capitals}: bool = false;"),
+                false => {
+                    let is_defined = permutation.words.contains(word);
+                    writeln!(source.text, "const {capitals}: bool = {is_defined};")
+                }
+            };
         }
         source.import(&permutation.pass)?;
         Ok(source.text)
@@ -152,81 +164,46 @@ mod compile {
     /// WGSL as naga takes it.
     struct Source<'p> {
         folder: &'p Path,
-        defines: Vec<String>,
-        switches: Vec<String>,
+        permutation: &'p Permutation,
         imported: BTreeSet<String>,
         text: String,
-        /// Open braces, and whether the outermost is a function's.
-        depth: i32,
-        is_function: bool,
-    }
-
-    /// What an `#if` became.
-    #[derive(Clone, Copy, PartialEq)]
-    enum Open {
-        /// Its lines are taken, or left out.
-        Decided(bool),
-        /// An `if` in a function, on switches.
-        Branch,
-        /// Declarations, which a module with switches always has.
-        Declared,
     }
 
     impl Source<'_> {
-        /// Adds a line, and follows where functions begin and end.
-        fn add(&mut self, line: &str) {
-            let code = line.split("//").next().unwrap_or_default();
-            if self.depth == 0 && code.contains('{') {
-                self.is_function = !code.starts_with("struct");
-            }
-            self.depth += code.matches('{').count() as i32 - code.matches('}').count() as i32;
-            self.text += line;
-            self.text.push('\n');
-        }
-
-        /// Adds a file, once, after those that it imports. `#if WORD…` (any of them) / `#else` / `#endif` are resolved for the words of the
-        /// permutation. For switches they become `if` / `else` in functions; outside, what they enclose is declared in any case.
+        /// Adds a file, once, after those that it imports: a kernel, or a file of `shared/`. `#if WORD…` (any of them) / `#else` / `#endif`
+        /// choose between declarations. In functions, words are conditions like others.
         fn import(&mut self, name: &str) -> Result<(), String> {
             if !self.imported.insert(name.into()) {
                 return Ok(());
             }
-            let text = read(&self.folder.join(format!("{name}.wgsl")))?;
-            let mut open: Vec<Open> = Vec::new();
+            let kernel = self.folder.join(format!("{name}.wgsl"));
+            let shared = self.folder.join(format!("shared/{name}.wgsl"));
+            let text = read(if shared.exists() { &shared } else { &kernel })?;
+            // Whether the lines after each open `#if` are taken.
+            let mut open: Vec<bool> = Vec::new();
             for line in text.lines() {
                 let fail = |what: &str| Err(format!("{name}.wgsl: {what}: {line}"));
-                let is_taken = !open.contains(&Open::Decided(false));
+                let is_taken = !open.contains(&false);
                 let words: Vec<&str> = line.split_whitespace().collect();
                 match words.as_slice() {
                     ["#if", any @ ..] if !any.is_empty() => {
-                        let is_among = |list: &[String], word: &str| list.iter().any(|d| d == word);
-                        let switches: Vec<&str> = any
-                            .iter()
-                            .copied()
-                            .filter(|word| is_among(&self.switches, word))
-                            .collect();
-                        let is_defined = any.iter().any(|word| is_among(&self.defines, word));
-                        open.push(if is_defined || switches.is_empty() || !is_taken {
-                            Open::Decided(is_defined)
-                        } else if self.depth > 0 && self.is_function && is_taken {
-                            self.add(&format!("if ({}) {{", switches.join(" | ")));
-                            Open::Branch
-                        } else {
-                            Open::Declared
-                        });
-                    }
-                    ["#else"] => match open.last_mut() {
-                        Some(Open::Decided(taken)) => *taken = !*taken,
-                        Some(Open::Branch) => self.add("} else {"),
-                        Some(Open::Declared) => {
+                        let is_among = |list: &[String]| {
+                            any.iter().any(|word| list.contains(&word.to_lowercase()))
+                        };
+                        if is_among(&self.permutation.switches) {
                             return fail("a switch decides nothing outside of functions");
                         }
+                        open.push(is_among(&self.permutation.words));
+                    }
+                    ["#else"] => match open.last_mut() {
+                        Some(taken) => *taken = !*taken,
                         None => return fail("no #if before"),
                     },
-                    ["#endif"] => match open.pop() {
-                        Some(Open::Branch) => self.add("}"),
-                        Some(_) => {}
-                        None => return fail("no #if before"),
-                    },
+                    ["#endif"] => {
+                        if open.pop().is_none() {
+                            return fail("no #if before");
+                        }
+                    }
                     ["#import", file] if is_taken => self.import(file)?,
                     ["#loader", name, image] if is_taken => {
                         self.text += &loader(&self.text, name, image)?;
@@ -239,7 +216,10 @@ mod compile {
                     {
                         return fail("unknown directive");
                     }
-                    _ if is_taken => self.add(line),
+                    _ if is_taken => {
+                        self.text += line;
+                        self.text.push('\n');
+                    }
                     _ => {}
                 }
             }
@@ -386,9 +366,11 @@ mod compile {
             .map_err(|error| error.emit_to_string_with_path(source, name))
     }
 
+    /// The module without what its words leave out, and its named u32 constants.
+    ///
     /// Resources get their bindings in the order of their declarations, so that the stages of a raster pass, which share what comes
     /// first, agree.
-    fn parse(source: &str, name: &str) -> Result<(Module, ModuleInfo), String> {
+    fn parse(source: &str, name: &str) -> Result<(Module, ModuleInfo, Vec<(String, u32)>), String> {
         let mut module = front(source, name)?;
         let mut variables: Vec<_> = module
             .global_variables
@@ -413,11 +395,89 @@ mod compile {
                     .map(|binding| naga::ResourceBinding { group: 0, binding });
             }
         }
+        let constants = named_constants(&module);
+        decide_words(&mut module);
+        compact(&mut module, KeepUnused::No);
         let capabilities = Capabilities::all() & spv::supported_capabilities();
         let info = Validator::new(ValidationFlags::all(), capabilities)
             .validate(&module)
             .map_err(|error| error.emit_to_string_with_path(source, name))?;
-        Ok((module, info))
+        Ok((module, info, constants))
+    }
+
+    fn named_constants(module: &Module) -> Vec<(String, u32)> {
+        let constants = module.constants.iter();
+        let named =
+            constants.filter_map(
+                |(_, constant)| match module.global_expressions[constant.init] {
+                    naga::Expression::Literal(naga::Literal::U32(value)) => {
+                        Some((constant.name.clone()?, value))
+                    }
+                    _ => None,
+                },
+            );
+        named.collect()
+    }
+
+    /// Replaces each `if` on constants by its branch.
+    fn decide_words(module: &mut Module) {
+        let (constants, globals) = (&module.constants, &module.global_expressions);
+        let functions = module.functions.iter_mut().map(|(_, function)| function);
+        let points = module.entry_points.iter_mut();
+        for function in functions.chain(points.map(|point| &mut point.function)) {
+            let mut body = std::mem::take(&mut function.body);
+            decide_block(&mut body, &|condition| {
+                let mut known = &function.expressions[condition];
+                if let naga::Expression::Constant(constant) = *known {
+                    known = &globals[constants[constant].init];
+                }
+                match *known {
+                    naga::Expression::Literal(naga::Literal::Bool(value)) => Some(value),
+                    _ => None,
+                }
+            });
+            function.body = body;
+            // What has a name counts as needed.
+            function.named_expressions.clear();
+        }
+    }
+
+    fn decide_block(
+        block: &mut naga::Block,
+        value: &dyn Fn(naga::Handle<naga::Expression>) -> Option<bool>,
+    ) {
+        use naga::Statement;
+        for statement in block.iter_mut() {
+            if let Statement::If {
+                condition,
+                accept,
+                reject,
+            } = statement
+                && let Some(is_true) = value(*condition)
+            {
+                let taken = std::mem::take(if is_true { accept } else { reject });
+                *statement = Statement::Block(taken);
+            }
+            match statement {
+                Statement::Block(inner) => decide_block(inner, value),
+                Statement::If { accept, reject, .. } => {
+                    decide_block(accept, value);
+                    decide_block(reject, value);
+                }
+                Statement::Loop {
+                    body, continuing, ..
+                } => {
+                    decide_block(body, value);
+                    decide_block(continuing, value);
+                }
+                Statement::Switch { cases, .. } => {
+                    for case in cases {
+                        decide_block(&mut case.body, value);
+                    }
+                }
+                _ => {}
+            }
+        }
     }
 
     /// Bounds checks, loop guards and zeroed workgroup memory cost 2 to 14 % here and guard nothing: every index is

@@ -30,6 +30,7 @@ impl Described {
         module: &Module,
         info: &ModuleInfo,
         permutation: Permutation,
+        constants: Vec<(String, u32)>,
     ) -> Result<(), String> {
         let point = &module.entry_points[0];
         let uses = info.get_entry_point(0);
@@ -59,20 +60,12 @@ impl Described {
             let line = format!("        ({number}, {name:?}, DescriptorType::{kind}),\n");
             bindings.insert(number, line);
         }
-        let constants = module.constants.iter().filter_map(|(_, constant)| {
-            match module.global_expressions[constant.init] {
-                naga::Expression::Literal(naga::Literal::U32(value)) => {
-                    Some((constant.name.clone()?, value))
-                }
-                _ => None,
-            }
-        });
         let (entry, size) = (&point.name, point.workgroup_size);
         self.modules.push(DescribedModule {
             permutation,
             interface: format!("c{entry:?} {size:?} {immediate_bytes}"),
             bindings: bindings.into_values().collect(),
-            constants: constants.collect(),
+            constants,
         });
         describe_structs(&mut self.structs, module)
     }

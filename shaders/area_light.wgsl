@@ -9,19 +9,14 @@ struct AreaLightParameters {
 
 // Sum over one half of the points.
 var first_half: texture_storage_2d<rgba32float, read_write>;
-#if MERGE
 var second_half: texture_storage_2d<rgba32float, read_write>;
 // Per workgroup: Σ(a − b)² and Σ(a + b)² over pixels and bands.
 var<storage, read_write> differences: array<vec2<f32>>;
 var<workgroup> of_pixels: array<vec2<f32>, 64>;
-#else
 var direct_radiance: texture_storage_2d<rgba32float, read_write>;
-#if PHASORS
 // Sums over all points.
 var point_phasors: texture_storage_2d_array<rgba32float, read_write>;
 var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
-#endif
-#endif
 var<immediate> parameters: AreaLightParameters;
 
 #if MERGE
@@ -65,12 +60,12 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let radiance = textureLoad(direct_radiance, pixel).rgb + parameters.share * textureLoad(first_half, pixel).rgb;
     textureStore(direct_radiance, pixel, vec4<f32>(radiance, 0.0));
     textureStore(first_half, pixel, vec4<f32>(0.0));
-#if PHASORS
-    for (var layer = 0u; layer < parameters.pair_count; layer++) {
-        let phasors = textureLoad(direct_phasors, pixel, layer) + parameters.share * textureLoad(point_phasors, pixel, layer);
-        textureStore(direct_phasors, pixel, layer, phasors);
-        textureStore(point_phasors, pixel, layer, vec4<f32>(0.0));
+    if (PHASORS) {
+        for (var layer = 0u; layer < parameters.pair_count; layer++) {
+            let phasors = textureLoad(direct_phasors, pixel, layer) + parameters.share * textureLoad(point_phasors, pixel, layer);
+            textureStore(direct_phasors, pixel, layer, phasors);
+            textureStore(point_phasors, pixel, layer, vec4<f32>(0.0));
+        }
     }
-#endif
 }
 #endif

@@ -6,8 +6,8 @@
 
 const RUN_ITEMS: u32 = 64u;
 const NOTHING: u32 = 0u;
-const MATTE: u32 = 1u;
-const GLOSSY: u32 = 2u;
+const MATTE_LIST: u32 = 1u;
+const GLOSSY_LIST: u32 = 2u;
 
 struct ListLengths {
     matte: u32,
@@ -38,8 +38,8 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     var glossy = 0u;
     for (var item = run * RUN_ITEMS; item < end; item++) {
         let list = list_of(item);
-        matte += u32(list == MATTE);
-        glossy += u32(list == GLOSSY);
+        matte += u32(list == MATTE_LIST);
+        glossy += u32(list == GLOSSY_LIST);
     }
     runs[run] = ListLengths(matte, glossy);
 }
@@ -88,12 +88,12 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     var glossy = runs[run].glossy;
     for (var item = run * RUN_ITEMS; item < end; item++) {
         let list = list_of(item);
-        if (list == MATTE) {
-            place(item, MATTE, matte);
+        if (list == MATTE_LIST) {
+            place(item, MATTE_LIST, matte);
             matte++;
         }
-        if (list == GLOSSY) {
-            place(item, GLOSSY, glossy);
+        if (list == GLOSSY_LIST) {
+            place(item, GLOSSY_LIST, glossy);
             glossy++;
         }
     }

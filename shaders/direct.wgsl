@@ -2,54 +2,45 @@
 
 #import direct_pixel
 #import brdf
-#if PHASORS
 #import phasor
-#endif
-#if MAP
 #import light_map
-#endif
 
 var kd_material: texture_2d<f32>;
 var ks_shininess: texture_2d<f32>;
 var direct_radiance: texture_storage_2d<rgba32float, read_write>;
-#if PHASORS
 // Z; without the path to C where each pixel shows one point.
 var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
-#endif
-#if RAYS
 var<storage, read> hits: array<u32>;
 
 fn is_lit(place: vec2<u32>, pixel: Pixel) -> bool {
-    return hits[ray_index(place)] == NOTHING_HIT;
+    if (RAYS) {
+        return hits[ray_index(place)] == NOTHING_HIT;
+    } else {
+        return is_visible(pixel.position, pixel.geometric_normal);
+    }
 }
-#else
-fn is_lit(place: vec2<u32>, pixel: Pixel) -> bool {
-    return is_visible(pixel.position, pixel.geometric_normal);
-}
-#endif
 
 // Adds the light that an unshadowed pixel sends to C.
 fn add_light(place: vec2<u32>, pixel: Pixel) {
     var brdf: Brdf;
     brdf.kd = textureLoad(kd_material, place, 0).rgb;
-#if PHONG
-    let specular = textureLoad(ks_shininess, place, 0);
-    brdf.ks = specular.rgb;
-    brdf.shininess = specular.w;
-#endif
+    if (PHONG) {
+        let specular = textureLoad(ks_shininess, place, 0);
+        brdf.ks = specular.rgb;
+        brdf.shininess = specular.w;
+    }
     let to_camera = normalize(parameters.camera_position - pixel.position);
     let reflected = parameters.share * (eval_brdf(brdf, pixel.normal, pixel.to_light, to_camera) * pixel.irradiance);
     let sum = textureLoad(direct_radiance, place).rgb + reflected;
     textureStore(direct_radiance, place, vec4<f32>(sum, 0.0));
-#if PHASORS
-    let seen = dot(modulation.band_weights, reflected);
-    let way_to_camera = turns_between(parameters.camera_position, parameters.camera_turns, pixel.position);
-    let path = phasors_of(turns_from_light(light, pixel.position) + parameters.has_way_to_camera * way_to_camera);
-    for (var layer = 0u; layer < modulation.pair_count; layer++) {
-        let pair = select(vec4<f32>(path.re.xy, path.im.xy), vec4<f32>(path.re.zw, path.im.zw), layer == 1u).xzyw;
-        textureStore(direct_phasors, place, layer, textureLoad(direct_phasors, place, layer) + seen * pair);
+    if (PHASORS) {
+        let seen = dot(modulation.band_weights, reflected);
+        let way_to_camera = turns_between(parameters.camera_position, parameters.camera_turns, pixel.position);
+        let path = phasors_of(turns_from_light(light, pixel.position) + parameters.has_way_to_camera * way_to_camera);
+        for (var layer = 0u; layer < modulation.pair_count; layer++) {
+            textureStore(direct_phasors, place, layer, textureLoad(direct_phasors, place, layer) + seen * phasor_pair(path, layer));
+        }
     }
-#endif
 }
 
 @compute @workgroup_size(8, 8)

@@ -11,41 +11,32 @@ struct ErrorEstimateParameters {
 }
 
 var indirect_radiance: texture_storage_2d<rgba32float, read>;
-#if PHASORS
 var indirect_phasors: texture_storage_2d_array<rgba32float, read>;
-const ESTIMATE_VECTORS: u32 = 6u;
-#else
-const ESTIMATE_VECTORS: u32 = 2u;
-#endif
+const ESTIMATE_VECTORS: u32 = select(2u, 6u, PHASORS);
 var<storage, read> receivers: array<u32>;
 // In the refinement's layout. Noisy gathers: the sums over samples, and over their squared differences. If gathers have no noise, the
 // second may be the first.
 var<storage, read> results: array<vec4<f32>>;
-#if NOISY
-// In the layout of the sample_counts pass, for both gathers.
+// Noisy gathers: in the layout of the sample_counts pass, for both gathers.
 var<storage, read> sample_ranges: array<u32>;
-#endif
 // Two vectors per receiver. The first: Σ over bands of (x − t₁)(x − t₂), of t₁·t₂ and of (t₁ − t₂)²; the variance of a sample. The second:
 // the pixel; the expected error, as the resolve pass stores it; packets of samples of a gather. With phasors, a vector like the first
 // follows for Z of each frequency.
 var<storage, read_write> estimates: array<vec4<f32>>;
 var<immediate> parameters: ErrorEstimateParameters;
 
-#if PHASORS
 // Z of two frequencies that a receiver's results reflect, as the pixel sees them.
 fn seen_phasors(pixel: vec2<u32>, first: u32, pair: u32) -> vec4<f32> {
     var phasors = vec4<f32>(0.0);
     for (var i = 0u; i < modulation.band_count; i++) {
         let band = modulation.bands[i];
         let shares = seen_shares(pixel, band);
-        phasors += shares.x * results[first + phasor_result(pair, band, 0u)];
-#if PHONG
-        phasors += shares.y * results[first + phasor_result(pair, band, 1u)];
-#endif
+        for (var lobe = 0u; lobe < lobe_count(); lobe++) {
+            phasors += shares[lobe] * results[first + phasor_result(pair, band, lobe)];
+        }
     }
     return phasors;
 }
-#endif
 
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -60,10 +51,10 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let estimate = ESTIMATE_VECTORS * id.x;
     var per_sample = 1.0;
     var packets = 0.0;
-#if NOISY
-    packets = f32(sample_ranges[id.x] >> 16u);
-    per_sample = 1.0 / (PACKET_SAMPLES * packets);
-#endif
+    if (NOISY) {
+        packets = f32(sample_ranges[id.x] >> 16u);
+        per_sample = 1.0 / (PACKET_SAMPLES * packets);
+    }
     let first_radiance = per_sample * reflect(pixel, results[first].rgb, results[first + 1u].rgb);
     let second_radiance = per_sample * reflect(pixel, results[second].rgb, results[second + 1u].rgb);
     let difference = first_radiance - second_radiance;
@@ -72,25 +63,26 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     estimates[estimate] = vec4<f32>(dot(image - first_radiance, image - second_radiance), dot(first_radiance, second_radiance), dot(difference, difference),
         0.5 * per_sample * reflect_squares(pixel, vec2<f32>(results[first].w + results[second].w, results[first + 1u].w + results[second + 1u].w)));
     estimates[estimate + 1u] = vec4<f32>(vec2<f32>(pixel), image_error.w, packets);
-#if PHASORS
-    for (var pair = 0u; pair < modulation.pair_count; pair++) {
-        let image_phasors = textureLoad(indirect_phasors, pixel, pair);
-        let first_phasors = per_sample * seen_phasors(pixel, first, pair);
-        let second_phasors = per_sample * seen_phasors(pixel, second, pair);
-        let change = first_phasors - second_phasors;
-        let errors = (image_phasors - first_phasors) * (image_phasors - second_phasors);
-        let signals = first_phasors * second_phasors;
-        for (var i = 0u; i < 2u; i++) {
-            let frequency = 2u * pair + i;
-            let of_frequency = select(vec4<f32>(1.0, 1.0, 0.0, 0.0), vec4<f32>(0.0, 0.0, 1.0, 1.0), i == 1u);
-            var variance = 0.0;
-#if NOISY
-            let squares = vec2<f32>(results[first + PHASOR_SQUARES][frequency] + results[second + PHASOR_SQUARES][frequency],
-                results[first + PHASOR_SQUARES + 1u][frequency] + results[second + PHASOR_SQUARES + 1u][frequency]);
-            variance = 0.5 * per_sample * reflect_phasor_squares(pixel, squares);
-#endif
-            estimates[estimate + 2u + frequency] = vec4<f32>(dot(of_frequency, errors), dot(of_frequency, signals), dot(of_frequency, change * change), variance);
+    if (PHASORS) {
+        for (var pair = 0u; pair < modulation.pair_count; pair++) {
+            let image_phasors = textureLoad(indirect_phasors, pixel, pair);
+            let first_phasors = per_sample * seen_phasors(pixel, first, pair);
+            let second_phasors = per_sample * seen_phasors(pixel, second, pair);
+            let change = first_phasors - second_phasors;
+            let errors = (image_phasors - first_phasors) * (image_phasors - second_phasors);
+            let signals = first_phasors * second_phasors;
+            for (var i = 0u; i < 2u; i++) {
+                let frequency = 2u * pair + i;
+                let of_frequency = select(vec4<f32>(1.0, 1.0, 0.0, 0.0), vec4<f32>(0.0, 0.0, 1.0, 1.0), i == 1u);
+                var variance = 0.0;
+                if (NOISY) {
+                    let squares = vec2<f32>(results[first + PHASOR_SQUARES][frequency] + results[second + PHASOR_SQUARES][frequency],
+                        results[first + PHASOR_SQUARES + 1u][frequency] + results[second + PHASOR_SQUARES + 1u][frequency]);
+                    variance = 0.5 * per_sample * reflect_phasor_squares(pixel, squares);
+                }
+                estimates[estimate + 2u + frequency] = vec4<f32>(dot(of_frequency, errors), dot(of_frequency, signals),
+                    dot(of_frequency, change * change), variance);
+            }
         }
     }
-#endif
 }

@@ -24,35 +24,33 @@ fn load_candidate(receiver: Receiver, vpl_index: u32) -> Candidate {
     let distance_squared = dot(offset, offset);
     let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
     var radiance = vpl.diffuse;
-#if PHONG
-    let vpl_lobe = load_vpl_lobe(vpl_index);
-    radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
-#endif
+    if (PHONG) {
+        let vpl_lobe = load_vpl_lobe(vpl_index);
+        radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
+    }
     var contribution = mis_contribution(receiver, direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density);
-#if PHASORS
-    let turns = vpl.turns + modulation.turns_per_unit * sqrt(distance_squared);
-    contribution.turns = select(vec4<f32>(-1.0), turns, vpl.is_modulated == 1.0);
-#endif
+    if (PHASORS) {
+        let turns = vpl_turns(vpl_index) + modulation.turns_per_unit * sqrt(distance_squared);
+        contribution.turns = select(vec4<f32>(-1.0), turns, vpl.is_modulated == 1.0);
+    }
     let weight = diffuse_factor(vec3<f32>(1.0)).x + contribution.lobe;
     return Candidate(contribution, vpl.position, weight * band_sum(contribution.irradiance));
 }
 
-#if PHASORS
 fn seen_light(contribution: Contribution) -> vec3<f32> {
     return select(vec3<f32>(0.0), modulation.is_seen * contribution.irradiance, contribution.turns.x >= 0.0);
 }
-#endif
 
 // Squared differences of two candidates: light of the diffuse and of the specular lobe, then their light that is modulated. Neighbours have
 // almost the same phase, so only their light is compared.
 fn squared_differences(a: Contribution, b: Contribution) -> vec4<f32> {
     var squares = vec4<f32>(square(a.irradiance - b.irradiance), square(a.irradiance * a.lobe - b.irradiance * b.lobe), 0.0, 0.0);
-#if PHASORS
-    let seen_a = seen_light(a);
-    let seen_b = seen_light(b);
-    squares.z = square(seen_a - seen_b);
-    squares.w = square(seen_a * a.lobe - seen_b * b.lobe);
-#endif
+    if (PHASORS) {
+        let seen_a = seen_light(a);
+        let seen_b = seen_light(b);
+        squares.z = square(seen_a - seen_b);
+        squares.w = square(seen_a * a.lobe - seen_b * b.lobe);
+    }
     return squares;
 }
 

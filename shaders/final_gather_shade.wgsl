@@ -34,9 +34,9 @@ fn point_for(packet: Packet, pixel: vec2<u32>) -> Light {
     let seed = hash(parameters.seed ^ 0x85ebca6bu) ^ parameters.light_index;
     let shift = fract(vec2<f32>(pixel) * mat2x2<f32>(0.8566749, 0.7338919, 0.6287067, 0.5385972));
     light.position += area_offset(light, fract(area_place(packet.number, seed) + shift));
-#if PHASORS
-    light.origin_turns = area_origin_turns(light);
-#endif
+    if (PHASORS) {
+        light.origin_turns = area_origin_turns(light);
+    }
     return light;
 }
 
@@ -72,10 +72,10 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         }
         let is_lit = is_hit && cosine_light > 0.0 && geometric_cosine_light > 0.0 && any(contribution.irradiance > vec3<f32>(0.0));
         contribution.irradiance = select(vec3<f32>(0.0), contribution.irradiance, is_lit);
-#if PHASORS
-        let turns = turns_from_light(light, hit.position) + modulation.turns_per_unit * length(offset);
-        contribution.turns = select(vec4<f32>(-1.0), turns, light.is_modulated == 1u);
-#endif
+        if (PHASORS) {
+            let turns = turns_from_light(light, hit.position) + modulation.turns_per_unit * length(offset);
+            contribution.turns = select(vec4<f32>(-1.0), turns, light.is_modulated == 1u);
+        }
         // Q is on the side that P sees, even if it is also in a second surface.
         let start = before_surface(hit.position, hit.geometric_normal, END_SHIFT) - END_SHIFT * direction;
         let to_light = light_ray(parameters.light_index, index, lobe, sample);

@@ -2,7 +2,8 @@
 // result does not depend on which of them are processed together.
 
 #import final_gather
-#import signal
+#import squares
+#import results
 
 // A receiver and its packets in the list.
 struct Span {
@@ -17,9 +18,6 @@ struct Span {
 var<storage, read> spans: array<Span>;
 var<storage, read> hits: array<u32>;
 var<storage, read> contributions: array<vec4<f32>>;
-// Sums over a receiver's samples, in the refinement's layout: light reflected by its diffuse and by its specular lobe, as if k_d and k_s
-// were 1; and for each the squared differences.
-var<storage, read_write> results: array<vec4<f32>>;
 var<storage, read_write> pilot_samples: array<PilotSample>;
 
 // What the samples of a receiver find, for each lobe that it may have; and the squared differences of neighbouring samples.
@@ -36,18 +34,19 @@ fn load_contribution(ray: u32) -> Contribution {
     var contribution: Contribution;
     contribution.irradiance = select(vec3<f32>(0.0), light.xyz, hits[ray] == NOTHING_HIT);
     contribution.lobe = light.w;
-#if PHASORS
-    contribution.turns = contributions[place + 1u];
-#endif
+    if (PHASORS) {
+        contribution.turns = contributions[place + 1u];
+    }
     return contribution;
 }
 
 fn signal_of(contribution: Contribution) -> Signal {
-#if PHASORS
-    return modulated_signal(contribution.irradiance, contribution.turns);
-#else
-    return Signal(contribution.irradiance);
-#endif
+    var path: Phasors;
+    if (PHASORS) {
+        path = phasors_of(contribution.turns);
+    }
+    let modulated = select(vec3<f32>(0.0), contribution.irradiance, contribution.turns.x >= 0.0);
+    return modulated_signal(contribution.irradiance, modulated, path);
 }
 
 // Adds two neighbouring samples.
@@ -58,12 +57,12 @@ fn add_pair(found: ptr<function, Found>, ray: u32) {
     let signal_b = signal_of(b);
     (*found).diffuse = add_signals((*found).diffuse, add_signals(signal_a, signal_b));
     (*found).diffuse_differences = add_squares((*found).diffuse_differences, squared_difference(signal_a, signal_b));
-#if GLOSSY
-    let specular_a = scaled_signal(signal_a, a.lobe);
-    let specular_b = scaled_signal(signal_b, b.lobe);
-    (*found).specular = add_signals((*found).specular, add_signals(specular_a, specular_b));
-    (*found).specular_differences = add_squares((*found).specular_differences, squared_difference(specular_a, specular_b));
-#endif
+    if (GLOSSY) {
+        let specular_a = scaled_signal(signal_a, a.lobe);
+        let specular_b = scaled_signal(signal_b, b.lobe);
+        (*found).specular = add_signals((*found).specular, add_signals(specular_a, specular_b));
+        (*found).specular_differences = add_squares((*found).specular_differences, squared_difference(specular_a, specular_b));
+    }
 }
 
 fn found_by(index: u32) -> Found {
@@ -79,24 +78,18 @@ fn found_by(index: u32) -> Found {
         add_pair(&found, vpl_ray(index, sample));
         let differences = contributions[difference_place(index, sample)] + contributions[difference_place(index, sample + 1u)];
         found.diffuse_differences = add_squares(found.diffuse_differences, squares_of(differences.x, differences.z));
-#if GLOSSY
-        found.specular_differences = add_squares(found.specular_differences, squares_of(differences.y, differences.w));
-#endif
+        if (GLOSSY) {
+            found.specular_differences = add_squares(found.specular_differences, squares_of(differences.y, differences.w));
+        }
     }
     return found;
 }
 
-fn add_to_result(place: u32, lobe: u32, signal: Signal, squares: Squares) {
-    results[place + lobe] += vec4<f32>(signal.light, squares.light);
-#if PHASORS
-    results[place + PHASOR_SQUARES + lobe] += squares.phasors;
-    var re = signal.phasors.re;
-    var im = signal.phasors.im;
-    for (var band = 0u; band < 3u; band++) {
-        results[place + phasor_result(0u, band, lobe)] += vec4<f32>(re[band].xy, im[band].xy).xzyw;
-        results[place + phasor_result(1u, band, lobe)] += vec4<f32>(re[band].zw, im[band].zw).xzyw;
+fn keep(receiver: u32, lobe: u32, signal: Signal, squares: Squares) {
+    add_to_result(receiver, lobe, signal, squares.light, false);
+    if (PHASORS) {
+        add_to_vector(RESULT_VECTORS * receiver + PHASOR_SQUARES + lobe, squares.phasors, false);
     }
-#endif
 }
 
 @compute @workgroup_size(64)
@@ -115,10 +108,10 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     for (var i = 0u; i < span.packet_count; i++) {
         let index = span.first_packet + i;
         let found = found_by(index);
-        add_to_result(place, 0u, scaled_signal(found.diffuse, diffuse), scaled_squares(found.diffuse_differences, diffuse * diffuse));
-#if GLOSSY
-        add_to_result(place, 1u, found.specular, found.specular_differences);
-#endif
+        keep(span.result, 0u, scaled_signal(found.diffuse, diffuse), scaled_squares(found.diffuse_differences, diffuse * diffuse));
+        if (GLOSSY) {
+            keep(span.result, 1u, found.specular, found.specular_differences);
+        }
         let pilot_count = select(0u, SAMPLES, parameters.is_pilot == 1u);
         for (var sample = 0u; sample < pilot_count; sample++) {
             if (hits[vpl_ray(index, sample)] != NOTHING_HIT) {

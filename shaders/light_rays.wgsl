@@ -3,14 +3,10 @@
 // the light sees, however fine the scene is compared with the cells. Separate draws have no error in common.
 
 #import lights
-#if SHADE
 #import hits
-#endif
 #import vpl_list
 #import random
-#if PHASORS
 #import phasor
-#endif
 
 struct LightRayParameters {
     light_index: u32,
@@ -57,9 +53,9 @@ struct LightRay {
 fn light_of_ray(whole_light: Light, set_index: u32, ray: u32) -> Light {
     var light = whole_light;
     light.position += area_offset(light, area_place(ray % packet_count(), parameters.seed ^ hash(set_index)));
-#if PHASORS
-    light.origin_turns = area_origin_turns(light);
-#endif
+    if (PHASORS) {
+        light.origin_turns = area_origin_turns(light);
+    }
     return light;
 }
 
@@ -157,9 +153,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         light_ray_cells[in_list] = cell;
     }
 }
-#endif
-
-#if SHADE
+#else
 @compute @workgroup_size(64)
 fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let first = parameters.first_in_list + RAYS_AT_ONCE * (64u * (group.x + 65535u * group.y) + local);
@@ -191,17 +185,17 @@ fn shade(index: u32, whole_light: Light) {
     let slot = vpl_place(place);
     textureStore(drawn_vpls, slot, 0, vec4<f32>(position, select(1.0, density, is_lit)));
     textureStore(drawn_vpls, slot, 1, vec4<f32>(hit.geometric_normal, f32(light.is_modulated)));
-#if PHASORS
-    textureStore(drawn_vpls, slot, TURNS_LAYER, turns_from_light(light, hit.position));
-#endif
-    textureStore(drawn_vpls, slot, 2, vec4<f32>(diffuse_factor(hit.brdf.kd) * incident, 0.0));
-#if PHONG
-    let ks_shininess = vec4<f32>(hit.brdf.ks, hit.brdf.shininess);
-    let lobe = lobe_of(illumination.to_light, hit.shading_normal, ks_shininess);
-    textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0));
-    for (var i = 0u; i < LOBE_LAYERS; i++) {
-        textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
+    if (PHASORS) {
+        textureStore(drawn_vpls, slot, TURNS_LAYER, turns_from_light(light, hit.position));
     }
-#endif
+    textureStore(drawn_vpls, slot, 2, vec4<f32>(diffuse_factor(hit.brdf.kd) * incident, 0.0));
+    if (PHONG) {
+        let ks_shininess = vec4<f32>(hit.brdf.ks, hit.brdf.shininess);
+        let lobe = lobe_of(illumination.to_light, hit.shading_normal, ks_shininess);
+        textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0));
+        for (var i = 0u; i < LOBE_LAYERS; i++) {
+            textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
+        }
+    }
 }
 #endif

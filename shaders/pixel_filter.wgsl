@@ -8,9 +8,7 @@
 #import one_surface
 #import refinement
 #endif
-#if PHASORS
 #import phasor
-#endif
 
 struct PixelFilterParameters {
     // C, and the unit vector of the axis.
@@ -54,9 +52,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 #else
 var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
-#if PHASORS
 var indirect_phasors: texture_storage_2d_array<rgba32float, read_write>;
-#endif
 
 // Adds a sample. `diffuse` and `specular` are what the lobes reflect for k_d = k_s = 1.
 fn add_sample(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) {
@@ -65,7 +61,6 @@ fn add_sample(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) {
     textureStore(indirect_radiance, pixel, sum);
 }
 
-#if PHASORS
 // Adds Z of a pair of frequencies, which does not include the path to C.
 fn add_phasors_of_sample(pixel: vec2<u32>, pair: u32, phasors: vec4<f32>) {
     let position = textureLoad(position_mesh, pixel).xyz;
@@ -76,15 +71,12 @@ fn add_phasors_of_sample(pixel: vec2<u32>, pair: u32, phasors: vec4<f32>) {
     let turned = vec4<f32>(phasors.xz * re - phasors.yw * im, phasors.xz * im + phasors.yw * re).xzyw;
     textureStore(indirect_phasors, pixel, pair, textureLoad(indirect_phasors, pixel, pair) + parameters.share * turned);
 }
-#endif
 
 #if INTERPOLATE
 // What the pixels' centres show, and the light gathered there.
 var centre_position_mesh: texture_2d<f32>;
 var centre_normal_geometric: texture_2d<f32>;
-#if PHONG
 var centre_ks_shininess: texture_2d<f32>;
-#endif
 var gathered: texture_2d_array<f32>;
 // Pixels whose sample is to be gathered, as column + 65536 · row; or NO_PIXEL.
 var<storage, read_write> candidates: array<u32>;
@@ -117,9 +109,9 @@ fn centre_facing_at(pixel: vec2<u32>) -> Facing {
     var facing: Facing;
     facing.position = textureLoad(centre_position_mesh, pixel, 0).xyz;
     facing.normal = textureLoad(centre_normal_geometric, pixel, 0).xyz;
-#if PHONG
-    facing.ks_shininess = textureLoad(centre_ks_shininess, pixel, 0);
-#endif
+    if (PHONG) {
+        facing.ks_shininess = textureLoad(centre_ks_shininess, pixel, 0);
+    }
     return facing;
 }
 
@@ -182,9 +174,9 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         shares[i] = select(on_plane, parabolic_share(i), total == f32(PLACES));
         normal += shares[i] * textureLoad(centre_normal_geometric, other_pixel, 0).xyz;
         diffuse += shares[i] * light;
-#if PHONG
-        specular += shares[i] * textureLoad(gathered, other_pixel, SPECULAR, 0).rgb;
-#endif
+        if (PHONG) {
+            specular += shares[i] * textureLoad(gathered, other_pixel, SPECULAR, 0).rgb;
+        }
     }
     let is_even = length(mean_light - own_light) <= MAX_BEND * length(own_light);
     let is_near = length(way) <= MAX_WAY && length(normal - own.normal) <= MAX_TURN;
@@ -195,33 +187,31 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     diffuse = max(diffuse, vec3<f32>(0.0));
     specular = max(specular, vec3<f32>(0.0));
     add_sample(pixel, diffuse, specular);
-#if PHASORS
-    for (var pair = 0u; pair < modulation.pair_count; pair++) {
-        var phasors = vec4<f32>(0.0);
-        for (var index = pair * modulation.band_count; index < (pair + 1u) * modulation.band_count; index++) {
-            let seen = seen_shares(pixel, band_of(index));
-            for (var lobe = 0u; lobe < lobe_count(); lobe++) {
-                var of_lobe = vec4<f32>(0.0);
-                for (var i = 0u; i < PLACES; i++) {
-                    let other_pixel = vec2<u32>(clamp(home + vec2<i32>(place_of(i)), vec2<i32>(0), vec2<i32>(size) - 1));
-                    of_lobe += shares[i] * textureLoad(gathered, other_pixel, phasor_layer(index, lobe), 0);
+    if (PHASORS) {
+        for (var pair = 0u; pair < modulation.pair_count; pair++) {
+            var phasors = vec4<f32>(0.0);
+            for (var index = pair * modulation.band_count; index < (pair + 1u) * modulation.band_count; index++) {
+                let seen = seen_shares(pixel, band_of(index));
+                for (var lobe = 0u; lobe < lobe_count(); lobe++) {
+                    var of_lobe = vec4<f32>(0.0);
+                    for (var i = 0u; i < PLACES; i++) {
+                        let other_pixel = vec2<u32>(clamp(home + vec2<i32>(place_of(i)), vec2<i32>(0), vec2<i32>(size) - 1));
+                        of_lobe += shares[i] * textureLoad(gathered, other_pixel, phasor_layer(index, lobe), 0);
+                    }
+                    let light = select(diffuse, specular, lobe == SPECULAR);
+                    phasors += seen[lobe] * limit_phasors(of_lobe, light[band_of(index)]);
                 }
-                let light = select(diffuse, specular, lobe == SPECULAR);
-                phasors += seen[lobe] * limit_phasors(of_lobe, light[band_of(index)]);
             }
+            add_phasors_of_sample(pixel, pair, phasors);
         }
-        add_phasors_of_sample(pixel, pair, phasors);
     }
-#endif
 }
 #else
 var<storage, read> receivers: array<u32>;
 // In the refinement's layout. Noisy gathers: the sums over samples.
 var<storage, read> results: array<vec4<f32>>;
-#if NOISY
-// In the layout of the sample_counts pass.
+// Noisy gathers: in the layout of the sample_counts pass.
 var<storage, read> sample_ranges: array<u32>;
-#endif
 
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -232,27 +222,27 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
     let first = RESULT_VECTORS * id.x;
     var scale = 1.0;
-#if NOISY
-    let range = sample_ranges[parameters.first_receiver + id.x];
-    scale = 1.0 / (PACKET_SAMPLES * f32((range >> 16u) - (range & 0xffffu)));
-#endif
-    var specular = vec3<f32>(0.0);
-#if PHONG
-    specular = scale * results[first + 1u].rgb;
-#endif
-    add_sample(pixel, scale * results[first].rgb, specular);
-#if PHASORS
-    for (var pair = 0u; pair < modulation.pair_count; pair++) {
-        var phasors = vec4<f32>(0.0);
-        for (var index = pair * modulation.band_count; index < (pair + 1u) * modulation.band_count; index++) {
-            let seen = seen_shares(pixel, band_of(index));
-            for (var lobe = 0u; lobe < lobe_count(); lobe++) {
-                phasors += seen[lobe] * scale * results[first + phasor_result(pair, band_of(index), lobe)];
-            }
-        }
-        add_phasors_of_sample(pixel, pair, phasors);
+    if (NOISY) {
+        let range = sample_ranges[parameters.first_receiver + id.x];
+        scale = 1.0 / (PACKET_SAMPLES * f32((range >> 16u) - (range & 0xffffu)));
     }
-#endif
+    var specular = vec3<f32>(0.0);
+    if (PHONG) {
+        specular = scale * results[first + 1u].rgb;
+    }
+    add_sample(pixel, scale * results[first].rgb, specular);
+    if (PHASORS) {
+        for (var pair = 0u; pair < modulation.pair_count; pair++) {
+            var phasors = vec4<f32>(0.0);
+            for (var index = pair * modulation.band_count; index < (pair + 1u) * modulation.band_count; index++) {
+                let seen = seen_shares(pixel, band_of(index));
+                for (var lobe = 0u; lobe < lobe_count(); lobe++) {
+                    phasors += seen[lobe] * scale * results[first + phasor_result(pair, band_of(index), lobe)];
+                }
+            }
+            add_phasors_of_sample(pixel, pair, phasors);
+        }
+    }
 }
 #endif
 #endif

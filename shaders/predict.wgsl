@@ -3,9 +3,7 @@
 
 #import refinement
 #import reflect
-#if NOISY
 #import sampling
-#endif
 #import one_surface
 
 struct PredictParameters {
@@ -105,13 +103,9 @@ fn compute_main(
     // Variances and packets of the neighbours: of those on the surface, or of all if none is on it.
     var sampled = vec4<f32>(0.0);
     var sampled_anyhow = vec4<f32>(0.0);
-#if PHASORS
     var phasor_variances = vec2<f32>(0.0);
     var phasor_variances_anyhow = vec2<f32>(0.0);
-#endif
-#if PHASORS
     var weights: array<f32, NEIGHBOURS>;
-#endif
     var end = 4u;
     for (var i = 0u; i < end; i++) {
         let offset = neighbour_offset(i, is_axial);
@@ -125,9 +119,7 @@ fn compute_main(
         let is_same = is_inside && is_known && is_one_surface(own, other);
         let at = vec2<f32>(offset);
         let weight = select(0.0, 1.0 / dot(at, at), is_same);
-#if PHASORS
         weights[i] = weight;
-#endif
         total += weight;
         near += u32(is_same && i < 4u);
         mean += weight * at;
@@ -135,20 +127,20 @@ fn compute_main(
         add(&diffuse_plane, known.rgb, weight, at);
         add(&normal_plane, other.normal, weight, at);
         add(&square_plane, vec3<f32>(at * at, 0.0), weight, at);
-#if PHONG
-        add(&specular_plane, textureLoad(gathered, neighbour, SPECULAR).rgb, weight, at);
-#endif
-#if NOISY
-        let known_samples = known_sampling(neighbour);
-        let sampled_there = select(vec4<f32>(0.0), vec4<f32>(known_samples.variances, known_samples.packets, 1.0), is_inside && is_known);
-        sampled_anyhow += sampled_there;
-        sampled += select(vec4<f32>(0.0), sampled_there, is_same);
-#if PHASORS
-        let phasors_there = select(vec2<f32>(0.0), known_samples.phasor_variances, is_inside && is_known);
-        phasor_variances_anyhow += phasors_there;
-        phasor_variances += select(vec2<f32>(0.0), phasors_there, is_same);
-#endif
-#endif
+        if (PHONG) {
+            add(&specular_plane, textureLoad(gathered, neighbour, SPECULAR).rgb, weight, at);
+        }
+        if (NOISY) {
+            let known_samples = known_sampling(neighbour);
+            let sampled_there = select(vec4<f32>(0.0), vec4<f32>(known_samples.variances, known_samples.packets, 1.0), is_inside && is_known);
+            sampled_anyhow += sampled_there;
+            sampled += select(vec4<f32>(0.0), sampled_there, is_same);
+            if (PHASORS) {
+                let phasors_there = select(vec2<f32>(0.0), known_samples.phasor_variances, is_inside && is_known);
+                phasor_variances_anyhow += phasors_there;
+                phasor_variances += select(vec2<f32>(0.0), phasors_there, is_same);
+            }
+        }
         expected_error = max(expected_error, select(0.0, state.error, is_same));
         has_error = has_error || (is_same && state.kind != GATHERED_UNPREDICTED);
         end = select(end, NEIGHBOURS, i == 3u && near < 4u);
@@ -166,26 +158,26 @@ fn compute_main(
     let shares = scale * vec3<f32>(1.0 - dot(pull, mean), pull);
     let diffuse = max(value_of(diffuse_plane, shares), vec3<f32>(0.0));
     var specular = vec3<f32>(0.0);
-#if PHONG
-    specular = max(value_of(specular_plane, shares), vec3<f32>(0.0));
-    textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
-#endif
-#if PHASORS
-    // The same plane, as the weight of each neighbour in its value.
-    for (var lobe = 0u; lobe < lobe_count(); lobe++) {
-        let light = select(diffuse, specular, lobe == SPECULAR);
-        for (var layer = 0u; layer < phasor_layer_count(); layer++) {
-            var phasors = vec4<f32>(0.0);
-            for (var i = 0u; i < end; i++) {
-                let offset = neighbour_offset(i, is_axial);
-                let place = vec2<u32>(clamp(vec2<i32>(pixel) + offset * i32(parameters.reach), vec2<i32>(0), vec2<i32>(size) - 1));
-                let share = weights[i] * dot(shares, vec3<f32>(1.0, vec2<f32>(offset)));
-                phasors += share * textureLoad(gathered, place, phasor_layer(layer, lobe));
+    if (PHONG) {
+        specular = max(value_of(specular_plane, shares), vec3<f32>(0.0));
+        textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
+    }
+    if (PHASORS) {
+        // The same plane, as the weight of each neighbour in its value.
+        for (var lobe = 0u; lobe < lobe_count(); lobe++) {
+            let light = select(diffuse, specular, lobe == SPECULAR);
+            for (var layer = 0u; layer < phasor_layer_count(); layer++) {
+                var phasors = vec4<f32>(0.0);
+                for (var i = 0u; i < end; i++) {
+                    let offset = neighbour_offset(i, is_axial);
+                    let place = vec2<u32>(clamp(vec2<i32>(pixel) + offset * i32(parameters.reach), vec2<i32>(0), vec2<i32>(size) - 1));
+                    let share = weights[i] * dot(shares, vec3<f32>(1.0, vec2<f32>(offset)));
+                    phasors += share * textureLoad(gathered, place, phasor_layer(layer, lobe));
+                }
+                textureStore(gathered, pixel, phasor_layer(layer, lobe), limit_phasors(phasors, light[band_of(layer)]));
             }
-            textureStore(gathered, pixel, phasor_layer(layer, lobe), limit_phasors(phasors, light[band_of(layer)]));
         }
     }
-#endif
     // The spacing has shrunk by √2 since the neighbours' errors were measured, and these errors are of second order: a factor of 0.5.
     // Neighbours that are mostly on one side make the error larger.
     expected_error *= 0.5 * max(leverage, 1.0);
@@ -194,17 +186,17 @@ fn compute_main(
     let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
     expected_error = max(expected_error, TURNING * turned * radiance / max(parameters.own_share * radiance, parameters.least_radiance));
     var is_known = has_plane && has_error && expected_error <= parameters.tolerance;
-#if NOISY
-    let own_packets = textureLoad(samples, pixel, SAMPLED).x;
-    // A gathered pixel stays gathered.
-    is_known &= own_packets == 0.0;
-#if PHASORS
-    phasor_variances = select(phasor_variances_anyhow / max(sampled_anyhow.w, 1.0), phasor_variances / max(sampled.w, 1.0), sampled.w > 0.0);
-    textureStore(samples, pixel, phasor_variances_layer(), vec4<f32>(phasor_variances, 0.0, 0.0));
-#endif
-    sampled = select(sampled_anyhow, sampled, sampled.w > 0.0);
-    textureStore(samples, pixel, SAMPLED, vec4<f32>(own_packets, sampled.xyz / max(sampled.w, 1.0)));
-#endif
+    if (NOISY) {
+        let own_packets = textureLoad(samples, pixel, SAMPLING).x;
+        // A gathered pixel stays gathered.
+        is_known &= own_packets == 0.0;
+        if (PHASORS) {
+            phasor_variances = select(phasor_variances_anyhow / max(sampled_anyhow.w, 1.0), phasor_variances / max(sampled.w, 1.0), sampled.w > 0.0);
+            textureStore(samples, pixel, phasor_variances_layer(), vec4<f32>(phasor_variances, 0.0, 0.0));
+        }
+        sampled = select(sampled_anyhow, sampled, sampled.w > 0.0);
+        textureStore(samples, pixel, SAMPLING, vec4<f32>(own_packets, sampled.xyz / max(sampled.w, 1.0)));
+    }
     // The bend of the light along an axis shows only if neighbours are on both sides: not in a strip two pixels wide.
     let bends = abs(value_of(square_plane, shares).xy);
     let is_telling = has_plane && min(bends.x, bends.y) >= LEAST_BEND;

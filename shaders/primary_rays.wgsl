@@ -3,10 +3,8 @@
 
 #import view
 #import ray
-#if SHADE
 #import plane_hit
 #import hits
-#endif
 
 struct PrimaryRayParameters {
     resolution_px: vec2<u32>,
@@ -21,10 +19,8 @@ struct PrimaryRayParameters {
     row_end: u32,
 }
 
-#if LENS
-// The direction of each pixel's ray along the camera's axes Z, X, Y. The columns of view.ray_direction are these axes.
+// With a lens: the direction of each pixel's ray along the camera's axes Z, X, Y. The columns of view.ray_direction are these axes.
 var<storage, read> lens_rays: array<vec4<f32>>;
-#endif
 #if EMIT
 var<storage, read_write> rays: array<Ray>;
 #else
@@ -34,9 +30,7 @@ var<storage, read> mesh_ends: array<vec2<u32>>;
 var position_mesh: texture_storage_2d<rgba32float, write>;
 var normal_geometric: texture_storage_2d<rgba32float, write>;
 var kd_material: texture_storage_2d<rgba32float, write>;
-#if PHONG
 var ks_shininess: texture_storage_2d<rgba32float, write>;
-#endif
 #endif
 var<immediate> parameters: PrimaryRayParameters;
 
@@ -44,26 +38,24 @@ fn ray_index(place: vec2<u32>) -> u32 {
     return (place.y - parameters.first_row) * parameters.resolution_px.x + place.x;
 }
 
-#if LENS
 fn lens_ray(place: vec2<u32>) -> vec3<f32> {
     return lens_rays[place.y * parameters.resolution_px.x + place.x].xyz;
 }
-#endif
 
 fn ray_direction(place: vec2<u32>) -> vec3<f32> {
-#if LENS
-    // Between the pixels' centres the direction is linear in the place, to 1e-3 of a pixel.
-    let last = parameters.resolution_px - 1u;
-    let left = lens_ray(vec2<u32>(max(place.x, 1u) - 1u, place.y));
-    let right = lens_ray(vec2<u32>(min(place.x + 1u, last.x), place.y));
-    let above = lens_ray(vec2<u32>(place.x, max(place.y, 1u) - 1u));
-    let below = lens_ray(vec2<u32>(place.x, min(place.y + 1u, last.y)));
-    let is_inside = vec2<f32>(select(vec2<u32>(1u), vec2<u32>(2u), (place > vec2<u32>(0u)) & (place < last)));
-    let steps = parameters.offset_px / is_inside;
-    return view.ray_direction * (lens_ray(place) + steps.x * (right - left) + steps.y * (below - above));
-#else
-    return view.ray_direction * vec3<f32>(1.0, vec2<f32>(place) + 0.5);
-#endif
+    if (LENS) {
+        // Between the pixels' centres the direction is linear in the place, to 1e-3 of a pixel.
+        let last = parameters.resolution_px - 1u;
+        let left = lens_ray(vec2<u32>(max(place.x, 1u) - 1u, place.y));
+        let right = lens_ray(vec2<u32>(min(place.x + 1u, last.x), place.y));
+        let above = lens_ray(vec2<u32>(place.x, max(place.y, 1u) - 1u));
+        let below = lens_ray(vec2<u32>(place.x, min(place.y + 1u, last.y)));
+        let is_inside = vec2<f32>(select(vec2<u32>(1u), vec2<u32>(2u), (place > vec2<u32>(0u)) & (place < last)));
+        let steps = parameters.offset_px / is_inside;
+        return view.ray_direction * (lens_ray(place) + steps.x * (right - left) + steps.y * (below - above));
+    } else {
+        return view.ray_direction * vec3<f32>(1.0, vec2<f32>(place) + 0.5);
+    }
 }
 
 #if EMIT
@@ -86,9 +78,9 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
         textureStore(position_mesh, place, vec4<f32>(0.0));
         textureStore(normal_geometric, place, vec4<f32>(0.0));
         textureStore(kd_material, place, vec4<f32>(0.0));
-#if PHONG
-        textureStore(ks_shininess, place, vec4<f32>(0.0));
-#endif
+        if (PHONG) {
+            textureStore(ks_shininess, place, vec4<f32>(0.0));
+        }
         return;
     }
     let direction = ray_direction(place);
@@ -98,9 +90,9 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     textureStore(position_mesh, place, vec4<f32>(hit.position, f32(mesh_id_at(seen))));
     textureStore(normal_geometric, place, vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal)));
     textureStore(kd_material, place, vec4<f32>(hit.brdf.kd, f32(1u + material)));
-#if PHONG
-    textureStore(ks_shininess, place, vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
-#endif
+    if (PHONG) {
+        textureStore(ks_shininess, place, vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
+    }
 }
 
 fn mesh_id_at(seen: u32) -> u32 {

@@ -5,9 +5,7 @@
 #import refinement
 
 var position_mesh: texture_2d<f32>;
-#if PHONG
 var ks_shininess: texture_2d<f32>;
-#endif
 // Pixels, or NO_PIXEL. Not read if the candidates are a grid.
 var<storage, read> candidates: array<u32>;
 // Matte ones first, then glossy ones.
@@ -31,16 +29,14 @@ fn list_of(item: u32) -> u32 {
     if (textureLoad(position_mesh, pixel, 0).w == 0.0) {
         return NOTHING;
     }
-#if PHONG
-    if (any(textureLoad(ks_shininess, pixel, 0).rgb > vec3<f32>(0.0))) {
-        return GLOSSY;
+    if (PHONG) {
+        if (any(textureLoad(ks_shininess, pixel, 0).rgb > vec3<f32>(0.0))) {
+            return GLOSSY_LIST;
+        }
     }
-#endif
-    return MATTE;
+    return MATTE_LIST;
 }
 
-#if WRITE
 fn place(item: u32, list: u32, index: u32) {
-    receivers[select(0u, lengths.matte, list == GLOSSY) + index] = candidate(item);
+    receivers[select(0u, lengths.matte, list == GLOSSY_LIST) + index] = candidate(item);
 }
-#endif

@@ -2,9 +2,7 @@
 
 #import refinement
 #import reflect
-#if NOISY
 #import sampling
-#endif
 
 struct ResolveParameters {
     // Noise of gathers, as in variance_of_mean.
@@ -33,10 +31,8 @@ fn gathered_at(pixel: vec2<u32>, layer: u32) -> vec4<f32> {
 #endif
 // The radiance; and its expected error up to a factor, all bands together: negative for an interpolated pixel.
 var indirect_radiance: texture_storage_2d<rgba32float, write>;
-#if PHASORS
 // Z without the path to C.
 var indirect_phasors: texture_storage_2d_array<rgba32float, write>;
-#endif
 var<immediate> parameters: ResolveParameters;
 
 // Least error of a pixel, over the expected noise of an equally bright pixel: samples may have missed light.
@@ -55,37 +51,36 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var specular = vec3<f32>(0.0);
-#if PHONG
-    specular = gathered_at(pixel, SPECULAR).rgb;
-#endif
+    if (PHONG) {
+        specular = gathered_at(pixel, SPECULAR).rgb;
+    }
     let radiance = reflect(pixel, diffuse.rgb, specular);
     var error = 0.0;
-#if NOISY
-    let own = length(radiance);
-    let least = parameters.relative_noise * max(own, parameters.least_radiance);
-    let of_prediction = state.error * 1.7320508 * max(parameters.own_share * own * 0.57735027, parameters.least_radiance);
-    // Variances from the pixel's gather, or from those around it if these are larger: few samples estimate their own variance badly.
-    let known = known_sampling(pixel);
-    let variances = max(known.variances, textureLoad(samples, pixel, SAMPLED).yz);
-    let variance = variance_of_mean(reflect_squares(pixel, variances), known.packets, parameters.evenness, parameters.variance_rate);
-    if (state.kind == INTERPOLATED) {
-        error = -max(sqrt(variance + of_prediction * of_prediction), LEAST_NOISE * least);
-    } else {
-        error = max(sqrt(variance), LEAST_NOISE * least);
-    }
-#endif
-    textureStore(indirect_radiance, pixel, vec4<f32>(radiance, error));
-#if PHASORS
-    for (var pair = 0u; pair < modulation.pair_count; pair++) {
-        var phasors = vec4<f32>(0.0);
-        for (var i = pair * modulation.band_count; i < (pair + 1u) * modulation.band_count; i++) {
-            let shares = seen_shares(pixel, band_of(i));
-            phasors += shares.x * gathered_at(pixel, phasor_layer(i, 0u));
-#if PHONG
-            phasors += shares.y * gathered_at(pixel, phasor_layer(i, 1u));
-#endif
+    if (NOISY) {
+        let own = length(radiance);
+        let least = parameters.relative_noise * max(own, parameters.least_radiance);
+        let of_prediction = state.error * 1.7320508 * max(parameters.own_share * own * 0.57735027, parameters.least_radiance);
+        // Variances from the pixel's gather, or from those around it if these are larger: few samples estimate their own variance badly.
+        let known = known_sampling(pixel);
+        let variances = max(known.variances, textureLoad(samples, pixel, SAMPLING).yz);
+        let variance = variance_of_mean(reflect_squares(pixel, variances), known.packets, parameters.evenness, parameters.variance_rate);
+        if (state.kind == INTERPOLATED) {
+            error = -max(sqrt(variance + of_prediction * of_prediction), LEAST_NOISE * least);
+        } else {
+            error = max(sqrt(variance), LEAST_NOISE * least);
         }
-        textureStore(indirect_phasors, pixel, pair, phasors);
     }
-#endif
+    textureStore(indirect_radiance, pixel, vec4<f32>(radiance, error));
+    if (PHASORS) {
+        for (var pair = 0u; pair < modulation.pair_count; pair++) {
+            var phasors = vec4<f32>(0.0);
+            for (var i = pair * modulation.band_count; i < (pair + 1u) * modulation.band_count; i++) {
+                let shares = seen_shares(pixel, band_of(i));
+                for (var lobe = 0u; lobe < lobe_count(); lobe++) {
+                    phasors += shares[lobe] * gathered_at(pixel, phasor_layer(i, lobe));
+                }
+            }
+            textureStore(indirect_phasors, pixel, pair, phasors);
+        }
+    }
 }

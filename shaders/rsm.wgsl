@@ -6,18 +6,30 @@
 // Per texel: ΔΩ (sr; directional: ΔA_perp, local units²) of its part inside the emission domain, and the mean of s(θ) there.
 var<storage, read> emission: array<vec2<f32>>;
 
-struct Rsm {
-    // Q; the index of its triangle (negative: no surface), exact up to 2^24.
-    @location(0) position: vec4<f32>,
-    // n_Q; the geometric normal, packed.
-    @location(1) normal: vec4<f32>,
-    // k_d; L_{L→Q} over the light's axial intensity I_0: s/d² (directional: 1).
-    @location(2) kd_irradiance: vec4<f32>,
+// Q; the index of its triangle (negative: no surface), exact up to 2^24. Then n_Q; the geometric normal, packed. Then k_d; L_{L→Q} over the
+// light's axial intensity I_0: s/d² (directional: 1). Then k_s; s.
 #if PHONG
-    // k_s; s.
+struct Rsm {
+    @location(0) position: vec4<f32>,
+    @location(1) normal: vec4<f32>,
+    @location(2) kd_irradiance: vec4<f32>,
     @location(3) ks_shininess: vec4<f32>,
-#endif
 }
+
+fn with_lobe(position: vec4<f32>, normal: vec4<f32>, kd_irradiance: vec4<f32>, ks_shininess: vec4<f32>) -> Rsm {
+    return Rsm(position, normal, kd_irradiance, ks_shininess);
+}
+#else
+struct Rsm {
+    @location(0) position: vec4<f32>,
+    @location(1) normal: vec4<f32>,
+    @location(2) kd_irradiance: vec4<f32>,
+}
+
+fn with_lobe(position: vec4<f32>, normal: vec4<f32>, kd_irradiance: vec4<f32>, ks_shininess: vec4<f32>) -> Rsm {
+    return Rsm(position, normal, kd_irradiance);
+}
+#endif
 
 @fragment
 fn fragment_main(raster: Raster) -> Rsm {
@@ -33,13 +45,7 @@ fn fragment_main(raster: Raster) -> Rsm {
     let falloff = emission[view.first_texel + column_row.y * view.size_px + column_row.x].y;
     // Parallel light does not fall off with distance.
     let irradiance = falloff / select(dot(from_light, from_light), 1.0, view.is_parallel == 1u);
-
-    var texel: Rsm;
-    texel.position = vec4<f32>(hit.position, f32(raster.triangle));
-    texel.normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
-    texel.kd_irradiance = vec4<f32>(hit.brdf.kd, irradiance);
-#if PHONG
-    texel.ks_shininess = vec4<f32>(hit.brdf.ks, hit.brdf.shininess);
-#endif
-    return texel;
+    let normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
+    return with_lobe(vec4<f32>(hit.position, f32(raster.triangle)), normal, vec4<f32>(hit.brdf.kd, irradiance),
+        vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
 }

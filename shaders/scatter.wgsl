@@ -2,9 +2,7 @@
 
 #import refinement
 #import reflect
-#if NOISY
 #import sampling
-#endif
 
 struct ScatterParameters {
     first_receiver: u32,
@@ -23,17 +21,13 @@ var gathered: texture_storage_2d_array<rgba32float, read_write>;
 var<storage, read> receivers: array<u32>;
 // In the refinement's layout. Noisy gathers: the sums over samples, and over their squared differences.
 var<storage, read> results: array<vec4<f32>>;
-#if NOISY
-// In the layout of the sample_counts pass.
+// Noisy gathers: in the layout of the sample_counts pass.
 var<storage, read> sample_ranges: array<u32>;
-#endif
 var<immediate> parameters: ScatterParameters;
 
 // Part of a prediction's squared error that chance explains, over the variance of the gather: two standard deviations.
 const NOISE_SQUARED: f32 = 4.0;
 
-#if PHASORS
-#if NOISY
 // Adds to the sums of earlier samples.
 fn add_phasor_sums(pixel: vec2<u32>, first: u32) {
     for (var lobe = 0u; lobe < lobe_count(); lobe++) {
@@ -45,15 +39,14 @@ fn add_phasor_sums(pixel: vec2<u32>, first: u32) {
         }
     }
 }
-#endif
 
 // Gathered Z of two frequencies and one band.
 fn gathered_phasor(pixel: vec2<u32>, first: u32, index: u32, lobe: u32, sample_count: f32) -> vec4<f32> {
-#if NOISY
-    return textureLoad(samples, pixel, phasor_sums_layer(index, lobe)) / sample_count;
-#else
-    return results[first + phasor_result(pair_of(index), band_of(index), lobe)];
-#endif
+    if (NOISY) {
+        return textureLoad(samples, pixel, phasor_sums_layer(index, lobe)) / sample_count;
+    } else {
+        return results[first + phasor_result(pair_of(index), band_of(index), lobe)];
+    }
 }
 
 // Largest difference between gathered and predicted Z, as an error of light.
@@ -63,10 +56,10 @@ fn worst_phasor_deviation(pixel: vec2<u32>, first: u32, sample_count: f32) -> f3
         var deviation = vec4<f32>(0.0);
         for (var i = pair * modulation.band_count; i < (pair + 1u) * modulation.band_count; i++) {
             let shares = seen_shares(pixel, band_of(i));
-            deviation += shares.x * (gathered_phasor(pixel, first, i, 0u, sample_count) - textureLoad(gathered, pixel, phasor_layer(i, 0u)));
-#if PHONG
-            deviation += shares.y * (gathered_phasor(pixel, first, i, 1u, sample_count) - textureLoad(gathered, pixel, phasor_layer(i, 1u)));
-#endif
+            for (var lobe = 0u; lobe < lobe_count(); lobe++) {
+                let predicted = textureLoad(gathered, pixel, phasor_layer(i, lobe));
+                deviation += shares[lobe] * (gathered_phasor(pixel, first, i, lobe, sample_count) - predicted);
+            }
         }
         worst = max(worst, worst_error_squared(pair, deviation));
     }
@@ -83,7 +76,6 @@ fn store_phasors(pixel: vec2<u32>, first: u32, sample_count: f32, gain: f32) {
         }
     }
 }
-#endif
 
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -99,59 +91,59 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     var diffuse = results[first].rgb;
     var specular = vec3<f32>(0.0);
     var predicted_specular = vec3<f32>(0.0);
-#if PHONG
-    specular = results[first + 1u].rgb;
-    predicted_specular = textureLoad(gathered, pixel, SPECULAR).rgb;
-#endif
+    if (PHONG) {
+        specular = results[first + 1u].rgb;
+        predicted_specular = textureLoad(gathered, pixel, SPECULAR).rgb;
+    }
     var packets = 1.0;
     var sample_count = 1.0;
-#if NOISY
-    // Adds to the sums of earlier samples.
-    let sums = textureLoad(samples, pixel, SUMS_DIFFUSE) + results[first];
-    textureStore(samples, pixel, SUMS_DIFFUSE, sums);
-    packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
-    sample_count = PACKET_SAMPLES * packets;
-    diffuse = sums.rgb / sample_count;
-#if PHONG
-    let specular_sums = textureLoad(samples, pixel, SUMS_SPECULAR) + results[first + 1u];
-    textureStore(samples, pixel, SUMS_SPECULAR, specular_sums);
-    specular = specular_sums.rgb / sample_count;
-#endif
-    textureStore(samples, pixel, SAMPLED, vec4<f32>(packets, textureLoad(samples, pixel, SAMPLED).yzw));
-#endif
+    if (NOISY) {
+        // Adds to the sums of earlier samples.
+        let sums = textureLoad(samples, pixel, SUMS_DIFFUSE) + results[first];
+        textureStore(samples, pixel, SUMS_DIFFUSE, sums);
+        packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
+        sample_count = PACKET_SAMPLES * packets;
+        diffuse = sums.rgb / sample_count;
+        if (PHONG) {
+            let specular_sums = textureLoad(samples, pixel, SUMS_SPECULAR) + results[first + 1u];
+            textureStore(samples, pixel, SUMS_SPECULAR, specular_sums);
+            specular = specular_sums.rgb / sample_count;
+        }
+        textureStore(samples, pixel, SAMPLING, vec4<f32>(packets, textureLoad(samples, pixel, SAMPLING).yzw));
+    }
     var deviation = length(reflect(pixel, diffuse - predicted.rgb, specular - predicted_specular));
-#if PHASORS
-#if NOISY
-    add_phasor_sums(pixel, first);
-#endif
-    deviation = max(deviation, worst_phasor_deviation(pixel, first, sample_count));
-#endif
+    if (PHASORS) {
+        if (NOISY) {
+            add_phasor_sums(pixel, first);
+        }
+        deviation = max(deviation, worst_phasor_deviation(pixel, first, sample_count));
+    }
     var error = deviation;
     var gain = 1.0;
-#if NOISY
-    let own_variance = variance_of_mean(reflect_variances(pixel, known_sampling(pixel)), packets, parameters.evenness, parameters.variance_rate);
-    let variance_around = variance_of_mean(reflect_variances(pixel, sampling_around(pixel)), packets, parameters.evenness, parameters.variance_rate);
-    let expected = reflect(pixel, predicted.rgb, predicted_specular);
-    let is_doubtful = own_variance == 0.0 && variance_around > RARE * dot(expected, expected);
-    let variance = select(own_variance, variance_around, is_doubtful);
-    error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
-    if (parameters.is_grid == 0u && is_predicted) {
-        // The smooth pass does this for the grid.
-        gain = wiener_gain(max(deviation * deviation - variance, 0.0), variance);
-        diffuse = mix(predicted.rgb, diffuse, gain);
-        specular = mix(predicted_specular, specular, gain);
+    if (NOISY) {
+        let own_variance = variance_of_mean(reflect_variances(pixel, known_sampling(pixel)), packets, parameters.evenness, parameters.variance_rate);
+        let variance_around = variance_of_mean(reflect_variances(pixel, sampling_around(pixel)), packets, parameters.evenness, parameters.variance_rate);
+        let expected = reflect(pixel, predicted.rgb, predicted_specular);
+        let is_doubtful = own_variance == 0.0 && variance_around > RARE * dot(expected, expected);
+        let variance = select(own_variance, variance_around, is_doubtful);
+        error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
+        if (parameters.is_grid == 0u && is_predicted) {
+            // The smooth pass does this for the grid.
+            gain = wiener_gain(max(deviation * deviation - variance, 0.0), variance);
+            diffuse = mix(predicted.rgb, diffuse, gain);
+            specular = mix(predicted_specular, specular, gain);
+        }
     }
-#endif
-#if PHONG
-    textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
-#endif
-#if PHASORS
-    store_phasors(pixel, first, sample_count, gain);
-#endif
+    if (PHONG) {
+        textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
+    }
+    if (PHASORS) {
+        store_phasors(pixel, first, sample_count, gain);
+    }
     var state = PixelState(GATHERED_UNPREDICTED, 0.0);
     if (kind == PREDICTED) {
         let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
-        state = PixelState(GATHERED, error * 0.57735027 / max(parameters.own_share * radiance, parameters.least_radiance));
+        state = PixelState(GATHERED_PREDICTED, error * 0.57735027 / max(parameters.own_share * radiance, parameters.least_radiance));
     }
     textureStore(gathered, pixel, DIFFUSE, vec4<f32>(diffuse, encode_state(state)));
 }

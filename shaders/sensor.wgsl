@@ -11,13 +11,9 @@ struct SensorParameters {
 
 var direct_radiance: texture_2d<f32>;
 var indirect_radiance: texture_2d<f32>;
-#if APERTURE
 var position_mesh: texture_2d<f32>;
-#endif
-#if SAMPLED
 // Filled by the pixel_filter pass.
 var footprint: texture_2d<f32>;
-#endif
 var energy: texture_storage_2d<rgba32float, write>;
 var<immediate> parameters: SensorParameters;
 
@@ -29,18 +25,18 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var radiance = textureLoad(direct_radiance, pixel, 0).rgb;
-#if INDIRECT
-    radiance += textureLoad(indirect_radiance, pixel, 0).rgb;
-#endif
-#if SAMPLED
-    let squared_cosine = textureLoad(footprint, pixel, 0).w;
-    radiance *= squared_cosine * squared_cosine;
-#endif
-#if APERTURE
-    let offset = textureLoad(position_mesh, pixel, 0).xyz - parameters.camera_position;
-    let depth = dot(offset, parameters.forward);
-    let squared_cosine = depth * depth / max(dot(offset, offset), 1e-37);
-    radiance *= squared_cosine * squared_cosine;
-#endif
+    if (INDIRECT) {
+        radiance += textureLoad(indirect_radiance, pixel, 0).rgb;
+    }
+    if (SAMPLED) {
+        let squared_cosine = textureLoad(footprint, pixel, 0).w;
+        radiance *= squared_cosine * squared_cosine;
+    }
+    if (APERTURE) {
+        let offset = textureLoad(position_mesh, pixel, 0).xyz - parameters.camera_position;
+        let depth = dot(offset, parameters.forward);
+        let squared_cosine = depth * depth / max(dot(offset, offset), 1e-37);
+        radiance *= squared_cosine * squared_cosine;
+    }
     textureStore(energy, pixel, vec4<f32>(radiance * parameters.joule_per_radiance, 0.0));
 }

@@ -46,43 +46,42 @@ fn variances(known: Sampling) -> vec2<f32> {
         variance_of_mean(known.variances.y, known.packets, parameters.evenness, parameters.variance_rate));
 }
 
-fn sampled_light(pixel: vec2<u32>, layer: u32, packets: f32) -> Value {
-    let light = textureLoad(samples, pixel, layer).rgb / (PACKET_SAMPLES * max(packets, 1.0));
-#if PHASORS
-    return vec4<f32>(light, 0.0);
-#else
-    return light;
-#endif
-}
-
-// A value to smooth: light per band, or with phasors also Z of two frequencies.
+// A value to smooth: light per band, or with phasors also Z of two frequencies. And a column of features for each of its components.
 #if PHASORS
 alias Value = vec4<f32>;
+alias Products = mat4x4<f32>;
+const COMPONENTS: i32 = 4;
+
+fn value_of_light(light: vec3<f32>) -> Value {
+    return vec4<f32>(light, 0.0);
+}
 #else
 alias Value = vec3<f32>;
+alias Products = mat3x4<f32>;
+const COMPONENTS: i32 = 3;
+
+fn value_of_light(light: vec3<f32>) -> Value {
+    return light;
+}
 #endif
+
+fn sampled_light(pixel: vec2<u32>, lobe: u32, packets: f32) -> Value {
+    return value_of_light(textureLoad(samples, pixel, SUMS_DIFFUSE + lobe).rgb / (PACKET_SAMPLES * max(packets, 1.0)));
+}
 
 // Sums over pixels of weight · value, of that times each feature, and of weight · value².
 struct Sums {
     value: Value,
-    first: vec4<f32>,
-    second: vec4<f32>,
-    third: vec4<f32>,
-#if PHASORS
-    fourth: vec4<f32>,
-#endif
+    products: Products,
     squares: f32,
 }
 
 fn add(sums: ptr<function, Sums>, value: Value, features: vec4<f32>, weight: f32) {
     let weighted = weight * value;
     (*sums).value += weighted;
-    (*sums).first += weighted.x * features;
-    (*sums).second += weighted.y * features;
-    (*sums).third += weighted.z * features;
-#if PHASORS
-    (*sums).fourth += weighted.w * features;
-#endif
+    for (var i = 0; i < COMPONENTS; i++) {
+        (*sums).products[i] += weighted[i] * features;
+    }
     (*sums).squares += dot(weighted, value);
 }
 
@@ -118,24 +117,14 @@ struct Smoothed {
 // value's noise, all components together.
 fn smooth_value(own: Value, sums: Sums, fit: Fit, variance: f32) -> Smoothed {
     let mean = sums.value / fit.weight;
-    let first = sums.first / fit.weight - mean.x * fit.mean;
-    let second = sums.second / fit.weight - mean.y * fit.mean;
-    let third = sums.third / fit.weight - mean.z * fit.mean;
-    let first_slopes = slopes(fit, first);
-    let second_slopes = slopes(fit, second);
-    let third_slopes = slopes(fit, third);
-    var explained = dot(mean, mean) + dot(first_slopes, first + RIDGE * first_slopes) + dot(second_slopes, second + RIDGE * second_slopes)
-        + dot(third_slopes, third + RIDGE * third_slopes);
+    var explained = dot(mean, mean);
     var modelled = mean;
-    modelled.x -= dot(first_slopes, fit.mean);
-    modelled.y -= dot(second_slopes, fit.mean);
-    modelled.z -= dot(third_slopes, fit.mean);
-#if PHASORS
-    let fourth = sums.fourth / fit.weight - mean.w * fit.mean;
-    let fourth_slopes = slopes(fit, fourth);
-    explained += dot(fourth_slopes, fourth + RIDGE * fourth_slopes);
-    modelled.w -= dot(fourth_slopes, fit.mean);
-#endif
+    for (var i = 0; i < COMPONENTS; i++) {
+        let covariances = sums.products[i] / fit.weight - mean[i] * fit.mean;
+        let along = slopes(fit, covariances);
+        explained += dot(along, covariances + RIDGE * along);
+        modelled[i] -= dot(along, fit.mean);
+    }
     let scatter = max(sums.squares / fit.weight - explained, 0.0) * fit.count / (fit.count - UNKNOWNS);
     let deviation = own - modelled;
     let signal = max(max(scatter - variance, dot(deviation, deviation) - CHANCE_SQUARED * variance), 0.0);
@@ -151,7 +140,6 @@ fn features_of(index: i32, turned: vec2<f32>) -> vec4<f32> {
     return vec4<f32>(vec2<f32>(place_around(index)) / f32(REACH), turned);
 }
 
-#if PHASORS
 fn sampled_phasors(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> vec4<f32> {
     return textureLoad(samples, pixel, phasor_sums_layer(layer, lobe)) / (PACKET_SAMPLES * max(packets, 1.0));
 }
@@ -176,10 +164,11 @@ struct SmoothedPhasors {
     gain: f32,
 }
 
+#if PHASORS
 fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit) -> SmoothedPhasors {
     var around = neighbours;
     let size = vec2<i32>(textureDimensions(position_mesh));
-    let own_packets = textureLoad(samples, pixel, SAMPLED).x;
+    let own_packets = textureLoad(samples, pixel, SAMPLING).x;
     var phasors = SmoothedPhasors();
     for (var layer = 0u; layer < phasor_layer_count(); layer++) {
         var sums: Sums;
@@ -187,7 +176,7 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
         for (var i = 0; i < POINTS; i++) {
             let place = vec2<i32>(pixel) + i32(parameters.stride) * place_around(i);
             let other = vec2<u32>(clamp(place, vec2<i32>(0), size - 1));
-            let packets = textureLoad(samples, other, SAMPLED).x;
+            let packets = textureLoad(samples, other, SAMPLING).x;
             let weight = around.weights[i];
             add(&sums, sampled_phasors(other, layer, lobe, packets), features_of(i, around.turned[i]), weight);
             variance_sum += weight * phasor_variance(other, layer, lobe, packets);
@@ -208,13 +197,35 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
 
 fn store_phasors(pixel: vec2<u32>, lobe: u32, phasors: SmoothedPhasors, gain: f32, light: vec3<f32>) {
     var smoothed = phasors;
-    let packets = textureLoad(samples, pixel, SAMPLED).x;
+    let packets = textureLoad(samples, pixel, SAMPLING).x;
     for (var layer = 0u; layer < phasor_layer_count(); layer++) {
         let kept = mix(smoothed.modelled[layer], sampled_phasors(pixel, layer, lobe, packets), gain);
         textureStore(gathered, pixel, phasor_layer(layer, lobe), limit_phasors(kept, light[band_of(layer)]));
     }
 }
+#else
+fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit) -> SmoothedPhasors {
+    return SmoothedPhasors();
+}
+
+fn store_phasors(pixel: vec2<u32>, lobe: u32, phasors: SmoothedPhasors, gain: f32, light: vec3<f32>) {}
 #endif
+
+// Smooths what a lobe reflects. `variance` is that of the light.
+fn smooth_lobe(pixel: vec2<u32>, lobe: u32, sums: Sums, neighbours: Neighbours, fit: Fit, variance: f32, packets: f32) {
+    let own = sampled_light(pixel, lobe, packets);
+    let smoothed = smooth_value(own, sums, fit, variance);
+    var gain = smoothed.gain;
+    var phasors: SmoothedPhasors;
+    if (PHASORS) {
+        // One gain for light and Z: Z equals the light where its phases are alike.
+        phasors = smooth_phasors(pixel, lobe, neighbours, fit);
+        gain = max(gain, phasors.gain);
+    }
+    let light = max(mix(smoothed.modelled, own, gain).xyz, vec3<f32>(0.0));
+    textureStore(gathered, pixel, lobe, vec4<f32>(light, textureLoad(gathered, pixel, lobe).w));
+    store_phasors(pixel, lobe, phasors, gain, light);
+}
 
 @compute @workgroup_size(64)
 fn compute_main(
@@ -232,11 +243,7 @@ fn compute_main(
     let normal = textureLoad(normal_geometric, pixel, 0).xyz;
     let around = frame_around(normal);
     let own_sampling = known_sampling(pixel);
-    var own_lobe: vec4<f32>;
-    var specular_sums: Sums;
-#if PHONG
-    own_lobe = textureLoad(ks_shininess, pixel);
-#endif
+    let own_lobe = lobe_at(pixel);
     // Squared distance to the nearest neighbour, and number of neighbours that were sampled.
     var spacing_squared = 1e30;
     var sampled_neighbours = 0u;
@@ -248,13 +255,12 @@ fn compute_main(
         let offset = there.xyz - position;
         let is_other = there.w != 0.0 && any(other != pixel);
         spacing_squared = select(spacing_squared, min(spacing_squared, dot(offset, offset)), is_other);
-        sampled_neighbours += u32(is_other && textureLoad(samples, other, SAMPLED).x > 0.0);
+        sampled_neighbours += u32(is_other && textureLoad(samples, other, SAMPLING).x > 0.0);
     }
     let end = select(0, POINTS, sampled_neighbours > 0u);
-#if PHASORS
     var neighbours: Neighbours;
-#endif
     var diffuse_sums: Sums;
+    var specular_sums: Sums;
     var sum_of_variances = vec2<f32>(0.0);
     var fit: Fit;
     var squared_weights = 0.0;
@@ -268,22 +274,17 @@ fn compute_main(
         let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
         let other = select(pixel, vec2<u32>(place), is_inside);
         let known = known_sampling(other);
-        let is_sampled = textureLoad(samples, other, SAMPLED).x > 0.0;
+        let is_sampled = textureLoad(samples, other, SAMPLING).x > 0.0;
         let offset = textureLoad(position_mesh, other).xyz - position;
         let other_normal = textureLoad(normal_geometric, other, 0).xyz;
         let turn = other_normal - normal;
-        var is_wanted = is_sampled && any(other != pixel);
-#if PHONG
-        is_wanted = is_wanted && is_one_lobe(own_lobe, textureLoad(ks_shininess, other));
-#endif
+        let is_wanted = is_sampled && any(other != pixel) && is_one_lobe(own_lobe, lobe_at(other));
         let farness = dot(turn, turn) / (TURN * TURN) + dot(offset, offset) / (DISTANCE * DISTANCE * spacing_squared);
         let weight = select(0.0, exp(-farness), is_wanted);
         let turned = vec2<f32>(dot(other_normal, around.right), dot(other_normal, around.up));
         let features = features_of(i, turned);
-#if PHASORS
         neighbours.weights[i] = weight;
         neighbours.turned[i] = turned;
-#endif
         fit.weight += weight;
         squared_weights += weight * weight;
         fit.mean += weight * features;
@@ -291,10 +292,10 @@ fn compute_main(
         squares_b += weight * mat2x2<f32>(features.z * features.xy, features.w * features.xy);
         squares_d += weight * mat2x2<f32>(features.z * features.zw, features.w * features.zw);
         sum_of_variances += weight * variances(known);
-        add(&diffuse_sums, sampled_light(other, SUMS_DIFFUSE, known.packets), features, weight);
-#if PHONG
-        add(&specular_sums, sampled_light(other, SUMS_SPECULAR, known.packets), features, weight);
-#endif
+        add(&diffuse_sums, sampled_light(other, DIFFUSE, known.packets), features, weight);
+        if (PHONG) {
+            add(&specular_sums, sampled_light(other, SPECULAR, known.packets), features, weight);
+        }
     }
     fit.count = fit.weight * fit.weight / max(squared_weights, 1e-30);
     if (fit.count < LEAST_PIXELS) {
@@ -314,35 +315,11 @@ fn compute_main(
     // certainly dark.
     let own_variance = variances(own_sampling);
     let mean_variance = scale * sum_of_variances;
-    var squares = vec2<f32>(diffuse_sums.squares, 0.0);
-#if PHONG
-    squares.y = specular_sums.squares;
-#endif
+    let squares = vec2<f32>(diffuse_sums.squares, specular_sums.squares);
     let is_doubtful = own_variance == vec2<f32>(0.0) & mean_variance > RARE * scale * squares;
     let variance = select(min(mean_variance, MAX_OVER_OWN * own_variance), mean_variance, is_doubtful);
-    let own = sampled_light(pixel, SUMS_DIFFUSE, own_sampling.packets);
-    var smoothed = smooth_value(own, diffuse_sums, fit, variance.x);
-#if PHASORS
-    // One gain for light and Z: Z equals the light where its phases are alike.
-    var phasors = smooth_phasors(pixel, 0u, neighbours, fit);
-    smoothed.gain = max(smoothed.gain, phasors.gain);
-#endif
-    let diffuse = max(mix(smoothed.modelled, own, smoothed.gain).xyz, vec3<f32>(0.0));
-    textureStore(gathered, pixel, DIFFUSE, vec4<f32>(diffuse, textureLoad(gathered, pixel, DIFFUSE).w));
-#if PHASORS
-    store_phasors(pixel, 0u, phasors, smoothed.gain, diffuse);
-#endif
-#if PHONG
-    let own_specular = sampled_light(pixel, SUMS_SPECULAR, own_sampling.packets);
-    var smoothed_specular = smooth_value(own_specular, specular_sums, fit, variance.y);
-#if PHASORS
-    phasors = smooth_phasors(pixel, 1u, neighbours, fit);
-    smoothed_specular.gain = max(smoothed_specular.gain, phasors.gain);
-#endif
-    let specular = max(mix(smoothed_specular.modelled, own_specular, smoothed_specular.gain).xyz, vec3<f32>(0.0));
-    textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
-#if PHASORS
-    store_phasors(pixel, 1u, phasors, smoothed_specular.gain, specular);
-#endif
-#endif
+    smooth_lobe(pixel, DIFFUSE, diffuse_sums, neighbours, fit, variance.x, own_sampling.packets);
+    if (PHONG) {
+        smooth_lobe(pixel, SPECULAR, specular_sums, neighbours, fit, variance.y, own_sampling.packets);
+    }
 }

@@ -32,16 +32,15 @@ fn list_of(item: u32) -> u32 {
     let kd_irradiance = textureLoad(rsm_kd_irradiance, texel.column_row, texel.face, 0);
     let is_lit = is_surface && kd_irradiance.w > 0.0 && emission[texel.index].x > 0.0;
     var is_glossy = false;
-#if PHONG
-    is_glossy = any(textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0).rgb > vec3<f32>(0.0));
-#endif
-    if (is_lit && is_glossy) {
-        return GLOSSY;
+    if (PHONG) {
+        is_glossy = any(textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0).rgb > vec3<f32>(0.0));
     }
-    return select(NOTHING, MATTE, is_lit && (is_glossy || any(kd_irradiance.rgb > vec3<f32>(0.0))));
+    if (is_lit && is_glossy) {
+        return GLOSSY_LIST;
+    }
+    return select(NOTHING, MATTE_LIST, is_lit && (is_glossy || any(kd_irradiance.rgb > vec3<f32>(0.0))));
 }
 
-#if WRITE
 fn place(item: u32, list: u32, index: u32) {
     let texel = texel_place(item);
     let slot = vpl_place(light.first_vpl + index);
@@ -52,33 +51,32 @@ fn place(item: u32, list: u32, index: u32) {
     let is_parallel = light.is_parallel == 1u;
     let to_light = select(normalize(-from_light), -light.axis, is_parallel);
     var incident = light.intensity * (emission[texel.index].x * emission[texel.index].y);
-#if AVERAGE
-    let part = emission[texel.index].x / light.emission_measure;
-    let cosine = max(dot(normal_geometric.xyz, to_light), 0.0);
-    incident = light.intensity * (kd_irradiance.w * cosine * part);
-#endif
+    if (AVERAGE) {
+        let part = emission[texel.index].x / light.emission_measure;
+        let cosine = max(dot(normal_geometric.xyz, to_light), 0.0);
+        incident = light.intensity * (kd_irradiance.w * cosine * part);
+    }
     let diffuse = diffuse_factor(kd_irradiance.rgb) * incident;
     // ΔΩ·d²/cosθ, at most d².
     let distance_squared = dot(from_light, from_light);
     let facing = max(dot(normal_geometric.xyz, to_light), emission[texel.index].x);
     let area = select(emission[texel.index].x * distance_squared / facing, 0.0, is_parallel);
-#if PHONG
-    let ks_shininess = textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0);
-    let specular = vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0);
-    let lobe = lobe_of(to_light, normal_geometric.xyz, ks_shininess);
-    if (list == GLOSSY) {
-        textureStore(glossy_vpls, slot, 0, vec4<f32>(surface, area));
-        textureStore(glossy_vpls, slot, 1, vec4<f32>(normal_geometric.xyz, 0.0));
-        textureStore(glossy_vpls, slot, 2, vec4<f32>(diffuse, 0.0));
-        textureStore(glossy_vpls, slot, VPL_LAYERS, specular);
-        for (var i = 0u; i < LOBE_LAYERS; i++) {
-            textureStore(glossy_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
+    if (PHONG) {
+        let ks_shininess = textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0);
+        let specular = vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0);
+        let lobe = lobe_of(to_light, normal_geometric.xyz, ks_shininess);
+        if (list == GLOSSY_LIST) {
+            textureStore(glossy_vpls, slot, 0, vec4<f32>(surface, area));
+            textureStore(glossy_vpls, slot, 1, vec4<f32>(normal_geometric.xyz, 0.0));
+            textureStore(glossy_vpls, slot, 2, vec4<f32>(diffuse, 0.0));
+            textureStore(glossy_vpls, slot, VPL_LAYERS, specular);
+            for (var i = 0u; i < LOBE_LAYERS; i++) {
+                textureStore(glossy_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
+            }
+            return;
         }
-        return;
     }
-#endif
     textureStore(matte_vpls, slot, 0, vec4<f32>(surface, area));
     textureStore(matte_vpls, slot, 1, vec4<f32>(normal_geometric.xyz, 0.0));
     textureStore(matte_vpls, slot, 2, vec4<f32>(diffuse, 0.0));
 }
-#endif

@@ -411,9 +411,9 @@ pub mod constants {
     pub const COLOR: u32 = 0;
     pub const DIFFUSE: u32 = 0;
     pub const EDGES: u32 = 1;
-    pub const GATHERED: u32 = 2;
+    pub const GATHERED_PREDICTED: u32 = 2;
     pub const GATHERED_UNPREDICTED: u32 = 3;
-    pub const GLOSSY: u32 = 2;
+    pub const GLOSSY_LIST: u32 = 2;
     pub const HAS_COLORS: u32 = 16;
     pub const HAS_KD_MAP: u32 = 1;
     pub const HAS_KS_MAP: u32 = 2;
@@ -433,7 +433,7 @@ pub mod constants {
     pub const LEAF_INSTANCE: u32 = 268435456;
     pub const LOBE_LAYERS: u32 = 1;
     pub const MATERIAL_TEXELS: u32 = 24;
-    pub const MATTE: u32 = 1;
+    pub const MATTE_LIST: u32 = 1;
     pub const MAX_FACES: u32 = 6;
     pub const MAX_PHASOR_LAYERS: u32 = 6;
     pub const MIRROR_U: u32 = 2;
@@ -452,8 +452,8 @@ pub mod constants {
     pub const ROW_MASK: u32 = 1023;
     pub const ROW_SHIFT: u32 = 10;
     pub const RUN_ITEMS: u32 = 64;
-    pub const SAMPLED: u32 = 0;
     pub const SAMPLES: u32 = 64;
+    pub const SAMPLING: u32 = 0;
     pub const SCANNERS: u32 = 256;
     pub const SECOND_SET: u32 = 64;
     pub const SHININESS_MAP: u32 = 10;
@@ -492,8 +492,8 @@ bindings! {
     ];
     PRIMARY_RAYS_EMIT_BINDINGS = [
         (0, "view", DescriptorType::UNIFORM_BUFFER),
-        (1, "lens_rays", DescriptorType::STORAGE_BUFFER),
-        (2, "rays", DescriptorType::STORAGE_BUFFER),
+        (7, "lens_rays", DescriptorType::STORAGE_BUFFER),
+        (8, "rays", DescriptorType::STORAGE_BUFFER),
     ];
     PRIMARY_RAYS_SHADE_BINDINGS = [
         (0, "view", DescriptorType::UNIFORM_BUFFER),
@@ -531,17 +531,17 @@ bindings! {
     ];
     RECEIVERS_COUNT_BINDINGS = [
         (0, "runs", DescriptorType::STORAGE_BUFFER),
-        (2, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (4, "candidates", DescriptorType::STORAGE_BUFFER),
+        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (4, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (5, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     RECEIVERS_WRITE_BINDINGS = [
         (0, "runs", DescriptorType::STORAGE_BUFFER),
         (1, "lengths", DescriptorType::STORAGE_BUFFER),
-        (2, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (4, "candidates", DescriptorType::STORAGE_BUFFER),
-        (5, "receivers", DescriptorType::STORAGE_BUFFER),
+        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (4, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (5, "candidates", DescriptorType::STORAGE_BUFFER),
+        (6, "receivers", DescriptorType::STORAGE_BUFFER),
     ];
     VPL_COUNT_BINDINGS = [
         (0, "runs", DescriptorType::STORAGE_BUFFER),
@@ -578,12 +578,12 @@ bindings! {
         (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (2, "light", DescriptorType::UNIFORM_BUFFER),
         (3, "pattern", DescriptorType::STORAGE_BUFFER),
-        (4, "light_map", DescriptorType::SAMPLED_IMAGE),
-        (5, "positions", DescriptorType::STORAGE_BUFFER),
-        (6, "indices", DescriptorType::STORAGE_BUFFER),
-        (7, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (8, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (9, "direct_radiance", DescriptorType::STORAGE_IMAGE),
+        (5, "light_map", DescriptorType::SAMPLED_IMAGE),
+        (6, "positions", DescriptorType::STORAGE_BUFFER),
+        (7, "indices", DescriptorType::STORAGE_BUFFER),
+        (8, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (9, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (10, "direct_radiance", DescriptorType::STORAGE_IMAGE),
     ];
     DIRECT_MAP_PHASORS_BINDINGS = [
         (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
@@ -604,10 +604,10 @@ bindings! {
         (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (2, "light", DescriptorType::UNIFORM_BUFFER),
         (3, "pattern", DescriptorType::STORAGE_BUFFER),
-        (4, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (5, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (6, "direct_radiance", DescriptorType::STORAGE_IMAGE),
-        (7, "hits", DescriptorType::STORAGE_BUFFER),
+        (8, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (9, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (10, "direct_radiance", DescriptorType::STORAGE_IMAGE),
+        (12, "hits", DescriptorType::STORAGE_BUFFER),
     ];
     DIRECT_RAYS_PHASORS_BINDINGS = [
         (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
@@ -615,61 +615,61 @@ bindings! {
         (2, "light", DescriptorType::UNIFORM_BUFFER),
         (3, "pattern", DescriptorType::STORAGE_BUFFER),
         (4, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (5, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (6, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (7, "direct_radiance", DescriptorType::STORAGE_IMAGE),
-        (8, "direct_phasors", DescriptorType::STORAGE_IMAGE),
-        (9, "hits", DescriptorType::STORAGE_BUFFER),
+        (8, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (9, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (10, "direct_radiance", DescriptorType::STORAGE_IMAGE),
+        (11, "direct_phasors", DescriptorType::STORAGE_IMAGE),
+        (12, "hits", DescriptorType::STORAGE_BUFFER),
     ];
     GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS = [
         (0, "vpls", DescriptorType::STORAGE_IMAGE),
-        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (4, "results", DescriptorType::STORAGE_BUFFER),
-        (5, "receivers", DescriptorType::STORAGE_BUFFER),
+        (2, "results", DescriptorType::STORAGE_BUFFER),
+        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
     ];
     GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS = [
         (0, "vpls", DescriptorType::STORAGE_IMAGE),
         (1, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (2, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (3, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (5, "light", DescriptorType::UNIFORM_BUFFER),
-        (6, "results", DescriptorType::STORAGE_BUFFER),
+        (2, "results", DescriptorType::STORAGE_BUFFER),
+        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (6, "light", DescriptorType::UNIFORM_BUFFER),
         (7, "receivers", DescriptorType::STORAGE_BUFFER),
     ];
     GATHER_BROADCAST8_PHONG_MATTE_BINDINGS = [
         (0, "vpls", DescriptorType::STORAGE_IMAGE),
-        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (4, "results", DescriptorType::STORAGE_BUFFER),
-        (5, "receivers", DescriptorType::STORAGE_BUFFER),
+        (2, "results", DescriptorType::STORAGE_BUFFER),
+        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (5, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
     ];
     GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS = [
         (0, "vpls", DescriptorType::STORAGE_IMAGE),
         (1, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (2, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (3, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (4, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (5, "light", DescriptorType::UNIFORM_BUFFER),
-        (6, "results", DescriptorType::STORAGE_BUFFER),
+        (2, "results", DescriptorType::STORAGE_BUFFER),
+        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (5, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (6, "light", DescriptorType::UNIFORM_BUFFER),
         (7, "receivers", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_DEPTHS_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (1, "footprint", DescriptorType::STORAGE_IMAGE),
+        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (2, "footprint", DescriptorType::STORAGE_IMAGE),
     ];
     PIXEL_FILTER_INTERPOLATE_BINDINGS = [
-        (0, "position_mesh", DescriptorType::STORAGE_IMAGE),
-        (1, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (3, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (4, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (5, "centre_position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (6, "centre_normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (7, "centre_ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (8, "gathered", DescriptorType::SAMPLED_IMAGE),
-        (9, "candidates", DescriptorType::STORAGE_BUFFER),
+        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (7, "centre_position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (8, "centre_normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (9, "centre_ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (10, "gathered", DescriptorType::SAMPLED_IMAGE),
+        (11, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_INTERPOLATE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -686,12 +686,12 @@ bindings! {
         (11, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_GATHERED_BINDINGS = [
-        (1, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (5, "receivers", DescriptorType::STORAGE_BUFFER),
-        (6, "results", DescriptorType::STORAGE_BUFFER),
-        (7, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
+        (8, "results", DescriptorType::STORAGE_BUFFER),
+        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_GATHERED_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -729,9 +729,9 @@ bindings! {
     ];
     LIGHT_RAYS_EMIT_BINDINGS = [
         (0, "lights", DescriptorType::STORAGE_IMAGE),
-        (2, "ray_cells", DescriptorType::STORAGE_IMAGE),
-        (3, "rays", DescriptorType::STORAGE_BUFFER),
-        (4, "light_ray_cells", DescriptorType::STORAGE_BUFFER),
+        (9, "ray_cells", DescriptorType::STORAGE_IMAGE),
+        (10, "rays", DescriptorType::STORAGE_BUFFER),
+        (11, "light_ray_cells", DescriptorType::STORAGE_BUFFER),
     ];
     LIGHT_RAYS_SHADE_BINDINGS = [
         (0, "lights", DescriptorType::STORAGE_IMAGE),
@@ -741,11 +741,11 @@ bindings! {
         (4, "instances", DescriptorType::SAMPLED_IMAGE),
         (5, "ray_triangles", DescriptorType::STORAGE_IMAGE),
         (6, "triangle_shading", DescriptorType::STORAGE_IMAGE),
-        (8, "ray_cells", DescriptorType::STORAGE_IMAGE),
-        (9, "rays", DescriptorType::STORAGE_BUFFER),
-        (10, "light_ray_cells", DescriptorType::STORAGE_BUFFER),
-        (11, "hits", DescriptorType::STORAGE_BUFFER),
-        (12, "drawn_vpls", DescriptorType::STORAGE_IMAGE),
+        (9, "ray_cells", DescriptorType::STORAGE_IMAGE),
+        (10, "rays", DescriptorType::STORAGE_BUFFER),
+        (11, "light_ray_cells", DescriptorType::STORAGE_BUFFER),
+        (12, "hits", DescriptorType::STORAGE_BUFFER),
+        (13, "drawn_vpls", DescriptorType::STORAGE_IMAGE),
     ];
     LIGHT_RAYS_SHADE_PHASORS_BINDINGS = [
         (0, "lights", DescriptorType::STORAGE_IMAGE),
@@ -763,24 +763,24 @@ bindings! {
         (13, "drawn_vpls", DescriptorType::STORAGE_IMAGE),
     ];
     FINAL_GATHER_EMIT_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (3, "receivers", DescriptorType::STORAGE_BUFFER),
-        (4, "packets", DescriptorType::STORAGE_BUFFER),
-        (5, "lattice", DescriptorType::SAMPLED_IMAGE),
-        (6, "rays", DescriptorType::STORAGE_BUFFER),
+        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (4, "receivers", DescriptorType::STORAGE_BUFFER),
+        (5, "packets", DescriptorType::STORAGE_BUFFER),
+        (6, "lattice", DescriptorType::SAMPLED_IMAGE),
+        (7, "rays", DescriptorType::STORAGE_BUFFER),
     ];
     FINAL_GATHER_DRAW_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (3, "receivers", DescriptorType::STORAGE_BUFFER),
-        (4, "packets", DescriptorType::STORAGE_BUFFER),
-        (5, "contributions", DescriptorType::STORAGE_BUFFER),
-        (6, "vpls", DescriptorType::STORAGE_IMAGE),
-        (7, "rays", DescriptorType::STORAGE_BUFFER),
-        (8, "pilot_samples", DescriptorType::STORAGE_BUFFER),
+        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (4, "receivers", DescriptorType::STORAGE_BUFFER),
+        (5, "packets", DescriptorType::STORAGE_BUFFER),
+        (6, "contributions", DescriptorType::STORAGE_BUFFER),
+        (7, "vpls", DescriptorType::STORAGE_IMAGE),
+        (8, "rays", DescriptorType::STORAGE_BUFFER),
+        (9, "pilot_samples", DescriptorType::STORAGE_BUFFER),
     ];
     FINAL_GATHER_DRAW_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -795,22 +795,22 @@ bindings! {
         (9, "pilot_samples", DescriptorType::STORAGE_BUFFER),
     ];
     FINAL_GATHER_SHADE_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (3, "receivers", DescriptorType::STORAGE_BUFFER),
-        (4, "packets", DescriptorType::STORAGE_BUFFER),
-        (5, "contributions", DescriptorType::STORAGE_BUFFER),
-        (6, "lights", DescriptorType::STORAGE_IMAGE),
-        (7, "texels", DescriptorType::STORAGE_IMAGE),
-        (8, "materials", DescriptorType::STORAGE_IMAGE),
-        (9, "vertex_values", DescriptorType::SAMPLED_IMAGE),
-        (10, "instances", DescriptorType::SAMPLED_IMAGE),
-        (11, "ray_triangles", DescriptorType::STORAGE_IMAGE),
-        (12, "triangle_shading", DescriptorType::STORAGE_IMAGE),
-        (13, "vpl_densities", DescriptorType::STORAGE_IMAGE),
-        (14, "rays", DescriptorType::STORAGE_BUFFER),
-        (15, "hits", DescriptorType::STORAGE_BUFFER),
+        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (4, "receivers", DescriptorType::STORAGE_BUFFER),
+        (5, "packets", DescriptorType::STORAGE_BUFFER),
+        (6, "contributions", DescriptorType::STORAGE_BUFFER),
+        (7, "lights", DescriptorType::STORAGE_IMAGE),
+        (8, "texels", DescriptorType::STORAGE_IMAGE),
+        (9, "materials", DescriptorType::STORAGE_IMAGE),
+        (10, "vertex_values", DescriptorType::SAMPLED_IMAGE),
+        (11, "instances", DescriptorType::SAMPLED_IMAGE),
+        (12, "ray_triangles", DescriptorType::STORAGE_IMAGE),
+        (13, "triangle_shading", DescriptorType::STORAGE_IMAGE),
+        (14, "vpl_densities", DescriptorType::STORAGE_IMAGE),
+        (15, "rays", DescriptorType::STORAGE_BUFFER),
+        (16, "hits", DescriptorType::STORAGE_BUFFER),
     ];
     FINAL_GATHER_SHADE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -832,28 +832,28 @@ bindings! {
         (16, "hits", DescriptorType::STORAGE_BUFFER),
     ];
     FINAL_GATHER_SUM_BINDINGS = [
-        (0, "spans", DescriptorType::STORAGE_BUFFER),
-        (1, "hits", DescriptorType::STORAGE_BUFFER),
-        (2, "contributions", DescriptorType::STORAGE_BUFFER),
-        (3, "results", DescriptorType::STORAGE_BUFFER),
-        (4, "pilot_samples", DescriptorType::STORAGE_BUFFER),
+        (1, "results", DescriptorType::STORAGE_BUFFER),
+        (2, "spans", DescriptorType::STORAGE_BUFFER),
+        (3, "hits", DescriptorType::STORAGE_BUFFER),
+        (4, "contributions", DescriptorType::STORAGE_BUFFER),
+        (5, "pilot_samples", DescriptorType::STORAGE_BUFFER),
     ];
     FINAL_GATHER_SUM_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (1, "spans", DescriptorType::STORAGE_BUFFER),
-        (2, "hits", DescriptorType::STORAGE_BUFFER),
-        (3, "contributions", DescriptorType::STORAGE_BUFFER),
-        (4, "results", DescriptorType::STORAGE_BUFFER),
+        (1, "results", DescriptorType::STORAGE_BUFFER),
+        (2, "spans", DescriptorType::STORAGE_BUFFER),
+        (3, "hits", DescriptorType::STORAGE_BUFFER),
+        (4, "contributions", DescriptorType::STORAGE_BUFFER),
         (5, "pilot_samples", DescriptorType::STORAGE_BUFFER),
     ];
     SAMPLE_COUNTS_BINDINGS = [
-        (1, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (3, "samples", DescriptorType::STORAGE_IMAGE),
-        (4, "gathered", DescriptorType::STORAGE_IMAGE),
-        (5, "receivers", DescriptorType::STORAGE_BUFFER),
-        (6, "lengths", DescriptorType::STORAGE_BUFFER),
-        (7, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "gathered", DescriptorType::STORAGE_IMAGE),
+        (6, "receivers", DescriptorType::STORAGE_BUFFER),
+        (7, "lengths", DescriptorType::STORAGE_BUFFER),
+        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     SAMPLE_COUNTS_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -866,13 +866,13 @@ bindings! {
         (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     PREDICT_BINDINGS = [
-        (0, "position_mesh", DescriptorType::STORAGE_IMAGE),
-        (1, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (3, "samples", DescriptorType::STORAGE_IMAGE),
-        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (5, "gathered", DescriptorType::STORAGE_IMAGE),
-        (6, "candidates", DescriptorType::STORAGE_BUFFER),
+        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     PREDICT_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -885,13 +885,13 @@ bindings! {
         (7, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     SCATTER_BINDINGS = [
-        (1, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (3, "samples", DescriptorType::STORAGE_IMAGE),
-        (4, "gathered", DescriptorType::STORAGE_IMAGE),
-        (5, "receivers", DescriptorType::STORAGE_BUFFER),
-        (6, "results", DescriptorType::STORAGE_BUFFER),
-        (7, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "gathered", DescriptorType::STORAGE_IMAGE),
+        (6, "receivers", DescriptorType::STORAGE_BUFFER),
+        (7, "results", DescriptorType::STORAGE_BUFFER),
+        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     SCATTER_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -904,11 +904,11 @@ bindings! {
         (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     SMOOTH_BINDINGS = [
-        (0, "position_mesh", DescriptorType::STORAGE_IMAGE),
-        (2, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (3, "samples", DescriptorType::STORAGE_IMAGE),
-        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (5, "gathered", DescriptorType::STORAGE_IMAGE),
+        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
     ];
     SMOOTH_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -919,11 +919,11 @@ bindings! {
         (6, "gathered", DescriptorType::STORAGE_IMAGE),
     ];
     RESOLVE_BINDINGS = [
-        (1, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (3, "samples", DescriptorType::STORAGE_IMAGE),
-        (4, "gathered", DescriptorType::STORAGE_IMAGE),
-        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "gathered", DescriptorType::STORAGE_IMAGE),
+        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
     ];
     RESOLVE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -945,18 +945,18 @@ bindings! {
     ];
     AREA_LIGHT_ADD_BINDINGS = [
         (0, "first_half", DescriptorType::STORAGE_IMAGE),
-        (1, "direct_radiance", DescriptorType::STORAGE_IMAGE),
-        (2, "point_phasors", DescriptorType::STORAGE_IMAGE),
-        (3, "direct_phasors", DescriptorType::STORAGE_IMAGE),
+        (3, "direct_radiance", DescriptorType::STORAGE_IMAGE),
+        (4, "point_phasors", DescriptorType::STORAGE_IMAGE),
+        (5, "direct_phasors", DescriptorType::STORAGE_IMAGE),
     ];
     ERROR_ESTIMATE_BINDINGS = [
-        (1, "kd_material", DescriptorType::SAMPLED_IMAGE),
-        (2, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (3, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (4, "receivers", DescriptorType::STORAGE_BUFFER),
-        (5, "results", DescriptorType::STORAGE_BUFFER),
-        (6, "sample_ranges", DescriptorType::STORAGE_BUFFER),
-        (7, "estimates", DescriptorType::STORAGE_BUFFER),
+        (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (6, "receivers", DescriptorType::STORAGE_BUFFER),
+        (7, "results", DescriptorType::STORAGE_BUFFER),
+        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (9, "estimates", DescriptorType::STORAGE_BUFFER),
     ];
     ERROR_ESTIMATE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -1001,95 +1001,95 @@ modules! {
     DIRECT_EMIT: Key::DirectEmit { .. } =>
         "direct_emit" "direct_emit" c"compute_main" [8, 8, 1] 48 DIRECT_EMIT_BINDINGS ["point", "spot", "directional", "pattern", "projector"] [];
     DIRECT_MAP: Key::Direct { shadow: Shadow::Map, phasors: false, .. } =>
-        "direct_map" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [];
+        "direct_map" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [("PAIRS", 2)];
     DIRECT_MAP_PHASORS: Key::Direct { shadow: Shadow::Map, phasors: true, .. } =>
-        "direct_map_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [];
+        "direct_map_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [("PAIRS", 2)];
     DIRECT_RAYS: Key::Direct { shadow: Shadow::Rays, phasors: false, .. } =>
-        "direct_rays" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [];
+        "direct_rays" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [("PAIRS", 2)];
     DIRECT_RAYS_PHASORS: Key::Direct { shadow: Shadow::Rays, phasors: true, .. } =>
-        "direct_rays_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [];
+        "direct_rays_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [("PAIRS", 2)];
     GATHER_BROADCAST8_LAMBERT_MATTE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_broadcast8_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("FETCH_VPLS", 8), ("RESULT_VECTORS", 2)];
+        "gather_broadcast8_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast8_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
+        "gather_broadcast8_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast8_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
+        "gather_broadcast8_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_LAMBERT_GLOSSY: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_broadcast8_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 8), ("RESULT_VECTORS", 2)];
+        "gather_broadcast8_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_LAMBERT_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast8_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+        "gather_broadcast8_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_LAMBERT_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast8_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+        "gather_broadcast8_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_PHONG_MATTE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_broadcast8_phong_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 8), ("RESULT_VECTORS", 2)];
+        "gather_broadcast8_phong_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast8_phong_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+        "gather_broadcast8_phong_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_PHONG_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast8_phong_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+        "gather_broadcast8_phong_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_PHONG_GLOSSY: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_broadcast8_phong_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 8), ("RESULT_VECTORS", 2)];
+        "gather_broadcast8_phong_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_PHONG_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast8_phong_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+        "gather_broadcast8_phong_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_PHONG_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast8_phong_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+        "gather_broadcast8_phong_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST4_LAMBERT_MATTE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_broadcast4_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("FETCH_VPLS", 4), ("RESULT_VECTORS", 2)];
+        "gather_broadcast4_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_LAMBERT_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast4_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
+        "gather_broadcast4_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_LAMBERT_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast4_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
+        "gather_broadcast4_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_LAMBERT_GLOSSY: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_broadcast4_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 4), ("RESULT_VECTORS", 2)];
+        "gather_broadcast4_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_LAMBERT_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast4_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+        "gather_broadcast4_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_LAMBERT_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast4_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+        "gather_broadcast4_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_PHONG_MATTE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_broadcast4_phong_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 4), ("RESULT_VECTORS", 2)];
+        "gather_broadcast4_phong_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_PHONG_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast4_phong_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+        "gather_broadcast4_phong_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_PHONG_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast4_phong_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+        "gather_broadcast4_phong_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_PHONG_GLOSSY: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_broadcast4_phong_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 4), ("RESULT_VECTORS", 2)];
+        "gather_broadcast4_phong_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_PHONG_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast4_phong_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+        "gather_broadcast4_phong_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_BROADCAST4_PHONG_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast4_phong_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+        "gather_broadcast4_phong_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
     GATHER_TILE_LAMBERT_MATTE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_tile_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("FETCH_VPLS", 64), ("RESULT_VECTORS", 2)];
+        "gather_tile_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
     GATHER_TILE_LAMBERT_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_tile_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
+        "gather_tile_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
     GATHER_TILE_LAMBERT_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_tile_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
+        "gather_tile_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
     GATHER_TILE_LAMBERT_GLOSSY: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_tile_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 64), ("RESULT_VECTORS", 2)];
+        "gather_tile_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     GATHER_TILE_LAMBERT_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_tile_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+        "gather_tile_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     GATHER_TILE_LAMBERT_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_tile_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+        "gather_tile_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     GATHER_TILE_PHONG_MATTE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_tile_phong_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 64), ("RESULT_VECTORS", 2)];
+        "gather_tile_phong_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     GATHER_TILE_PHONG_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_tile_phong_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+        "gather_tile_phong_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     GATHER_TILE_PHONG_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Phong, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_tile_phong_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+        "gather_tile_phong_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     GATHER_TILE_PHONG_GLOSSY: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_tile_phong_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("FETCH_VPLS", 64), ("RESULT_VECTORS", 2)];
+        "gather_tile_phong_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     GATHER_TILE_PHONG_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_tile_phong_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+        "gather_tile_phong_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     GATHER_TILE_PHONG_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_tile_phong_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+        "gather_tile_phong_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     PIXEL_FILTER_DEPTHS: Key::PixelFilterDepths { .. } =>
-        "pixel_filter_depths" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_DEPTHS_BINDINGS [] [];
+        "pixel_filter_depths" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_DEPTHS_BINDINGS [] [("PAIRS", 2)];
     PIXEL_FILTER_INTERPOLATE: Key::PixelFilterInterpolate { phasors: false, .. } =>
-        "pixel_filter_interpolate" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2)];
+        "pixel_filter_interpolate" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     PIXEL_FILTER_INTERPOLATE_PHASORS: Key::PixelFilterInterpolate { phasors: true, .. } =>
-        "pixel_filter_interpolate_phasors" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16)];
+        "pixel_filter_interpolate_phasors" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     PIXEL_FILTER_GATHERED: Key::PixelFilterGathered { phasors: false, .. } =>
-        "pixel_filter_gathered" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
+        "pixel_filter_gathered" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     PIXEL_FILTER_GATHERED_PHASORS: Key::PixelFilterGathered { phasors: true, .. } =>
-        "pixel_filter_gathered_phasors" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16)];
+        "pixel_filter_gathered_phasors" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     SENSOR: Key::Sensor { .. } =>
         "sensor" "sensor" c"compute_main" [8, 8, 1] 32 SENSOR_BINDINGS ["indirect", "aperture", "sampled"] [];
     TRACE_ANY_KERNEL: Key::Trace { hit: Hit::Any, search: Search::Kernel, .. } =>
@@ -1101,25 +1101,25 @@ modules! {
     TRACE_CLOSEST_QUERY: Key::Trace { hit: Hit::Closest, search: Search::Query, .. } =>
         "trace_closest_query" "trace" c"compute_main" [64, 1, 1] 8 TRACE_ANY_QUERY_BINDINGS ["cutout", "instanced"] [];
     LIGHT_RAYS_EMIT: Key::LightRaysEmit { .. } =>
-        "light_rays_emit" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_EMIT_BINDINGS [] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
+        "light_rays_emit" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_EMIT_BINDINGS [] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2)];
     LIGHT_RAYS_SHADE: Key::LightRaysShade { phasors: false, .. } =>
-        "light_rays_shade" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_BINDINGS ["lambert", "phong", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
+        "light_rays_shade" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_BINDINGS ["lambert", "phong", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2)];
     LIGHT_RAYS_SHADE_PHASORS: Key::LightRaysShade { phasors: true, .. } =>
-        "light_rays_shade_phasors" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_PHASORS_BINDINGS ["lambert", "phong", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6)];
+        "light_rays_shade_phasors" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_PHASORS_BINDINGS ["lambert", "phong", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("PAIRS", 2)];
     FINAL_GATHER_EMIT: Key::FinalGatherEmit { .. } =>
-        "final_gather_emit" "final_gather_emit" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_EMIT_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 2), ("CONTRIBUTION_VECTORS", 1)];
+        "final_gather_emit" "final_gather_emit" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_EMIT_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 1)];
     FINAL_GATHER_DRAW: Key::FinalGatherDraw { phasors: false, .. } =>
-        "final_gather_draw" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 2), ("CONTRIBUTION_VECTORS", 1), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
+        "final_gather_draw" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 1), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
     FINAL_GATHER_DRAW_PHASORS: Key::FinalGatherDraw { phasors: true, .. } =>
-        "final_gather_draw_phasors" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_PHASORS_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 16), ("CONTRIBUTION_VECTORS", 2), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6)];
+        "final_gather_draw_phasors" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_PHASORS_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 2), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6)];
     FINAL_GATHER_SHADE: Key::FinalGatherShade { phasors: false, .. } =>
-        "final_gather_shade" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_BINDINGS ["lambert", "matte", "phong", "glossy", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 2), ("CONTRIBUTION_VECTORS", 1)];
+        "final_gather_shade" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_BINDINGS ["lambert", "matte", "phong", "glossy", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 1)];
     FINAL_GATHER_SHADE_PHASORS: Key::FinalGatherShade { phasors: true, .. } =>
-        "final_gather_shade_phasors" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_PHASORS_BINDINGS ["lambert", "matte", "phong", "glossy", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 16), ("CONTRIBUTION_VECTORS", 2)];
+        "final_gather_shade_phasors" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_PHASORS_BINDINGS ["lambert", "matte", "phong", "glossy", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 2)];
     FINAL_GATHER_SUM: Key::FinalGatherSum { phasors: false, .. } =>
-        "final_gather_sum" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 2), ("CONTRIBUTION_VECTORS", 1)];
+        "final_gather_sum" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 1)];
     FINAL_GATHER_SUM_PHASORS: Key::FinalGatherSum { phasors: true, .. } =>
-        "final_gather_sum_phasors" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_PHASORS_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 16), ("CONTRIBUTION_VECTORS", 2)];
+        "final_gather_sum_phasors" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_PHASORS_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 2)];
     SAMPLE_COUNTS: Key::SampleCounts { phasors: false, .. } =>
         "sample_counts" "sample_counts" c"compute_main" [64, 1, 1] 32 SAMPLE_COUNTS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2)];
     SAMPLE_COUNTS_PHASORS: Key::SampleCounts { phasors: true, .. } =>

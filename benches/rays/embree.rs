@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 use crate::{Failure, rays::Rays};
 
-/// Distances from surfaces at which rays start and end, as in `shaders/ray.wgsl`.
+/// Distances from surfaces at which rays start and end, as in `shaders/shared/ray.wgsl`.
 const ORIGIN_SHIFT: f64 = 24.0 / (1 << 24) as f64;
 const END_SHIFT: f64 = 40.0 / (1 << 24) as f64;
 

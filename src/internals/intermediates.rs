@@ -142,7 +142,7 @@ fn surface_point(space: &LocalSpace, images: &[Vec<[f32; 4]>], i: usize) -> Surf
     }
 }
 
-/// Decodes a unit vector packed by `pack_direction` of `shaders/hit.wgsl`.
+/// Decodes a unit vector packed by `pack_direction` of `shaders/shared/hit.wgsl`.
 fn unpack_direction(packed: f32) -> DVec3 {
     let packed = f64::from(packed);
     let row = (packed / 4096.0).floor();

@@ -22,7 +22,7 @@ use crate::{
     vulkan::{CommandPool, Pipelines},
 };
 
-/// Distances by which rays start and end beside surfaces, as in `shaders/ray.wgsl`.
+/// Distances by which rays start and end beside surfaces, as in `shaders/shared/ray.wgsl`.
 const ORIGIN_SHIFT: f32 = 24.0 * ROUNDING;
 const END_SHIFT: f32 = 40.0 * ROUNDING;
 const ROUNDING: f32 = 5.9604645e-8;

@@ -10,7 +10,7 @@ use crate::{
     },
 };
 
-/// State of a gathered pixel: the bits of 1.0 with kind 2 of `shaders/refinement.wgsl` in the lowest ones.
+/// State of a gathered pixel: the bits of 1.0 with kind 2 of `shaders/shared/refinement.wgsl` in the lowest ones.
 const GATHERED: f32 = f32::from_bits(0x3f80_0002);
 
 /// A lobe's light at a pixel, estimated from its samples.

@@ -114,7 +114,7 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
     TexelList::declare(allocate, "lights", texels)
 }
 
-/// The texels of `shaders/lights.wgsl`: the lights in the layout of a buffer, then their patterns.
+/// The texels of `shaders/shared/lights.wgsl`: the lights in the layout of a buffer, then their patterns.
 fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
     let mut parameters: Vec<shaders::Light> = lights.iter().map(|l| l.parameters).collect();
     let texels_per_light = size_of::<shaders::Light>() / size_of::<[f32; 4]>();

@@ -51,7 +51,7 @@ pub(crate) trait Gatherer {
     ) -> Result<()>;
 }
 
-/// Where the results of a gather go: vectors in the layout of `shaders/refinement.wgsl`, for receivers from `first` on.
+/// Where the results of a gather go: vectors in the layout of `shaders/shared/refinement.wgsl`, for receivers from `first` on.
 /// Gathers with noise store sums over their samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Results<'r> {

@@ -9,7 +9,7 @@ use crate::{
     vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList},
 };
 
-/// The lists of `shaders/hits.wgsl`.
+/// The lists of `shaders/shared/hits.wgsl`.
 pub(crate) struct HitSurfaces {
     /// Sixteen words per triangle, in the order of the geometry: three normals (0: flat), three texture coordinates, the entry of the material.
     triangles: TexelList,

@@ -13,7 +13,7 @@ use crate::{
 /// Texels of an instance, as in the shader.
 const INSTANCE_TEXELS: u64 = 8;
 
-/// The list of `shaders/instance.wgsl`. Instances of the same mesh follow each other.
+/// The list of `shaders/shared/instance.wgsl`. Instances of the same mesh follow each other.
 pub(crate) struct Instances(TexelList);
 
 /// Declares the memory for the list.

@@ -23,7 +23,7 @@ pub(crate) struct DeviceLight {
     pub rsm_views: Vec<Buffer>,
     /// ΔΩ and s of each texel of the RSM.
     pub emission: Buffer,
-    /// The numbers of a pattern, in the layout of `shaders/pattern.wgsl`; empty for other lights.
+    /// The numbers of a pattern, in the layout of `shaders/shared/pattern.wgsl`; empty for other lights.
     pub pattern: Vec<f32>,
     pattern_buffer: Option<Buffer>,
     /// Texels of the RSM; 0 without one.

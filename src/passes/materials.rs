@@ -1,4 +1,4 @@
-//! The scene's materials on the device, as `shaders/materials.wgsl` lists them, and the values of vertices that few meshes have.
+//! The scene's materials on the device, as `shaders/shared/materials.wgsl` lists them, and the values of vertices that few meshes have.
 
 use super::textures::{Textures, halves_of_first_word};
 use crate::{

@@ -1,4 +1,4 @@
-//! Pseudo-random numbers, the same as in `shaders/random.wgsl`.
+//! Pseudo-random numbers, the same as in `shaders/shared/random.wgsl`.
 
 /// PCG (Jarzynski & Olano 2020).
 pub(crate) fn hash(value: u32) -> u32 {

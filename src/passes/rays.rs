@@ -28,7 +28,7 @@ const STRUCTURE_BYTES: u64 = 128;
 /// Texels per triangle with cut-outs.
 const CUTOUT_TEXELS: u64 = 3;
 
-/// The lists in which `shaders/hit_triangle.wgsl` finds a scene's triangles, and what leads rays to them.
+/// The lists in which `shaders/shared/hit_triangle.wgsl` finds a scene's triangles, and what leads rays to them.
 pub(crate) struct RayTriangles {
     pub instances: Arc<Instances>,
     is_instanced: bool,
@@ -71,7 +71,7 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, tracer: Tracer) -
 }
 
 /// For each triangle in the scene's space: 1 + its place among those with cut-outs, or 0. Also returns the triangles with cut-outs,
-/// as the list of `shaders/hit_triangle.wgsl`.
+/// as the list of `shaders/shared/hit_triangle.wgsl`.
 fn cutouts_of(
     scene: &Scene,
     geometry: &Geometry,

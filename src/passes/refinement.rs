@@ -9,10 +9,10 @@ use crate::{
 
 /// What is known of each pixel.
 pub(crate) struct RefinementImages<A: Allocate = Device> {
-    /// What was gathered or interpolated, as described in `shaders/refinement.wgsl`. The layer of the specular lobe exists only if
+    /// What was gathered or interpolated, as described in `shaders/shared/refinement.wgsl`. The layer of the specular lobe exists only if
     /// some material is specular.
     gathered: A::Image,
-    /// How it was sampled, as described in `shaders/sampling.wgsl`. Only if gathers have noise.
+    /// How it was sampled, as described in `shaders/shared/sampling.wgsl`. Only if gathers have noise.
     samples: Option<A::Image>,
     /// The modulation, with the scales of errors that were found; only with time of flight.
     pub modulation: Option<Buffer>,

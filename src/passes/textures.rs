@@ -6,7 +6,7 @@ use crate::{
     vulkan::{CommandPool, Declarations, Resource, WordList, shaders},
 };
 
-/// Flags of `shaders/texels.wgsl`. A mirror's flag is followed by that of a clamp.
+/// Flags of `shaders/shared/texels.wgsl`. A mirror's flag is followed by that of a clamp.
 const SRGB: u32 = 1;
 const MIRROR_U: u32 = 2;
 const MIRROR_V: u32 = 8;
@@ -14,7 +14,7 @@ const NEAREST: u32 = 32;
 const SECOND_SET: u32 = 64;
 const TRANSFORMED: u32 = 128;
 
-/// All texels of a scene, as `texels` of `shaders/texels.wgsl`: at the precision of their source, and alpha at 8 bits.
+/// All texels of a scene, as `texels` of `shaders/shared/texels.wgsl`: at the precision of their source, and alpha at 8 bits.
 #[derive(Default)]
 pub(crate) struct Textures {
     /// `None` if no surface shows a texture.
@@ -133,7 +133,7 @@ fn looked_up(places: &[shaders::Texture], texture: Option<TextureLookup>) -> sha
     })
 }
 
-/// The flags of `shaders/texels.wgsl`.
+/// The flags of `shaders/shared/texels.wgsl`.
 fn flags_of(lookup: &TextureLookup) -> u32 {
     let [along_u, along_v] = lookup.wrap.map(|wrap| match wrap {
         Wrap::Repeat => 0,
@@ -149,7 +149,7 @@ fn flags_of(lookup: &TextureLookup) -> u32 {
         + u32::from(is_transformed) * TRANSFORMED
 }
 
-/// The two numbers from which `word_index` of `shaders/texels.wgsl` computes a texture's first word.
+/// The two numbers from which `word_index` of `shaders/shared/texels.wgsl` computes a texture's first word.
 pub(crate) fn halves_of_first_word(texture: shaders::Texture) -> [f32; 2] {
     [texture.first_word >> 16, texture.first_word & 0xffff].map(|half| half as f32)
 }

@@ -332,7 +332,7 @@ impl Plan {
         self.is_textured || self.shows_detail()
     }
 
-    /// Whether kernels read `shaders/materials.wgsl` for more than a texture of k_d.
+    /// Whether kernels read `shaders/shared/materials.wgsl` for more than a texture of k_d.
     pub(crate) fn shows_detail(&self) -> bool {
         self.is_detailed || self.has_cutouts
     }

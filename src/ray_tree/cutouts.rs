@@ -1,4 +1,4 @@
-//! Triangles with cut-outs, for rays that the host traces: the same as `is_hole` of `shaders/triangle_hit.wgsl`.
+//! Triangles with cut-outs, for rays that the host traces: the same as `is_hole` of `shaders/shared/triangle_hit.wgsl`.
 
 use crate::{
     geometry::{Geometry, PlacedMesh},
@@ -90,7 +90,7 @@ impl Cutouts {
     }
 }
 
-/// The texel before a place along an axis, and how far the place is from its centre: as `texel_corner` of `shaders/texels.wgsl`.
+/// The texel before a place along an axis, and how far the place is from its centre: as `texel_corner` of `shaders/shared/texels.wgsl`.
 fn place(at: f32, size: f32, wrap: Wrap, filter: Filter) -> (usize, f32) {
     let fract = |x: f32| x - x.floor();
     let folded = match wrap {

@@ -215,7 +215,7 @@ fn moved([x, y, z, word]: Texel, nodes: usize, triangles: usize) -> Texel {
     [x, y, z, f32::from_bits(word + by as u32)]
 }
 
-/// Encodes a number below 2²⁹ for `whole_number` of `shaders/instance.wgsl`. The bits are those of a float that is neither subnormal nor
+/// Encodes a number below 2²⁹ for `whole_number` of `shaders/shared/instance.wgsl`. The bits are those of a float that is neither subnormal nor
 /// NaN.
 pub(crate) fn whole_number(number: u32) -> f32 {
     f32::from_bits(number | 1 << 30)

@@ -11,7 +11,7 @@ pub(super) const LEAF: u32 = 1 << 31;
 /// A ray hits nothing.
 pub(crate) const NOTHING_HIT: u32 = u32::MAX;
 
-/// A ray in the layout of `shaders/ray.wgsl`.
+/// A ray in the layout of `shaders/shared/ray.wgsl`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct Ray {
@@ -224,7 +224,7 @@ fn side<L: Lanes>(lanes: L, a: Vector<L>, b: Vector<L>, direction: Vector<L>) ->
     dot(lanes, normal, direction)
 }
 
-/// Where a ray meets the planes of a leaf's triangles: as `meet` of `shaders/triangle_hit.wgsl`.
+/// Where a ray meets the planes of a leaf's triangles: as `meet` of `shaders/shared/triangle_hit.wgsl`.
 struct Meeting<L: Lanes> {
     /// A bit for each triangle that the ray passes inside.
     inside: u32,

@@ -13,29 +13,18 @@ const MAX_SLOPE: f32 = 0.08;
 struct Facing {
     position: vec3<f32>,
     normal: vec3<f32>,
-#if PHONG
     ks_shininess: vec4<f32>,
-#endif
 }
 
 fn facing_at(pixel: vec2<u32>) -> Facing {
-    var facing: Facing;
-    facing.position = textureLoad(position_mesh, pixel).xyz;
-    facing.normal = textureLoad(normal_geometric, pixel, 0).xyz;
-#if PHONG
-    facing.ks_shininess = textureLoad(ks_shininess, pixel);
-#endif
-    return facing;
+    return Facing(textureLoad(position_mesh, pixel).xyz, textureLoad(normal_geometric, pixel, 0).xyz, lobe_at(pixel));
 }
 
 fn is_one_surface(a: Facing, b: Facing) -> bool {
     let offset = b.position - a.position;
     let off_plane = max(abs(dot(offset, a.normal)), abs(dot(offset, b.normal)));
-    var is_one = dot(a.normal, b.normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
-#if PHONG
-    is_one = is_one && is_one_lobe(a.ks_shininess, b.ks_shininess);
-#endif
-    return is_one;
+    let is_even = dot(a.normal, b.normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
+    return is_even && is_one_lobe(a.ks_shininess, b.ks_shininess);
 }
 
 // Sums over neighbours of weight · value, and of that times the neighbours' places: enough for a plane through the values.

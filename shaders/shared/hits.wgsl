@@ -39,42 +39,42 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     triangle.corners[1] = Corner(corners.b.xyz, vec3<f32>(shading0.w, shading1.xy), vec2<f32>(shading2.w, shading3.x));
     triangle.corners[2] = Corner(corners.c.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
     triangle.normal = vec3<f32>(corners.a.w, corners.b.w, corners.c.w);
-#if SMOOTH DETAILED
-#if INSTANCED
-    for (var i = 0u; i < min(found.instance, 1u); i++) {
-        let placement = to_mesh(found.instance);
-        triangle.corners[0].normal = placed_normal(placement, triangle.corners[0].normal);
-        triangle.corners[1].normal = placed_normal(placement, triangle.corners[1].normal);
-        triangle.corners[2].normal = placed_normal(placement, triangle.corners[2].normal);
+    if (SMOOTH | DETAILED) {
+        if (INSTANCED) {
+            for (var i = 0u; i < min(found.instance, 1u); i++) {
+                let placement = to_mesh(found.instance);
+                triangle.corners[0].normal = placed_normal(placement, triangle.corners[0].normal);
+                triangle.corners[1].normal = placed_normal(placement, triangle.corners[1].normal);
+                triangle.corners[2].normal = placed_normal(placement, triangle.corners[2].normal);
+            }
+        }
     }
-#endif
-#endif
     triangle.brdf = Brdf(kd_shininess.rgb, ks_has.rgb, kd_shininess.w);
-#if TEXTURED
-    triangle.texture = texture_at(material + KD_MAP);
-#endif
-#if DETAILED
-    triangle.material = material;
-    triangle.has = u32(ks_has.w);
-    triangle.instance = found.instance;
-    triangle.front = 1.0;
-#if INSTANCED
-    triangle.front = handedness(found.instance);
-#endif
-    for (var i = 0u; i < turns(triangle, HAS_VERTICES); i++) {
-        triangle.vertices = corners_in_mesh(material, index / 4u);
+    if (TEXTURED) {
+        triangle.texture = texture_at(material + KD_MAP);
     }
-#endif
+    if (DETAILED) {
+        triangle.material = material;
+        triangle.has = u32(ks_has.w);
+        triangle.instance = found.instance;
+        triangle.front = 1.0;
+        if (INSTANCED) {
+            triangle.front = handedness(found.instance);
+        }
+        for (var i = 0u; i < turns(triangle, HAS_VERTICES); i++) {
+            triangle.vertices = corners_in_mesh(material, index / 4u);
+        }
+    }
     return triangle;
 }
 
 fn tangent_in_scene(instance: u32, tangent: vec3<f32>) -> vec3<f32> {
     var placed = tangent;
-#if INSTANCED
-    for (var i = 0u; i < min(instance, 1u); i++) {
-        placed = placed_direction(to_scene(instance), tangent);
+    if (INSTANCED) {
+        for (var i = 0u; i < min(instance, 1u); i++) {
+            placed = placed_direction(to_scene(instance), tangent);
+        }
     }
-#endif
     return placed;
 }
 

@@ -20,9 +20,9 @@ fn receiver_of(packet: Packet) -> Receiver {
     // P and the camera.
     let to_camera = normalize(parameters.camera_position - receiver.position);
     receiver.start = before_surface(receiver.position, receiver.geometric_normal, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
-#if GLOSSY
-    receiver.lobe = lobe_of(to_camera, receiver.normal, textureLoad(ks_shininess, receiver.pixel, 0));
-#endif
+    if (GLOSSY) {
+        receiver.lobe = lobe_of(to_camera, receiver.normal, textureLoad(ks_shininess, receiver.pixel, 0));
+    }
     return receiver;
 }
 

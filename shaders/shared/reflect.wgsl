@@ -4,22 +4,27 @@
 // others are sampled images, because some devices allow only eight storage images per kernel.
 
 #import brdf
-#if PHASORS
 #import refinement
-#endif
 
 var position_mesh: texture_storage_2d<rgba32float, read>;
 var kd_material: texture_2d<f32>;
-#if PHONG
 var ks_shininess: texture_storage_2d<rgba32float, read>;
-#endif
+
+// k_s and s of what a pixel shows; 0 without materials that have a lobe.
+fn lobe_at(pixel: vec2<u32>) -> vec4<f32> {
+    var ks_and_shininess = vec4<f32>(0.0);
+    if (PHONG) {
+        ks_and_shininess = textureLoad(ks_shininess, pixel);
+    }
+    return ks_and_shininess;
+}
 
 // Sum of k_d and k_s times what each lobe reflects for 1.
 fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f32> {
     var radiance = textureLoad(kd_material, pixel, 0).rgb * diffuse;
-#if PHONG
-    radiance += reflected_share(textureLoad(ks_shininess, pixel)) * specular;
-#endif
+    if (PHONG) {
+        radiance += reflected_share(textureLoad(ks_shininess, pixel)) * specular;
+    }
     return radiance;
 }
 
@@ -28,20 +33,19 @@ fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f3
 fn reflect_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
     let diffuse = reflect(pixel, vec3<f32>(0.57735027), vec3<f32>(0.0));
     var reflected = dot(diffuse, diffuse) * squares.x;
-#if PHONG
-    let specular = reflect(pixel, vec3<f32>(0.0), vec3<f32>(0.57735027));
-    reflected += dot(specular, specular) * squares.y;
-#endif
+    if (PHONG) {
+        let specular = reflect(pixel, vec3<f32>(0.0), vec3<f32>(0.57735027));
+        reflected += dot(specular, specular) * squares.y;
+    }
     return reflected;
 }
 
-#if PHASORS
 // Factors, diffuse and specular, from what the lobes reflect of a band for 1 to what pixels see of it.
 fn seen_shares(pixel: vec2<u32>, band: u32) -> vec2<f32> {
     var shares = vec2<f32>(textureLoad(kd_material, pixel, 0).rgb[band], 0.0);
-#if PHONG
-    shares.y = reflected_share(textureLoad(ks_shininess, pixel))[band];
-#endif
+    if (PHONG) {
+        shares.y = reflected_share(textureLoad(ks_shininess, pixel))[band];
+    }
     return modulation.band_weights[band] * shares;
 }
 
@@ -52,9 +56,9 @@ fn reflect_phasor_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
         shares += seen_shares(pixel, modulation.bands[i]);
     }
     var reflected = shares.x * shares.x * squares.x;
-#if PHONG
-    reflected += shares.y * shares.y * squares.y;
-#endif
+    if (PHONG) {
+        reflected += shares.y * shares.y * squares.y;
+    }
     return reflected / f32(modulation.band_count);
 }
 
@@ -67,4 +71,3 @@ fn worst_error_squared(pair: u32, difference: vec4<f32>) -> f32 {
 fn worst_of(scaled: vec4<f32>) -> f32 {
     return max(max(scaled.x, scaled.y), max(scaled.z, scaled.w));
 }
-#endif

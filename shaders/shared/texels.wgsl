@@ -84,17 +84,17 @@ fn texel_corner(texture: Texture, texcoord: vec2<f32>) -> TexelCorner {
     let size = vec2<f32>(texture.size);
     let down = vec2<f32>(texcoord.x, 1.0 - texcoord.y);
     var place = fract(down) * size - 0.5;
-#if DETAILED CUTOUT
-    // Where a texture does not repeat, the place is moved to the centres of its outermost texels, whose neighbours then have no weight.
-    let mirrors = (vec2<u32>(texture.flags) & vec2<u32>(MIRROR_U, MIRROR_V)) != vec2<u32>(0u);
-    let clamps = (vec2<u32>(texture.flags) & vec2<u32>(CLAMP_U, CLAMP_V)) != vec2<u32>(0u);
-    let there_and_back = 1.0 - abs(2.0 * fract(0.5 * down) - 1.0);
-    let folded = select(select(fract(down), there_and_back, mirrors), clamp(down, vec2<f32>(0.0), vec2<f32>(1.0)), clamps);
-    let between = folded * size - 0.5;
-    let within = select(between, clamp(between, vec2<f32>(0.0), size - 1.0), mirrors | clamps);
-    let nearest = min(floor(folded * size), size - 1.0);
-    place = select(within, nearest, (texture.flags & NEAREST) != 0u);
-#endif
+    if (DETAILED | CUTOUT) {
+        // Where a texture does not repeat, the place is moved to the centres of its outermost texels, whose neighbours then have no weight.
+        let mirrors = (vec2<u32>(texture.flags) & vec2<u32>(MIRROR_U, MIRROR_V)) != vec2<u32>(0u);
+        let clamps = (vec2<u32>(texture.flags) & vec2<u32>(CLAMP_U, CLAMP_V)) != vec2<u32>(0u);
+        let there_and_back = 1.0 - abs(2.0 * fract(0.5 * down) - 1.0);
+        let folded = select(select(fract(down), there_and_back, mirrors), clamp(down, vec2<f32>(0.0), vec2<f32>(1.0)), clamps);
+        let between = folded * size - 0.5;
+        let within = select(between, clamp(between, vec2<f32>(0.0), size - 1.0), mirrors | clamps);
+        let nearest = min(floor(folded * size), size - 1.0);
+        place = select(within, nearest, (texture.flags & NEAREST) != 0u);
+    }
     let corner = floor(place);
     return TexelCorner(vec2<u32>(vec2<i32>(corner) + vec2<i32>(texture.size)) % texture.size, place - corner);
 }

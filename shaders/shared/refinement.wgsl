@@ -1,8 +1,6 @@
 // What is known of a pixel between the passes of the refinement.
 
-#if PHASORS
 #import modulation
-#endif
 
 // Layers of the image `gathered`: light that the diffuse lobe reflects for k_d = 1, W/sr/m², and the pixel's state; then light of the
 // specular lobe.
@@ -11,14 +9,9 @@ const SPECULAR: u32 = 1u;
 
 // Results of a gather per receiver. For each lobe: light; with phasors, the squared differences of each frequency's Z; and Z of each pair
 // of frequencies, per band.
-#if PHASORS
-const RESULT_VECTORS: u32 = 16u;
 const PHASOR_SQUARES: u32 = 2u;
-#else
-const RESULT_VECTORS: u32 = 2u;
-#endif
+const RESULT_VECTORS: u32 = select(2u, 16u, PHASORS);
 
-#if PHASORS
 // Index into a receiver's results.
 fn phasor_result(pair: u32, band: u32, lobe: u32) -> u32 {
     return PHASOR_SQUARES + 2u * (1u + 3u * pair + band) + lobe;
@@ -27,11 +20,7 @@ fn phasor_result(pair: u32, band: u32, lobe: u32) -> u32 {
 // After the layers of light, `gathered` has layers of Z for each pair of frequencies and each band that pixels see. They are for k_d and
 // k_s = 1, by lobe, as those of light.
 fn lobe_count() -> u32 {
-#if PHONG
-    return 2u;
-#else
-    return 1u;
-#endif
+    return select(1u, 2u, PHONG);
 }
 
 // Per lobe: two pairs, three bands.
@@ -58,7 +47,6 @@ fn pair_of(index: u32) -> u32 {
 fn band_of(index: u32) -> u32 {
     return modulation.bands[index % modulation.band_count];
 }
-#endif
 
 // An empty entry in a list of pixels. Pixels are column + 65536 · row.
 const NO_PIXEL: u32 = 0xffffffffu;
@@ -68,7 +56,7 @@ const UNKNOWN: u32 = 0u;
 // To be gathered: the images hold the prediction from its neighbours.
 const PREDICTED: u32 = 1u;
 // Gathered after a prediction: `error` is that of the prediction.
-const GATHERED: u32 = 2u;
+const GATHERED_PREDICTED: u32 = 2u;
 // Gathered without a prediction to compare with.
 const GATHERED_UNPREDICTED: u32 = 3u;
 // `error` is the expected error.
@@ -105,7 +93,7 @@ fn variance_of_mean(variance_of_sample: f32, packets: f32, evenness: f32, rate: 
 }
 
 fn is_gathered(state: PixelState) -> bool {
-    return state.kind == GATHERED || state.kind == GATHERED_UNPREDICTED;
+    return state.kind == GATHERED_PREDICTED || state.kind == GATHERED_UNPREDICTED;
 }
 
 // The share of a deviation from the expected value that is more than noise. `signal` is the square of the deviation less the variance of

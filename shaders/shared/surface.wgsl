@@ -44,19 +44,19 @@ struct Raster {
 fn corner(instance: u32, index: u32) -> Corner {
     var corner: Corner;
     corner.position = positions[index].xyz;
-#if SMOOTH DETAILED
-    corner.normal = normals[index].xyz;
-#endif
+    if (SMOOTH | DETAILED) {
+        corner.normal = normals[index].xyz;
+    }
     // A loop that other surfaces skip: drivers that compute both sides of a branch would make them pay for it.
     for (var i = 0u; i < min(instance, 1u); i++) {
         corner.position = placed_point(to_scene(instance), corner.position);
-#if SMOOTH DETAILED
-        corner.normal = placed_normal(to_mesh(instance), corner.normal);
-#endif
+        if (SMOOTH | DETAILED) {
+            corner.normal = placed_normal(to_mesh(instance), corner.normal);
+        }
     }
-#if TEXTURED DETAILED
-    corner.texcoord = texcoords[index];
-#endif
+    if (TEXTURED | DETAILED) {
+        corner.texcoord = texcoords[index];
+    }
     return corner;
 }
 
@@ -70,16 +70,16 @@ fn hit_surface(raster: Raster) -> Hit {
     triangle.corners[1] = corner(raster.instance, indices[3u * raster.triangle + 1u]);
     triangle.corners[2] = corner(raster.instance, indices[3u * raster.triangle + 2u]);
     triangle.brdf = Brdf(draw.kd, draw.ks, draw.shininess);
-#if TEXTURED
-    triangle.texture = draw.texture;
-#endif
-#if DETAILED
-    let first = 3u * raster.triangle;
-    triangle.vertices = vec3<u32>(indices[first], indices[first + 1u], indices[first + 2u]) - draw.first_vertex;
-    triangle.material = draw.material;
-    triangle.has = draw.has;
-    triangle.instance = raster.instance;
-    triangle.front = handedness(raster.instance);
-#endif
+    if (TEXTURED) {
+        triangle.texture = draw.texture;
+    }
+    if (DETAILED) {
+        let first = 3u * raster.triangle;
+        triangle.vertices = vec3<u32>(indices[first], indices[first + 1u], indices[first + 2u]) - draw.first_vertex;
+        triangle.material = draw.material;
+        triangle.has = draw.has;
+        triangle.instance = raster.instance;
+        triangle.front = handedness(raster.instance);
+    }
     return hit_on_plane(triangle, view.origin, ray_offset, ray_direction, view.forward);
 }

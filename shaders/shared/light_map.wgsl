@@ -31,10 +31,10 @@ fn is_visible(position: vec3<f32>, geometric_normal: vec3<f32>) -> bool {
     }
     var extent = light.half_extent * depth;
     var ray = offset;
-#if DIRECTIONAL
-    extent = light.half_extent;
-    ray = light.axis;
-#endif
+    if (DIRECTIONAL) {
+        extent = light.half_extent;
+        ray = light.axis;
+    }
     let size = f32(light.shadow_size);
     let u = dot(offset, light.faces[face].right) / extent;
     let v = dot(offset, light.faces[face].up) / extent;
@@ -55,10 +55,9 @@ fn is_visible(position: vec3<f32>, geometric_normal: vec3<f32>) -> bool {
         // How far P is behind the triangle's plane, as the light sees it.
         let behind = -dot(normal, corner0) * sign(dot(normal, ray));
         var is_ahead_of_light = true;
-#if DIRECTIONAL
-#else
-        is_ahead_of_light = dot(normal, corner0 + ray) * dot(normal, ray) > 0.0;
-#endif
+        if (!DIRECTIONAL) {
+            is_ahead_of_light = dot(normal, corner0 + ray) * dot(normal, ray) > 0.0;
+        }
         let side0 = dot(ray, cross(corner1, corner2));
         let side1 = dot(ray, cross(corner2, corner0));
         let side2 = dot(ray, cross(corner0, corner1));

@@ -33,35 +33,35 @@ struct Located {
 fn located(hit: u32) -> Located {
     var triangle = hit;
     var low = 0u;
-#if INSTANCED
-    // Counts the instances whose first hit is not after `hit`.
-    var high = instance_count();
-    while (low < high) {
-        let middle = (low + high) / 2u;
-        let is_behind = first_hit(1u + middle) > hit;
-        high = select(high, middle, is_behind);
-        low = select(middle + 1u, low, is_behind);
+    if (INSTANCED) {
+        // Counts the instances whose first hit is not after `hit`.
+        var high = instance_count();
+        while (low < high) {
+            let middle = (low + high) / 2u;
+            let is_behind = first_hit(1u + middle) > hit;
+            high = select(high, middle, is_behind);
+            low = select(middle + 1u, low, is_behind);
+        }
+        for (var i = 0u; i < min(low, 1u); i++) {
+            triangle -= hit_offset(low);
+        }
     }
-    for (var i = 0u; i < min(low, 1u); i++) {
-        triangle -= hit_offset(low);
-    }
-#endif
     return Located(triangle, low);
 }
 
 // In the scene's space.
 fn corners_of(found: Located) -> Corners {
     var corners = corners_at(found.triangle);
-#if INSTANCED
-    // A loop that other triangles skip: drivers that compute both sides of a branch would make all of them pay for it.
-    for (var i = 0u; i < min(found.instance, 1u); i++) {
-        let placement = to_scene(found.instance);
-        let normal = placed_triangle_normal(found.instance, vec3<f32>(corners.a.w, corners.b.w, corners.c.w));
-        corners.a = vec4<f32>(placed_point(placement, corners.a.xyz), normal.x);
-        corners.b = vec4<f32>(placed_point(placement, corners.b.xyz), normal.y);
-        corners.c = vec4<f32>(placed_point(placement, corners.c.xyz), normal.z);
+    if (INSTANCED) {
+        // A loop that other triangles skip: drivers that compute both sides of a branch would make all of them pay for it.
+        for (var i = 0u; i < min(found.instance, 1u); i++) {
+            let placement = to_scene(found.instance);
+            let normal = placed_triangle_normal(found.instance, vec3<f32>(corners.a.w, corners.b.w, corners.c.w));
+            corners.a = vec4<f32>(placed_point(placement, corners.a.xyz), normal.x);
+            corners.b = vec4<f32>(placed_point(placement, corners.b.xyz), normal.y);
+            corners.c = vec4<f32>(placed_point(placement, corners.c.xyz), normal.z);
+        }
     }
-#endif
     return corners;
 }
 

@@ -7,15 +7,27 @@
 // A value of each frequency.
 #if ONE
 alias Frequencies = f32;
+// Pairs of frequencies.
+const PAIRS: u32 = 1u;
 
 fn of_frequencies(values: vec4<f32>) -> Frequencies {
     return values.x;
 }
+
+// re and im of the first frequency of a pair, then of the second.
+fn phasor_pair(phasors: Phasors, pair: u32) -> vec4<f32> {
+    return vec4<f32>(phasors.re, phasors.im, 0.0, 0.0);
+}
 #else
 alias Frequencies = vec4<f32>;
+const PAIRS: u32 = 2u;
 
 fn of_frequencies(values: vec4<f32>) -> Frequencies {
     return values;
+}
+
+fn phasor_pair(phasors: Phasors, pair: u32) -> vec4<f32> {
+    return select(vec4<f32>(phasors.re.xy, phasors.im.xy), vec4<f32>(phasors.re.zw, phasors.im.zw), pair == 1u).xzyw;
 }
 #endif
 
@@ -57,28 +69,24 @@ fn phasors_of(turns: Frequencies) -> Phasors {
     return Phasors(is_used * cosine, is_used * sine);
 }
 
-#if ONE
-#else
 // Phasors of each band.
 struct BandPhasors {
-    re: mat3x4<f32>,
-    im: mat3x4<f32>,
+    red: Phasors,
+    green: Phasors,
+    blue: Phasors,
 }
 
 fn band_phasors(radiance: vec3<f32>, path: Phasors) -> BandPhasors {
-    return BandPhasors(mat3x4<f32>(radiance.r * path.re, radiance.g * path.re, radiance.b * path.re),
-        mat3x4<f32>(radiance.r * path.im, radiance.g * path.im, radiance.b * path.im));
+    return BandPhasors(Phasors(radiance.r * path.re, radiance.r * path.im), Phasors(radiance.g * path.re, radiance.g * path.im),
+        Phasors(radiance.b * path.re, radiance.b * path.im));
 }
 
 fn add_phasors(a: BandPhasors, b: BandPhasors) -> BandPhasors {
-    return BandPhasors(a.re + b.re, a.im + b.im);
+    return BandPhasors(Phasors(a.red.re + b.red.re, a.red.im + b.red.im), Phasors(a.green.re + b.green.re, a.green.im + b.green.im),
+        Phasors(a.blue.re + b.blue.re, a.blue.im + b.blue.im));
 }
 
-// |a − b|² of each frequency, summed over the bands that pixels see.
-fn squared_phasor_difference(a: BandPhasors, b: BandPhasors) -> vec4<f32> {
-    let re = a.re - b.re;
-    let im = a.im - b.im;
-    let squares = mat3x4<f32>(re[0] * re[0] + im[0] * im[0], re[1] * re[1] + im[1] * im[1], re[2] * re[2] + im[2] * im[2]);
-    return squares * modulation.is_seen;
+fn scaled_phasors(phasors: BandPhasors, factor: f32) -> BandPhasors {
+    return BandPhasors(Phasors(factor * phasors.red.re, factor * phasors.red.im),
+        Phasors(factor * phasors.green.re, factor * phasors.green.im), Phasors(factor * phasors.blue.re, factor * phasors.blue.im));
 }
-#endif

@@ -5,18 +5,10 @@
 // Lists of VPLs are image arrays, one layer per member. lavapipe fetches a texel for eight lanes in half the time of a buffer load, and
 // images have no limit of 128 MiB. A row holds this many VPLs.
 const VPLS_PER_ROW: u32 = 1024u;
-// Layers: position and density, normal, diffuse; then specular and those of the lobe.
-#if ONE FOUR
-const VPL_LAYERS: u32 = 3u;
-#else
-#if PHASORS
-// And the phase of the path from the light. Sums compute it themselves, because all VPLs of a list have one light.
+// Layers: position and density, normal, diffuse. Rays need the phase of the path from the light, too; sums compute it themselves, because
+// all VPLs of a list have one light. Then specular, and the layers of the lobe.
 const TURNS_LAYER: u32 = 3u;
-const VPL_LAYERS: u32 = 4u;
-#else
-const VPL_LAYERS: u32 = 3u;
-#endif
-#endif
+const VPL_LAYERS: u32 = select(3u, 4u, PHASORS && !(ONE || FOUR));
 const GLOSSY_VPL_LAYERS: u32 = VPL_LAYERS + 1u + LOBE_LAYERS;
 
 // A virtual point light on a matte surface.
@@ -27,19 +19,12 @@ struct Vpl {
     density: f32,
     // n_Q
     normal: vec3<f32>,
+    // For rays: 1 if its light is modulated.
+    is_modulated: f32,
     // Light that it sends in every direction of its hemisphere, including the diffuse factor of f_Q. rsm-average:
     // L_{L→Q}·cosθ_{Q→L}·ΔΩ/ΣΔΩ; instant-radiosity: I·ΔΩ, which gives intensity per cosine; for rays: the irradiance at Q, which gives
     // radiance.
     diffuse: vec3<f32>,
-#if ONE FOUR
-#else
-#if PHASORS
-    // 1 if its light is modulated.
-    is_modulated: f32,
-    // Of the path from L, for each frequency.
-    turns: vec4<f32>,
-#endif
-#endif
 }
 
 // What a surface with a specular lobe has in addition.
@@ -56,19 +41,13 @@ fn load_vpl(index: u32) -> Vpl {
     let place = vpl_place(index);
     let position_density = textureLoad(vpls, place, 0);
     let normal_modulated = textureLoad(vpls, place, 1);
-    var vpl: Vpl;
-    vpl.position = position_density.xyz;
-    vpl.density = position_density.w;
-    vpl.normal = normal_modulated.xyz;
-    vpl.diffuse = textureLoad(vpls, place, 2).xyz;
-#if ONE FOUR
-#else
-#if PHASORS
-    vpl.is_modulated = normal_modulated.w;
-    vpl.turns = textureLoad(vpls, place, TURNS_LAYER);
-#endif
-#endif
-    return vpl;
+    let diffuse = textureLoad(vpls, place, 2).xyz;
+    return Vpl(position_density.xyz, position_density.w, normal_modulated.xyz, normal_modulated.w, diffuse);
+}
+
+// For rays: of the path from L, for each frequency.
+fn vpl_turns(index: u32) -> vec4<f32> {
+    return textureLoad(vpls, vpl_place(index), TURNS_LAYER);
 }
 
 fn load_vpl_lobe(index: u32) -> VplLobe {

@@ -75,9 +75,9 @@ fn eval_lobe(lobe: Lobe, direction: vec3<f32>) -> Shape {
 
 fn eval_brdf(brdf: Brdf, normal: vec3<f32>, to_light: vec3<f32>, to_viewer: vec3<f32>) -> vec3<f32> {
     var value = diffuse_factor(brdf.kd);
-#if PHONG
-    value += specular_factor(brdf.ks, brdf.shininess) * eval_lobe(lobe_of(to_light, normal, vec4<f32>(brdf.ks, brdf.shininess)), to_viewer);
-#endif
+    if (PHONG) {
+        value += specular_factor(brdf.ks, brdf.shininess) * eval_lobe(lobe_of(to_light, normal, vec4<f32>(brdf.ks, brdf.shininess)), to_viewer);
+    }
     return value;
 }
 

@@ -49,12 +49,12 @@ fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, di
     let is_inside = min(min(plain.x, plain.y), 1.0 - plain.x - plain.y) >= 0.0;
     let rest = select(nearest_on_rim(from0, edge1, edge2), plain, is_inside);
     let b = vec3<f32>(1.0 - rest.x - rest.y, rest);
-#if CUTOUT
-    let alpha = texture_at(triangle.material + ALPHA_MAP);
-    let cutoff = material_texel(triangle.material + ALPHA_MAP + 2u).w;
-    if (is_cut_out(alpha, cutoff, blended(map_texcoords(triangle, ALPHA_MAP, alpha), b))) {
-        discard;
+    if (CUTOUT) {
+        let alpha = texture_at(triangle.material + ALPHA_MAP);
+        let cutoff = material_texel(triangle.material + ALPHA_MAP + 2u).w;
+        if (is_cut_out(alpha, cutoff, blended(map_texcoords(triangle, ALPHA_MAP, alpha), b))) {
+            discard;
+        }
     }
-#endif
     return hit_at(triangle, b, direction);
 }

@@ -7,12 +7,11 @@ var samples: texture_storage_2d_array<rgba32float, read_write>;
 
 // Layers of `samples`. First: packets of samples; and, from the pixels around, the variance of one sample, diffuse and specular, and their
 // packets.
-const SAMPLED: u32 = 0u;
+const SAMPLING: u32 = 0u;
 // Σ of the samples' contributions, and of their squared differences.
 const SUMS_DIFFUSE: u32 = 1u;
 const SUMS_SPECULAR: u32 = 2u;
 
-#if PHASORS
 // After all sums: the variances of Z from the pixels around, each as if it were one of light, diffuse and specular. Then for each lobe Σ of
 // the squared differences of each frequency's Z.
 fn phasor_variances_layer() -> u32 {
@@ -26,57 +25,54 @@ fn phasor_squares_layer(lobe: u32) -> u32 {
 fn phasor_sums_layer(index: u32, lobe: u32) -> u32 {
     return 1u + phasor_layer(index, lobe);
 }
-#endif
 
 struct Sampling {
     packets: f32,
     // Of one sample, diffuse and specular.
     variances: vec2<f32>,
-#if PHASORS
     // Of Z: the largest over all frequencies, as if it were one of light.
     phasor_variances: vec2<f32>,
-#endif
 }
 
 // The pixel's own sampling, or that known from the pixels around.
 fn known_sampling(pixel: vec2<u32>) -> Sampling {
-    let around = textureLoad(samples, pixel, SAMPLED);
+    let around = textureLoad(samples, pixel, SAMPLING);
     var squares = vec2<f32>(textureLoad(samples, pixel, SUMS_DIFFUSE).w, 0.0);
-#if PHONG
-    squares.y = textureLoad(samples, pixel, SUMS_SPECULAR).w;
-#endif
+    if (PHONG) {
+        squares.y = textureLoad(samples, pixel, SUMS_SPECULAR).w;
+    }
     let is_own = around.x > 0.0;
     let scale = 1.0 / (PACKET_SAMPLES * max(around.x, 1.0));
     var sampling: Sampling;
     sampling.packets = select(around.w, around.x, is_own);
     sampling.variances = select(around.yz, scale * squares, is_own);
-#if PHASORS
-    var phasor_squares = vec2<f32>(worst_of(modulation.error_scales * textureLoad(samples, pixel, phasor_squares_layer(0u))), 0.0);
-#if PHONG
-    phasor_squares.y = worst_of(modulation.error_scales * textureLoad(samples, pixel, phasor_squares_layer(1u)));
-#endif
-    sampling.phasor_variances = select(textureLoad(samples, pixel, phasor_variances_layer()).xy, scale * phasor_squares, is_own);
-#endif
+    if (PHASORS) {
+        var phasor_squares = vec2<f32>(worst_of(modulation.error_scales * textureLoad(samples, pixel, phasor_squares_layer(0u))), 0.0);
+        if (PHONG) {
+            phasor_squares.y = worst_of(modulation.error_scales * textureLoad(samples, pixel, phasor_squares_layer(1u)));
+        }
+        sampling.phasor_variances = select(textureLoad(samples, pixel, phasor_variances_layer()).xy, scale * phasor_squares, is_own);
+    }
     return sampling;
 }
 
 // Variance of one sample of what the pixel reflects; with phasors, the largest variance of light and Z.
 fn reflect_variances(pixel: vec2<u32>, sampling: Sampling) -> f32 {
     var variance = reflect_squares(pixel, sampling.variances);
-#if PHASORS
-    variance = max(variance, reflect_phasor_squares(pixel, sampling.phasor_variances));
-#endif
+    if (PHASORS) {
+        variance = max(variance, reflect_phasor_squares(pixel, sampling.phasor_variances));
+    }
     return variance;
 }
 
 // The sampling known from the pixels around.
 fn sampling_around(pixel: vec2<u32>) -> Sampling {
-    let around = textureLoad(samples, pixel, SAMPLED);
+    let around = textureLoad(samples, pixel, SAMPLING);
     var sampling: Sampling;
     sampling.packets = around.w;
     sampling.variances = around.yz;
-#if PHASORS
-    sampling.phasor_variances = textureLoad(samples, pixel, phasor_variances_layer()).xy;
-#endif
+    if (PHASORS) {
+        sampling.phasor_variances = textureLoad(samples, pixel, phasor_variances_layer()).xy;
+    }
     return sampling;
 }

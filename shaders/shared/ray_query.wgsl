@@ -15,38 +15,38 @@ fn committed(intersection: RayIntersection) -> u32 {
 
 fn hit_of(intersection: RayIntersection) -> u32 {
     var hit = intersection.primitive_index;
-#if INSTANCED
-    if (intersection.instance_custom_data > 0u) {
-        hit += first_hit(intersection.instance_custom_data);
+    if (INSTANCED) {
+        if (intersection.instance_custom_data > 0u) {
+            hit += first_hit(intersection.instance_custom_data);
+        }
     }
-#endif
-#if CUTOUT
-    // Triangles with cut-outs are the second geometry.
-    hit += select(0u, u32(triangle_texel(3u).z), intersection.geometry_index == 1u);
-#endif
+    if (CUTOUT) {
+        // Triangles with cut-outs are the second geometry.
+        hit += select(0u, u32(triangle_texel(3u).z), intersection.geometry_index == 1u);
+    }
     return hit;
 }
 
 // Whether the ray hits the triangle outside its cut-outs.
 fn is_solid(intersection: RayIntersection) -> bool {
-#if CUTOUT
-    let cutout = cutout_of(hit_of(intersection));
-    let b = intersection.barycentrics;
-    return cutout == 0u || !is_hole(cutout, vec3<f32>(1.0 - b.x - b.y, b));
-#else
-    return true;
-#endif
+    if (CUTOUT) {
+        let cutout = cutout_of(hit_of(intersection));
+        let b = intersection.barycentrics;
+        return cutout == 0u || !is_hole(cutout, vec3<f32>(1.0 - b.x - b.y, b));
+    } else {
+        return true;
+    }
 }
 
 fn follow(ray: RayDesc) -> u32 {
     var query: ray_query;
     rayQueryInitialize(&query, ray_scene, ray);
     while (rayQueryProceed(&query)) {
-#if CUTOUT
-        if (is_solid(rayQueryGetCandidateIntersection(&query))) {
-            rayQueryConfirmIntersection(&query);
+        if (CUTOUT) {
+            if (is_solid(rayQueryGetCandidateIntersection(&query))) {
+                rayQueryConfirmIntersection(&query);
+            }
         }
-#endif
     }
     return committed(rayQueryGetCommittedIntersection(&query));
 }
@@ -54,22 +54,18 @@ fn follow(ray: RayDesc) -> u32 {
 // Whether the triangle's plane passes through the ray's fixed end.
 fn is_at_end(hit: u32, ray: Ray) -> bool {
     let at = meet(corners_of(located(hit)), ray.origin, ray.direction, ray.end_height, 1.0);
-#if ANY
-    return abs(at.covered - at.height) <= at.end_height;
-#else
-    return abs(at.height) <= at.end_height;
-#endif
+    if (ANY) {
+        return abs(at.covered - at.height) <= at.end_height;
+    } else {
+        return abs(at.height) <= at.end_height;
+    }
 }
 
 fn trace_ray(ray: Ray) -> u32 {
     if (ray.t_max < 0.0) {
         return NOTHING_HIT;
     }
-#if ANY
-    let flags = RAY_FLAG_TERMINATE_ON_FIRST_HIT;
-#else
-    let flags = RAY_FLAG_NONE;
-#endif
+    let flags = select(RAY_FLAG_NONE, RAY_FLAG_TERMINATE_ON_FIRST_HIT, ANY);
     var desc = RayDesc(flags, 0xffu, 0.0, ray.t_max, ray.origin, ray.direction);
     let hit = follow(desc);
     if (hit == NOTHING_HIT || ray.end_height == 0.0 || !is_at_end(hit, ray)) {

@@ -12,9 +12,7 @@
 #import random
 #import ray
 #import refinement
-#if PHASORS
 #import phasor
-#endif
 
 struct FinalGatherParameters {
     // C
@@ -65,11 +63,7 @@ const LANES: u32 = 8u;
 const CANDIDATES: u32 = 8u;
 // Rays of a sample along directions.
 fn direction_count() -> u32 {
-    var count = 1u;
-#if GLOSSY
-    count = 2u;
-#endif
-    return count;
+    return select(1u, 2u, GLOSSY);
 }
 
 var<immediate> parameters: FinalGatherParameters;
@@ -92,17 +86,11 @@ struct Contribution {
     irradiance: vec3<f32>,
     // Factor to what the specular lobe of P reflects of it, for k_s = 1.
     lobe: f32,
-#if PHASORS
     // Of the path to P. Below 0: the light is not modulated.
     turns: vec4<f32>,
-#endif
 }
 
-#if PHASORS
-const CONTRIBUTION_VECTORS: u32 = 2u;
-#else
-const CONTRIBUTION_VECTORS: u32 = 1u;
-#endif
+const CONTRIBUTION_VECTORS: u32 = select(1u, 2u, PHASORS);
 
 // The list of rays: those along directions, lobe by lobe for each packet; those to VPLs, packet by packet; and those to lights, for each
 // light as along the directions that found their starts.

@@ -96,46 +96,47 @@ fn trace_ray(ray: Ray) -> u32 {
             node = select(words.w, node + 1u, is_met | is_leaf);
             leaf = select(0u, words.w, is_met & is_leaf);
         }
-#if INSTANCED
-        if (leaf == 0u && in_tree.instance != 0u) {
-            node = whole_number(instance_texel(in_tree.instance, 6u).z);
-            in_tree = in_scene(ray);
-            continue;
+        if (INSTANCED) {
+            if (leaf == 0u && in_tree.instance != 0u) {
+                node = whole_number(instance_texel(in_tree.instance, 6u).z);
+                in_tree = in_scene(ray);
+                continue;
+            }
+            if ((leaf & LEAF_INSTANCE) != 0u) {
+                in_tree = in_instance(ray, 1u + (leaf & ~LEAF_FLAGS));
+                // Nodes count from the first node of the scene's tree.
+                node = whole_number(instance_texel(in_tree.instance, 6u).x) + 2u - HEADER_TEXELS;
+                continue;
+            }
         }
-        if ((leaf & LEAF_INSTANCE) != 0u) {
-            in_tree = in_instance(ray, 1u + (leaf & ~LEAF_FLAGS));
-            // Nodes count from the first node of the scene's tree.
-            node = whole_number(instance_texel(in_tree.instance, 6u).x) + 2u - HEADER_TEXELS;
-            continue;
-        }
-#endif
         if (leaf == 0u) {
             break;
         }
         let triangle = leaf & ~LEAF_FLAGS;
         let at = meet(corners_at(triangle), in_tree.origin, in_tree.direction, ray.end_height, in_tree.unit);
-#if ANY
-        var is_hit = is_between_ends(at);
-#else
-        let own_inverse_t = inverse_t_of(at);
         let own_hit = triangle + in_tree.hit_offset;
-        // Of triangles at equal distance, a ray hits the first one, whichever box it enters first. So the structure of a tree does not
-        // affect the image. NOTHING_HIT comes before all others.
-        var is_hit = (own_inverse_t > inverse_t) | ((own_inverse_t == inverse_t) & (bitcast<i32>(own_hit) < bitcast<i32>(hit)));
-#endif
-#if CUTOUT
-        if (is_hit && (leaf & LEAF_CUTOUT) != 0u) {
-            is_hit = !is_hole(cutout_of(triangle), at.weights);
+        let own_inverse_t = inverse_t_of(at);
+        var is_hit: bool;
+        if (ANY) {
+            is_hit = is_between_ends(at);
+        } else {
+            // Of triangles at equal distance, a ray hits the first one, whichever box it enters first. So the structure of a tree does not
+            // affect the image. NOTHING_HIT comes before all others.
+            is_hit = (own_inverse_t > inverse_t) | ((own_inverse_t == inverse_t) & (bitcast<i32>(own_hit) < bitcast<i32>(hit)));
         }
-#endif
-#if ANY
-        if (is_hit) {
-            return triangle + in_tree.hit_offset;
+        if (CUTOUT) {
+            if (is_hit && (leaf & LEAF_CUTOUT) != 0u) {
+                is_hit = !is_hole(cutout_of(triangle), at.weights);
+            }
         }
-#else
-        hit = select(hit, own_hit, is_hit);
-        inverse_t = select(inverse_t, own_inverse_t, is_hit);
-#endif
+        if (ANY) {
+            if (is_hit) {
+                return own_hit;
+            }
+        } else {
+            hit = select(hit, own_hit, is_hit);
+            inverse_t = select(inverse_t, own_inverse_t, is_hit);
+        }
     }
     return hit;
 }

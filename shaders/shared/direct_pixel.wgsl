@@ -1,9 +1,7 @@
 // What one light sends to each pixel's P if nothing blocks it: E_P.
 
 #import light
-#if PATTERN PROJECTOR
 #import pattern
-#endif
 
 struct DirectParameters {
     // C
@@ -22,13 +20,11 @@ struct DirectParameters {
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
 var<uniform> light: Light;
-#if PATTERN PROJECTOR
 var<storage, read> pattern: array<f32>;
 
 fn pattern_number(light: Light, at: u32) -> f32 {
     return pattern[at];
 }
-#endif
 var<immediate> parameters: DirectParameters;
 
 struct Pixel {
@@ -43,21 +39,21 @@ struct Pixel {
 // A permutation selects the kind of light, not a branch. lavapipe computes both sides of a branch. It also compiles a kernel that branches
 // at a uniform again for each dispatch, and keeps it.
 fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
-#if DIRECTIONAL
-    return Illumination(-light.axis, light.intensity);
-#else
-    var illumination = illuminate_evenly(light, position);
-#if SPOT
-    illumination.irradiance *= spot_falloff(light, -illumination.to_light);
-#endif
-#if PATTERN
-    illumination.irradiance *= measured_intensity(light, -illumination.to_light);
-#endif
-#if PROJECTOR
-    illumination.irradiance *= projected_intensity(light, -illumination.to_light);
-#endif
-    return illumination;
-#endif
+    if (DIRECTIONAL) {
+        return Illumination(-light.axis, light.intensity);
+    } else {
+        var illumination = illuminate_evenly(light, position);
+        if (SPOT) {
+            illumination.irradiance *= spot_falloff(light, -illumination.to_light);
+        }
+        if (PATTERN) {
+            illumination.irradiance *= measured_intensity(light, -illumination.to_light);
+        }
+        if (PROJECTOR) {
+            illumination.irradiance *= projected_intensity(light, -illumination.to_light);
+        }
+        return illumination;
+    }
 }
 
 fn pixel_at(place: vec2<u32>) -> Pixel {

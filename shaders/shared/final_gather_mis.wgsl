@@ -19,11 +19,11 @@ fn mis_contribution(
     // Samples per solid angle at P: from P, and from L.
     var density = diffuse_density(1.0, cosine);
     var contribution: Contribution;
-#if GLOSSY
-    let shape = eval_lobe(receiver.lobe, direction);
-    density += lobe_density(1.0, receiver.lobe, direction, shape);
-    contribution.lobe = shape * specular_factor(vec3<f32>(1.0), receiver.lobe.shininess).x;
-#endif
+    if (GLOSSY) {
+        let shape = eval_lobe(receiver.lobe, direction);
+        density += lobe_density(1.0, receiver.lobe, direction, shape);
+        contribution.lobe = shape * specular_factor(vec3<f32>(1.0), receiver.lobe.shininess).x;
+    }
     density += f32(CANDIDATES) * vpl_density * distance_squared / max(cosine_q, 1e-6);
     contribution.irradiance = select(vec3<f32>(0.0), radiance * (cosine / density), is_above);
     return contribution;
@@ -31,7 +31,7 @@ fn mis_contribution(
 
 fn store_contribution(place: u32, contribution: Contribution) {
     contributions[place] = vec4<f32>(contribution.irradiance, contribution.lobe);
-#if PHASORS
-    contributions[place + 1u] = contribution.turns;
-#endif
+    if (PHASORS) {
+        contributions[place + 1u] = contribution.turns;
+    }
 }
