@@ -244,11 +244,10 @@ mod compile {
                         Some(taken) => *taken = !*taken,
                         None => return fail("no #if before"),
                     },
-                    ["#endif"] => {
-                        if open.pop().is_none() {
-                            return fail("no #if before");
-                        }
-                    }
+                    ["#endif"] => match open.pop() {
+                        Some(_) => {}
+                        None => return fail("no #if before"),
+                    },
                     ["#import", file] if is_taken => self.import(file)?,
                     ["#loader", name, image] if is_taken => {
                         self.text += &loader(&self.text, name, image)?;
@@ -464,7 +463,7 @@ mod compile {
             .collect()
     }
 
-    /// Replaces each `if` on constants by its branch.
+    /// Replaces each `if` on constants by its branch. What follows a branch that returns stays, so the other branch belongs in an `else`.
     fn decide_words(module: &mut Module) {
         let (constants, globals) = (&module.constants, &module.global_expressions);
         let functions = module.functions.iter_mut().map(|(_, function)| function);

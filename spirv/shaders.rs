@@ -1664,10 +1664,10 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [8, 8, 1],
         immediate_bytes: 80,
         bindings: &[
-            Binding { binding: 1, name: "position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
-            Binding { binding: 2, name: "footprint", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 0, name: "position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 1, name: "footprint", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NOTHING_HIT", 4294967295), ("MAX_FACES", 6), ("PAIRS", 2), ],
+        constants: &[],
         spirv: include_bytes!("pixel_filter_depths.spv"),
     },
     Module {
