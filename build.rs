@@ -199,11 +199,10 @@ mod compile {
                         Some(taken) => *taken = !*taken,
                         None => return fail("no #if before"),
                     },
-                    ["#endif"] => {
-                        if open.pop().is_none() {
-                            return fail("no #if before");
-                        }
-                    }
+                    ["#endif"] => match open.pop() {
+                        Some(_) => {}
+                        None => return fail("no #if before"),
+                    },
                     ["#import", file] if is_taken => self.import(file)?,
                     ["#loader", name, image] if is_taken => {
                         self.text += &loader(&self.text, name, image)?;
@@ -366,11 +365,14 @@ mod compile {
             .map_err(|error| error.emit_to_string_with_path(source, name))
     }
 
-    /// The module without what its words leave out, and its named u32 constants.
+    /// A module, what naga knows of it, and its named u32 constants.
+    type Parsed = (Module, ModuleInfo, Vec<(String, u32)>);
+
+    /// The module without what its words leave out.
     ///
     /// Resources get their bindings in the order of their declarations, so that the stages of a raster pass, which share what comes
     /// first, agree.
-    fn parse(source: &str, name: &str) -> Result<(Module, ModuleInfo, Vec<(String, u32)>), String> {
+    fn parse(source: &str, name: &str) -> Result<Parsed, String> {
         let mut module = front(source, name)?;
         let mut variables: Vec<_> = module
             .global_variables
@@ -419,7 +421,7 @@ mod compile {
         named.collect()
     }
 
-    /// Replaces each `if` on constants by its branch.
+    /// Replaces each `if` on constants by its branch. What follows a branch that returns stays, so the other branch belongs in an `else`.
     fn decide_words(module: &mut Module) {
         let (constants, globals) = (&module.constants, &module.global_expressions);
         let functions = module.functions.iter_mut().map(|(_, function)| function);

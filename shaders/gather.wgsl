@@ -46,19 +46,15 @@ var<uniform> light: Light;
 var<storage, read> receivers: array<u32>;
 var<immediate> parameters: GatherParameters;
 
-// What the lobes of a receiver reflect.
-struct Reflected {
-    diffuse: Signal,
-    specular: Signal,
-}
-
 // Per receiver: pixel, P, n_P, the lobe towards the camera, and the sums.
 var<private> pixel: array<vec2<u32>, RECEIVERS>;
 var<private> position: array<vec3<f32>, RECEIVERS>;
 var<private> normal: array<vec3<f32>, RECEIVERS>;
 var<private> lobe: array<Lobe, RECEIVERS>;
-var<private> of_tile: array<Reflected, RECEIVERS>;
-var<private> of_dispatch: array<Reflected, RECEIVERS>;
+var<private> tile_diffuse: array<Signal, RECEIVERS>;
+var<private> tile_specular: array<Signal, RECEIVERS>;
+var<private> diffuse: array<Signal, RECEIVERS>;
+var<private> specular: array<Signal, RECEIVERS>;
 
 // Modulation of the light that a VPL reflects.
 struct VplPhase {
@@ -133,10 +129,10 @@ fn accumulate(vpl: Vpl, vpl_lobe: VplLobe, phase: VplPhase) {
         }
     }
     for (var i = 0u; i < RECEIVERS; i++) {
-        of_tile[i].diffuse = add_modulated(of_tile[i].diffuse, radiance[i], phasors[i]);
+        tile_diffuse[i] = add_modulated(tile_diffuse[i], radiance[i], phasors[i]);
         if (PHONG) {
             let in_lobe = radiance[i] * eval_lobe(lobe[i], direction[i]);
-            of_tile[i].specular = add_modulated(of_tile[i].specular, in_lobe, phasors[i]);
+            tile_specular[i] = add_modulated(tile_specular[i], in_lobe, phasors[i]);
         }
     }
 }
@@ -247,9 +243,9 @@ fn compute_main(
         pixel[i] = pixel_of(first_slot + i * WORKGROUP);
         position[i] = textureLoad(position_mesh, pixel[i], 0).xyz;
         normal[i] = textureLoad(normal_geometric, pixel[i], 0).xyz;
-        of_dispatch[i].diffuse = Signal();
+        diffuse[i] = Signal();
         if (PHONG) {
-            of_dispatch[i].specular = Signal();
+            specular[i] = Signal();
             let to_camera = normalize(parameters.camera_position - position[i]);
             lobe[i] = lobe_of(to_camera, normal[i], textureLoad(ks_shininess, pixel[i], 0));
         }
@@ -258,9 +254,9 @@ fn compute_main(
     let end = parameters.first_vpl + parameters.vpl_count;
     for (var tile = parameters.first_vpl; tile < end; tile += TILE_VPLS) {
         for (var i = 0u; i < RECEIVERS; i++) {
-            of_tile[i].diffuse = Signal();
+            tile_diffuse[i] = Signal();
             if (PHONG) {
-                of_tile[i].specular = Signal();
+                tile_specular[i] = Signal();
             }
         }
         let tile_end = min(tile + TILE_VPLS, end);
@@ -268,9 +264,9 @@ fn compute_main(
             accumulate_fetched(first, local, lane);
         }
         for (var i = 0u; i < RECEIVERS; i++) {
-            of_dispatch[i].diffuse = add_signals(of_dispatch[i].diffuse, of_tile[i].diffuse);
+            diffuse[i] = add_signals(diffuse[i], tile_diffuse[i]);
             if (PHONG) {
-                of_dispatch[i].specular = add_signals(of_dispatch[i].specular, of_tile[i].specular);
+                specular[i] = add_signals(specular[i], tile_specular[i]);
             }
         }
     }
@@ -284,13 +280,13 @@ fn compute_main(
         let slot = first_slot + i * WORKGROUP;
         if (slot < parameters.receiver_count) {
             let receiver = parameters.first_result + slot;
-            let diffuse = sign * diffuse_factor(vec3<f32>(1.0)).x;
-            add_to_result(receiver, 0u, scaled_signal(of_dispatch[i].diffuse, diffuse), 0.0, is_first);
-            var specular: Signal;
+            let diffuse_scale = sign * diffuse_factor(vec3<f32>(1.0)).x;
+            add_to_result(receiver, 0u, scaled_signal(diffuse[i], diffuse_scale), 0.0, is_first);
+            var reflected: Signal;
             if (PHONG) {
-                specular = scaled_signal(of_dispatch[i].specular, sign * specular_factor(vec3<f32>(1.0), lobe[i].shininess).x);
+                reflected = scaled_signal(specular[i], sign * specular_factor(vec3<f32>(1.0), lobe[i].shininess).x);
             }
-            add_to_result(receiver, 1u, specular, 0.0, is_first);
+            add_to_result(receiver, 1u, reflected, 0.0, is_first);
         }
     }
 }

@@ -3,13 +3,6 @@
 // Light varies little within a pixel. So a sample reflects, by its own BRDF, the light that was gathered at the pixels around it whose
 // centres show the same surface. If none does, the sample itself is gathered.
 
-#if DEPTHS
-#else
-#import one_surface
-#import refinement
-#endif
-#import phasor
-
 struct PixelFilterParameters {
     // C, and the unit vector of the axis.
     camera_position: vec3<f32>,
@@ -51,6 +44,10 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     textureStore(footprint, pixel, vec4<f32>(before.x + depth, nearest, before.z + 1.0, squared_cosine));
 }
 #else
+#import one_surface
+#import phasor
+#import refinement
+
 var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
 var indirect_phasors: texture_storage_2d_array<rgba32float, read_write>;
 

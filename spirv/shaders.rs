@@ -656,8 +656,8 @@ bindings! {
         (7, "receivers", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_DEPTHS_BINDINGS = [
-        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (2, "footprint", DescriptorType::STORAGE_IMAGE),
+        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (1, "footprint", DescriptorType::STORAGE_IMAGE),
     ];
     PIXEL_FILTER_INTERPOLATE_BINDINGS = [
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
@@ -1081,7 +1081,7 @@ modules! {
     GATHER_TILE_PHONG_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Phong, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
         "gather_tile_phong_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_PHONG_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     PIXEL_FILTER_DEPTHS: Key::PixelFilterDepths { .. } =>
-        "pixel_filter_depths" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_DEPTHS_BINDINGS [] [("PAIRS", 2)];
+        "pixel_filter_depths" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_DEPTHS_BINDINGS [] [];
     PIXEL_FILTER_INTERPOLATE: Key::PixelFilterInterpolate { phasors: false, .. } =>
         "pixel_filter_interpolate" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     PIXEL_FILTER_INTERPOLATE_PHASORS: Key::PixelFilterInterpolate { phasors: true, .. } =>
