@@ -3,18 +3,15 @@
 use std::{
     fs,
     io::{BufRead, BufReader, Write},
+    iter,
     path::Path,
     process::{Child, ChildStdin, ChildStdout, Command, Stdio},
 };
 
-use camlux::{LocalSpace, Scene, glam::DVec3, internals::ray_probe::RayPoint};
+use camlux::{LocalSpace, Scene, internals::ray_probe::FrameRays};
 use tempfile::TempDir;
 
-use crate::{Failure, rays::Rays};
-
-/// Distances from surfaces at which rays start and end, as in `shaders/shared/ray.wgsl`.
-const ORIGIN_SHIFT: f64 = 24.0 / (1 << 24) as f64;
-const END_SHIFT: f64 = 40.0 / (1 << 24) as f64;
+use crate::Failure;
 
 pub struct Embree {
     child: Child,
@@ -25,8 +22,8 @@ pub struct Embree {
 }
 
 impl Embree {
-    /// Starts Embree on a scene's rays. Returns an error if Embree is not available.
-    pub fn start(scene: &Scene, rays: &Rays, threads: usize) -> Result<Embree, Failure> {
+    /// Starts Embree on the rays of a scene's frame. Returns an error if Embree is not available.
+    pub fn start(scene: &Scene, rays: &[FrameRays], threads: usize) -> Result<Embree, Failure> {
         let folder = tempfile::tempdir()?;
         let space = LocalSpace::of(scene.bounding_box());
         let mut triangles = Vec::new();
@@ -35,23 +32,11 @@ impl Embree {
                 triangles.extend(space.to_local(mesh.positions_m[corner as usize]));
             }
         }
-        let before = |point: &RayPoint, shift: f64| {
-            let normal = point.geometric_normal;
-            let position = DVec3::from(space.to_local(point.position_m).map(f64::from));
-            position + shift * normal.abs().element_sum() * normal
-        };
-        let (mut any, mut closest) = (Vec::new(), Vec::new());
-        let rays_per_point = rays.ends.len() / rays.points.len();
-        for (ray, end) in rays.ends.iter().enumerate() {
-            let origin = before(&rays.points[ray / rays_per_point], ORIGIN_SHIFT);
-            let way = before(end, END_SHIFT) - origin;
-            let [x, y, z] = origin.as_vec3().to_array();
-            any.extend([x, y, z]);
-            any.extend(way.as_vec3().to_array());
-            closest.extend([x, y, z]);
-            closest.extend(rays.directions[ray].as_vec3().to_array());
-        }
-        for (name, values) in [("triangles", triangles), ("any", any), ("closest", closest)] {
+        let of_rays = rays.iter().map(|rays| {
+            let records = rays.records().as_flattened();
+            (name_of(rays), records.to_vec())
+        });
+        for (name, values) in iter::once(("triangles", triangles)).chain(of_rays) {
             let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
             fs::write(folder.path().join(name), bytes)?;
         }
@@ -72,8 +57,9 @@ impl Embree {
         })
     }
 
-    /// Traces all rays of a kind, `any` or `closest`. Returns the triangle that each ray hits, and the milliseconds.
-    pub fn trace(&mut self, kind: &str) -> Result<(Vec<Option<usize>>, f64), Failure> {
+    /// Returns the triangle that each ray hits, and the milliseconds.
+    pub fn trace(&mut self, rays: &FrameRays) -> Result<(Vec<Option<usize>>, f64), Failure> {
+        let kind = name_of(rays);
         let questions = self.questions.as_mut().ok_or("no standard input")?;
         writeln!(questions, "{kind}")?;
         let mut answer = String::new();
@@ -83,6 +69,14 @@ impl Embree {
         let (words, _) = found.as_chunks::<4>();
         let triangle = |&word: &[u8; 4]| usize::try_from(i32::from_le_bytes(word)).ok();
         Ok((words.iter().map(triangle).collect(), 1e3 * seconds))
+    }
+}
+
+/// What `embree.py` calls them.
+pub fn name_of(rays: &FrameRays) -> &'static str {
+    match rays.wants_closest() {
+        true => "closest",
+        false => "any",
     }
 }
 

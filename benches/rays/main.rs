@@ -1,27 +1,35 @@
-//! Rays per second of each tracer compared with Embree on the same rays: `cargo bench --bench rays`.
+//! Rays per second of each tracer compared with Embree on the rays of frames: `cargo bench --bench rays [-- SCENE_FILE...]`.
 //!
-//! From each point that the camera sees: any hit on the way to 256 texels of the light's RSM, and the closest hit along 256
-//! cosine-distributed directions. The sides take turns, use the same number of threads, and must find the same hits. Times are those of the
-//! trace alone, by the clock.
+//! A frame with a target error of 2 % is rendered, and a sixteenth of its rays is traced again. The sides take turns, use the same number of
+//! threads, and must find the same hits. Times are those of the trace alone, by the clock.
 
 mod embree;
-mod rays;
 #[path = "../two_threads.rs"]
 mod two_threads;
 
-use std::{env, path::Path, process::ExitCode};
+use std::{
+    env,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
-use camlux::{Device, DeviceOptions, Scene, Tracer, internals::ray_probe::RayProbe};
+use camlux::{
+    Device, DeviceOptions, Renderer, Scene, Tracer,
+    internals::ray_probe::{FrameRays, RayProbe},
+    scene::IndirectLight,
+};
 use embree::Embree;
-use rays::Rays;
 use two_threads::{DRIVER_THREADS, Failure};
 
 /// Turns of each side, after one for warm-up. The fastest counts, because other programs use the machine, too.
-const TURNS: usize = 9;
-/// Scenes, and the goal for the fastest tracer's rates relative to Embree's.
-const GOALS: [(&str, f64); 2] = [("cornell", 0.8), ("knot", 0.8)];
-/// Share of the rays on which the two sides may differ: those within rounding of an edge.
-const MAX_DIFFERENT: f64 = 1e-4;
+const TURNS: usize = 5;
+const TARGET_ERROR: f64 = 0.02;
+/// Scenes if none is given.
+const SCENES: [&str; 2] = ["cornell", "knot"];
+/// The goal for the fastest tracer's rates relative to Embree's.
+const GOAL: f64 = 0.8;
+/// Share of the rays on which the two sides may differ: those within rounding of an edge or of their end.
+const MAX_DIFFERENT: f64 = 5e-3;
 
 fn main() -> ExitCode {
     two_threads::run("rays", report)
@@ -30,81 +38,87 @@ fn main() -> ExitCode {
 fn report() -> Result<(), Failure> {
     let threads: usize = env::var(DRIVER_THREADS)?.parse()?;
     let device = Device::open(&DeviceOptions::default())?;
+    let mut renderer = Renderer::new(&device)?;
     let info = device.info();
     println!("device   {}", info.name);
     println!("driver   {}", info.driver);
     println!("threads  {threads}; Embree: as many processes");
     println!("M rays/s; fastest of {TURNS} turns");
     println!(
-        "{:<10} {:<8} {:>9} {:<7} {:>7} {:>7} {:>6}  {:>10}  goal",
-        "scene", "hit", "triangles", "tracer", "rate", "Embree", "ratio", "different"
+        "{:<12} {:>9} {:<8} {:>9} {:<7} {:>7} {:>7} {:>6}  {:>9}  goal",
+        "scene", "triangles", "hit", "rays", "tracer", "rate", "Embree", "ratio", "different"
     );
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    for (name, goal) in GOALS {
-        let scene = Scene::load(&folder.join(format!("{name}.toml")))?;
-        let rays = Rays::of(&device, &scene)?;
+    for path in scene_files() {
+        let mut scene = Scene::load(&path)?;
+        scene.indirect = Some(IndirectLight::final_gather(TARGET_ERROR));
+        let rays = FrameRays::of(&mut renderer, &scene)?;
         let mut embree = Embree::start(&scene, &rays, threads)?;
-        let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+        let name = path.file_stem().unwrap_or_default().display();
+        let triangles = scene.flattened().meshes;
+        let triangles: usize = triangles.iter().map(|mesh| mesh.triangles.len()).sum();
         let tracers = Tracer::ALL
             .into_iter()
             .filter(|tracer| tracer.runs_on(info));
         for tracer in tracers {
             let probe = RayProbe::new(&device, &scene, tracer)?;
-            for kind in ["any", "closest"] {
-                let goal = (tracer == Tracer::best_for(info)).then_some(goal);
-                print!("{name:<10} {kind:<8} {triangles:>9} {:<7}", tracer.name());
-                compare(&probe, &mut embree, &rays, (kind, goal))?;
+            for rays in &rays {
+                let (kind, count) = (embree::name_of(rays), rays.records().len());
+                print!(
+                    "{name:<12} {triangles:>9} {kind:<8} {count:>9} {:<7}",
+                    tracer.name()
+                );
+                compare(&probe, &mut embree, rays, tracer == Tracer::best_for(info))?;
             }
         }
     }
     Ok(())
 }
 
+/// The arguments, without those of cargo.
+fn scene_files() -> Vec<PathBuf> {
+    let given = env::args().skip(1).filter(|word| !word.starts_with("--"));
+    let given: Vec<PathBuf> = given.map(PathBuf::from).collect();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    match given.is_empty() {
+        true => SCENES
+            .map(|name| folder.join(format!("{name}.toml")))
+            .into(),
+        false => given,
+    }
+}
+
 fn compare(
     probe: &RayProbe,
     embree: &mut Embree,
-    rays: &Rays,
-    (kind, goal): (&str, Option<f64>),
+    rays: &FrameRays,
+    has_goal: bool,
 ) -> Result<(), Failure> {
     let (mut ms, mut embree_ms) = (f64::INFINITY, f64::INFINITY);
     let mut different = 0;
     for _ in 0..=TURNS {
-        let (found, own_ms) = trace(probe, rays, kind)?;
-        let (embree_found, its_ms) = embree.trace(kind)?;
-        (ms, embree_ms) = (ms.min(own_ms), embree_ms.min(its_ms));
-        // Any-hit rays may hit different triangles.
-        let is_same = |(a, b): &(&Option<usize>, &Option<usize>)| match kind {
-            "any" => a.is_some() == b.is_some(),
-            _ => a == b,
+        let own = probe.trace(rays)?;
+        let (embree_found, its_ms) = embree.trace(rays)?;
+        (ms, embree_ms) = (ms.min(own.milliseconds), embree_ms.min(its_ms));
+        // Any hit may be of different triangles.
+        let is_same = |(a, b): &(&Option<usize>, &Option<usize>)| match rays.wants_closest() {
+            true => a == b,
+            false => a.is_some() == b.is_some(),
         };
-        let pairs = found.iter().zip(&embree_found);
+        let pairs = own.found.iter().zip(&embree_found);
         different = pairs.filter(|pair| !is_same(pair)).count();
     }
-    let count = rays.ends.len() as f64;
+    let count = rays.records().len() as f64;
+    let ratio = embree_ms / ms;
+    let verdict = if ratio >= GOAL { "met" } else { "missed" };
+    let verdict = has_goal.then(|| format!("{GOAL:.1} {verdict}"));
+    println!(
+        " {:>7.1} {:>7.1} {ratio:>6.2}  {different:>9}  {}",
+        count / ms * 1e-3,
+        count / embree_ms * 1e-3,
+        verdict.unwrap_or_default()
+    );
     if different as f64 > MAX_DIFFERENT * count {
         return Err(format!("{different} of {count} rays find something else").into());
     }
-    let ratio = embree_ms / ms;
-    let verdict = goal.map_or(String::new(), |goal| {
-        let is_met = ratio >= goal;
-        format!("{goal:.1} {}", if is_met { "met" } else { "missed" })
-    });
-    println!(
-        " {:>7.1} {:>7.1} {ratio:>6.2}  {different:>10}  {verdict}",
-        count / ms * 1e-3,
-        count / embree_ms * 1e-3,
-    );
     Ok(())
-}
-
-/// The hit of each ray, and the time.
-fn trace(probe: &RayProbe, rays: &Rays, kind: &str) -> Result<(Vec<Option<usize>>, f64), Failure> {
-    if kind == "any" {
-        let probed = probe.any_hit(&rays.points, &rays.ends)?;
-        let found = probed.found.iter().map(|&hit| hit.then_some(0)).collect();
-        return Ok((found, probed.milliseconds));
-    }
-    let probed = probe.closest_hit(&rays.points, &rays.directions)?;
-    let found = probed.found.iter().map(|hit| Some(hit.as_ref()?.triangle));
-    Ok((found.collect(), probed.milliseconds))
 }

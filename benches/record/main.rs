@@ -4,7 +4,7 @@
 //! - its name
 //! - its time over that of a yardstick that does not change with the engine, the hand-written loop of the bench `speed`
 //! - the same in CPU time, which does not count other work of the machine
-//! - its rays per second over those of the ray kernel alone, as in the bench `rays`
+//! - its rays per second over those of the ray kernel alone, on even rays of both kinds
 //! - its number of rays
 //! - its estimated error
 //!
@@ -16,7 +16,6 @@ mod frames;
 #[path = "../speed/native.rs"]
 mod native;
 #[cfg(target_arch = "x86_64")]
-#[path = "../rays/rays.rs"]
 mod rays;
 #[path = "../two_threads.rs"]
 mod two_threads;

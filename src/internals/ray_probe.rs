@@ -9,14 +9,14 @@ use std::{
 use glam::{DVec3, Vec3};
 
 use crate::{
-    Device, LocalSpace, Plan, Result, Scene, Tracer,
+    Device, LocalSpace, Plan, RenderOptions, Renderer, Result, Scene, Tracer,
     geometry::Geometry,
     passes::{
         Context,
         cost::Cost,
         rays::RayTriangles,
         textures::Textures,
-        trace::{Find, RayList},
+        trace::{Find, RayList, kept},
     },
     ray_tree::{MeshTrees, Ray, alpha_textures, corners_of, corners_of_placed},
     vulkan::{CommandPool, Pipelines},
@@ -49,6 +49,44 @@ pub struct Probed<T> {
     /// In the order of the rays.
     pub found: Vec<T>,
     pub milliseconds: f64,
+}
+
+/// Rays that a frame traces, in the scene's local space.
+pub struct FrameRays {
+    find: Find,
+    rays: Vec<Ray>,
+}
+
+impl FrameRays {
+    /// Renders a frame and keeps a sixteenth of its rays: those of which the closest hit counts, and those that anything blocks.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn of(renderer: &mut Renderer, scene: &Scene) -> Result<[FrameRays; 2]> {
+        kept::RAYS.set(Some(Vec::new()));
+        let frame = renderer.render(scene, &mut RenderOptions::default());
+        let kept = kept::RAYS.take().unwrap_or_default();
+        frame?;
+        Ok([Find::Closest, Find::Any].map(|find| {
+            let blocks = kept.iter().filter(|(found, _)| *found == find);
+            let rays = blocks.flat_map(|(_, block)| block);
+            let exists = |ray: &&Ray| ray.t_max > 0.0;
+            FrameRays {
+                find,
+                rays: rays.filter(exists).copied().collect(),
+            }
+        }))
+    }
+
+    /// Whether the closest hit counts, not any.
+    pub fn wants_closest(&self) -> bool {
+        self.find == Find::Closest
+    }
+
+    /// For each ray: origin, distance of its end in lengths of the direction, direction, and a number that says which triangles it ignores.
+    pub fn records(&self) -> &[[f32; 8]] {
+        bytemuck::cast_slice(&self.rays)
+    }
 }
 
 /// A scene's triangles for rays.
@@ -162,6 +200,22 @@ impl RayProbe {
         })
     }
 
+    /// The triangle that each ray of a frame hits, counted as in [`RayHit`]. Rays that anything blocks have 0 for one that is blocked.
+    ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
+    pub fn trace(&self, rays: &FrameRays) -> Result<Probed<Option<usize>>> {
+        let probed = self.probe(rays.find, &rays.rays)?;
+        let triangle = |&hit: &u32| match rays.find {
+            Find::Closest => Some(self.hits.get(hit as usize)?.0),
+            Find::Any => (hit != u32::MAX).then_some(0),
+        };
+        Ok(Probed {
+            found: probed.found.iter().map(triangle).collect(),
+            milliseconds: probed.milliseconds,
+        })
+    }
+
     /// A point beside its surface, local.
     fn beside(&self, point: &RayPoint, shift: f32) -> Vec3 {
         let normal = point.geometric_normal.as_vec3();
@@ -197,7 +251,7 @@ impl RayProbe {
         let times = cost.borrow().times.clone();
         let milliseconds: f64 = times.iter().filter(traced).map(|(_, ms)| ms).sum();
         Ok(Probed {
-            found: RayList::read_hits(&context, rays.len())?,
+            found: RayList::read_hits(&context, rays.len() as u32)?,
             milliseconds: if milliseconds > 0.0 {
                 milliseconds
             } else {

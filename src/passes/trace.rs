@@ -17,6 +17,35 @@ use crate::{
 };
 pub(crate) use ray_tree::Find;
 
+/// The rays that are traced on this thread, if they are kept: for benches.
+#[cfg(feature = "test-hooks")]
+pub(crate) mod kept {
+    use super::{Context, Find, ray_tree::Ray};
+    use crate::Result;
+    use std::{cell::RefCell, ops::Range};
+
+    /// Neighbouring rays are kept together: one block of this many out of [`BLOCKS`].
+    const BLOCK: usize = 4096;
+    const BLOCKS: usize = 16;
+
+    type Blocks = Vec<(Find, Vec<Ray>)>;
+
+    thread_local! {
+        pub(crate) static RAYS: RefCell<Option<Blocks>> = const { RefCell::new(None) };
+    }
+
+    pub(super) fn keep(context: &Context, find: Find, rays: &Range<u32>) -> Result<()> {
+        if RAYS.with_borrow(Option::is_none) {
+            return Ok(());
+        }
+        let list = super::read(context, |list| &list.rays, rays.end)?;
+        let blocks = list[rays.start as usize..].chunks(BLOCK).step_by(BLOCKS);
+        let block = blocks.flatten().copied().collect();
+        RAYS.with_borrow_mut(|kept| kept.get_or_insert_default().push((find, block)));
+        Ok(())
+    }
+}
+
 /// Rays in memory: those that a pass has emitted, what they hit, and what they contribute.
 pub(crate) struct RayList<A: Allocate = Device> {
     rays: A::Buffer,
@@ -100,23 +129,35 @@ impl RayList {
 
     /// Reads what the first rays hit.
     #[cfg(feature = "test-hooks")]
-    pub fn read_hits(context: &Context, count: usize) -> Result<Vec<u32>> {
-        let bytes = 4 * count as u64;
-        let readback = Buffer::new(context.device, "hits", bytes, BufferUse::Readback)?;
-        context.submit(|recorder| {
-            let list = context.rays.borrow();
-            let list = list.as_ref().ok_or_else(no_list)?;
-            recorder.barrier();
-            recorder.copy_buffer(&list.hits, &readback, bytes);
-            Ok(())
-        })?;
-        Ok(readback.mapped(count)?.to_vec())
+    pub fn read_hits(context: &Context, count: u32) -> Result<Vec<u32>> {
+        read(context, |list| &list.hits, count)
     }
+}
+
+/// Reads the first elements of one of the context's lists.
+#[cfg(feature = "test-hooks")]
+fn read<T: bytemuck::Pod>(
+    context: &Context,
+    list: impl Fn(&RayList) -> &Buffer,
+    count: u32,
+) -> Result<Vec<T>> {
+    let bytes = u64::from(count) * size_of::<T>() as u64;
+    let readback = Buffer::new(context.device, "read back", bytes, BufferUse::Readback)?;
+    context.submit(|recorder| {
+        let lists = context.rays.borrow();
+        let lists = lists.as_ref().ok_or_else(no_list)?;
+        recorder.barrier();
+        recorder.copy_buffer(list(lists), &readback, bytes);
+        Ok(())
+    })?;
+    Ok(readback.mapped(count as usize)?.to_vec())
 }
 
 impl RayTriangles {
     /// Finds what these rays of the context's list hit.
     pub fn trace(&self, context: &Context, find: Find, rays: Range<u32>) -> Result<()> {
+        #[cfg(feature = "test-hooks")]
+        kept::keep(context, find, &rays)?;
         if let Some(tracer) = self.host_tracer() {
             context.finish()?;
             let start = Instant::now();
