@@ -1,11 +1,14 @@
 //! The parts of a command buffer, which are reused by the next one, and the uploads that the next one copies to the device first.
 
-use std::sync::{Arc, Mutex};
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex},
+};
 
 use ash::vk;
 use bytemuck::Pod;
 
-use super::{Buffer, BufferUse, Device, Image, Recorder, lock};
+use super::{Buffer, BufferUse, Device, Image, Recorder, lock, pipeline::Pipeline};
 use crate::Result;
 
 /// Passes of a command buffer that get timestamps. Further passes run untimed.
@@ -20,6 +23,9 @@ pub(crate) struct CommandPool {
 struct Shared {
     device: Device,
     idle: Mutex<Vec<CommandBuffer>>,
+    /// Unused descriptor sets of each pipeline. Other threads have their own: a version of the validation layer (1.3.239) mistakes a set that
+    /// another thread writes for one that refers to what this thread destroys.
+    sets: Mutex<HashMap<vk::Pipeline, (Arc<Pipeline>, Vec<vk::DescriptorSet>)>>,
     uploads: Mutex<Vec<Upload>>,
 }
 
@@ -41,6 +47,7 @@ impl CommandPool {
             shared: Arc::new(Shared {
                 device: device.clone(),
                 idle: Mutex::default(),
+                sets: Mutex::default(),
                 uploads: Mutex::default(),
             }),
         }
@@ -61,6 +68,21 @@ impl CommandPool {
             None => CommandBuffer::new(&self.shared.device)?,
         };
         Recorder::begin(self, commands)
+    }
+
+    /// An unused descriptor set. Repeated calls get the same one if it was given back.
+    pub(super) fn take_set(&self, pipeline: &Pipeline) -> Result<vk::DescriptorSet> {
+        let mut sets = lock(&self.shared.sets);
+        let free = sets.get_mut(&pipeline.raw).map(|(_, free)| free);
+        free.and_then(Vec::pop)
+            .map_or_else(|| pipeline.take_set(), Ok)
+    }
+
+    /// Returns a set whose command buffer is done.
+    pub(super) fn give_set_back(&self, pipeline: Arc<Pipeline>, set: vk::DescriptorSet) {
+        let mut sets = lock(&self.shared.sets);
+        let of_pipeline = sets.entry(pipeline.raw);
+        of_pipeline.or_insert((pipeline, Vec::new())).1.push(set);
     }
 
     pub(super) fn take_uploads(&self) -> Vec<Upload> {
@@ -93,6 +115,14 @@ impl CommandPool {
     /// Returns a command buffer for reuse.
     pub(super) fn give_back(&self, commands: CommandBuffer) {
         lock(&self.shared.idle).push(commands);
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        for (pipeline, sets) in lock(&self.sets).values_mut() {
+            pipeline.give_sets_back(sets);
+        }
     }
 }
 

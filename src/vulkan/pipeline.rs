@@ -89,11 +89,11 @@ pub(crate) struct Pipeline {
     pub module: &'static Module,
 }
 
-/// A pipeline's descriptor sets, which successive command buffers reuse.
+/// A pipeline's descriptor sets.
 #[derive(Default)]
 struct DescriptorSets {
     pools: Vec<vk::DescriptorPool>,
-    /// Sets that no command buffer uses.
+    /// Sets that no command pool has.
     free: Vec<vk::DescriptorSet>,
 }
 
@@ -224,7 +224,7 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// An unused descriptor set. Repeated calls get the same one if it was given back.
+    /// A descriptor set for a command pool.
     pub(super) fn take_set(&self) -> Result<vk::DescriptorSet> {
         let mut sets = lock(&self.sets);
         if let Some(set) = sets.free.pop() {
@@ -260,9 +260,9 @@ impl Pipeline {
         set.ok_or_else(|| Error::internal("a pool without descriptor sets"))
     }
 
-    /// Returns a set whose command buffer is done.
-    pub(super) fn give_set_back(&self, set: vk::DescriptorSet) {
-        lock(&self.sets).free.push(set);
+    /// Returns the sets of a command pool.
+    pub(super) fn give_sets_back(&self, sets: &mut Vec<vk::DescriptorSet>) {
+        lock(&self.sets).free.append(sets);
     }
 }
 

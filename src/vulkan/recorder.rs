@@ -372,7 +372,7 @@ impl Recorder {
                     .acceleration_structures(structure)
             })
             .collect();
-        let set = pipeline.take_set()?;
+        let set = self.home.take_set(pipeline)?;
         self.bound.push((pipeline.clone(), set));
         let writes = pipeline.bindings.iter().zip(&infos).zip(&mut structures);
         let writes: Vec<_> = writes
@@ -489,7 +489,7 @@ impl Drop for Recorder {
             }
         }
         for (pipeline, set) in self.bound.drain(..) {
-            pipeline.give_set_back(set);
+            self.home.give_set_back(pipeline, set);
         }
     }
 }
