@@ -25,8 +25,14 @@ struct Shared {
     idle: Mutex<Vec<CommandBuffer>>,
     /// Unused descriptor sets of each pipeline. Other threads have their own: a version of the validation layer (1.3.239) mistakes a set that
     /// another thread writes for one that refers to what this thread destroys.
-    sets: Mutex<HashMap<vk::Pipeline, (Arc<Pipeline>, Vec<vk::DescriptorSet>)>>,
+    sets: Mutex<HashMap<vk::Pipeline, FreeSets>>,
     uploads: Mutex<Vec<Upload>>,
+}
+
+/// Descriptor sets that no command buffer uses.
+struct FreeSets {
+    pipeline: Arc<Pipeline>,
+    sets: Vec<vk::DescriptorSet>,
 }
 
 /// Host values on their way to the device.
@@ -72,17 +78,21 @@ impl CommandPool {
 
     /// An unused descriptor set. Repeated calls get the same one if it was given back.
     pub(super) fn take_set(&self, pipeline: &Pipeline) -> Result<vk::DescriptorSet> {
-        let mut sets = lock(&self.shared.sets);
-        let free = sets.get_mut(&pipeline.raw).map(|(_, free)| free);
+        let mut free = lock(&self.shared.sets);
+        let free = free.get_mut(&pipeline.raw).map(|free| &mut free.sets);
         free.and_then(Vec::pop)
             .map_or_else(|| pipeline.take_set(), Ok)
     }
 
     /// Returns a set whose command buffer is done.
     pub(super) fn give_set_back(&self, pipeline: Arc<Pipeline>, set: vk::DescriptorSet) {
-        let mut sets = lock(&self.shared.sets);
-        let of_pipeline = sets.entry(pipeline.raw);
-        of_pipeline.or_insert((pipeline, Vec::new())).1.push(set);
+        let mut free = lock(&self.shared.sets);
+        let of_pipeline = free.entry(pipeline.raw);
+        let sets = Vec::new();
+        of_pipeline
+            .or_insert(FreeSets { pipeline, sets })
+            .sets
+            .push(set);
     }
 
     pub(super) fn take_uploads(&self) -> Vec<Upload> {
@@ -120,8 +130,8 @@ impl CommandPool {
 
 impl Drop for Shared {
     fn drop(&mut self) {
-        for (pipeline, sets) in lock(&self.sets).values_mut() {
-            pipeline.give_sets_back(sets);
+        for free in lock(&self.sets).values_mut() {
+            free.pipeline.give_sets_back(&mut free.sets);
         }
     }
 }
