@@ -3,6 +3,7 @@
 
 #import reflect
 #import refinement
+#import sampling
 
 struct ErrorEstimateParameters {
     receiver_count: u32,
@@ -12,16 +13,17 @@ struct ErrorEstimateParameters {
 
 var indirect_radiance: texture_storage_2d<rgba32float, read>;
 var indirect_phasors: texture_storage_2d_array<rgba32float, read>;
-const ESTIMATE_VECTORS: u32 = select(2u, 6u, PHASORS);
+const ESTIMATE_VECTORS: u32 = select(3u, 7u, PHASORS);
 var<storage, read> receivers: array<u32>;
 // In the refinement's layout. Noisy gathers: the sums over samples, and over their squared differences. If gathers have no noise, the
 // second may be the first.
 var<storage, read> results: array<vec4<f32>>;
 // Noisy gathers: in the layout of the sample_counts pass, for both gathers.
 var<storage, read> sample_ranges: array<u32>;
-// Two vectors per receiver. The first: Σ over bands of (x − t₁)(x − t₂), of t₁·t₂ and of (t₁ − t₂)²; the variance of a sample. The second:
-// the pixel; the expected error, as the resolve pass stores it; packets of samples of a gather. With phasors, a vector like the first
-// follows for Z of each frequency.
+// Three vectors per receiver. The first: Σ over bands of (x − t₁)(x − t₂), of t₁·t₂ and of (t₁ − t₂)²; the variance of a sample. The second:
+// the pixel; the expected error, as the resolve pass stores it; packets of samples of a gather. The third: of the image's samples, the
+// variance of one and the number of packets; the squared error of the model and its leverage, which is below 0 without a model. With
+// phasors, a vector like the first follows for Z of each frequency.
 var<storage, read_write> estimates: array<vec4<f32>>;
 var<immediate> parameters: ErrorEstimateParameters;
 
@@ -63,6 +65,15 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     estimates[estimate] = vec4<f32>(dot(image - first_radiance, image - second_radiance), dot(first_radiance, second_radiance), dot(difference, difference),
         0.5 * per_sample * reflect_squares(pixel, vec2<f32>(results[first].w + results[second].w, results[first + 1u].w + results[second + 1u].w)));
     estimates[estimate + 1u] = vec4<f32>(vec2<f32>(pixel), image_error.w, packets);
+    estimates[estimate + 2u] = vec4<f32>(0.0, 0.0, 0.0, -1.0);
+    if (NOISY) {
+        let model = model_at(pixel);
+        // As the sample_counts pass does, from the pixels around if they are known.
+        let around = reflect_variances(pixel, sampling_around(pixel));
+        let variance = select(reflect_variances(pixel, known_sampling(pixel)), around, around > 0.0);
+        estimates[estimate + 2u] = vec4<f32>(variance, textureLoad(samples, pixel, SAMPLING).x,
+            reflect_squares(pixel, model.errors), select(-1.0, model.leverage, model.is_known));
+    }
     if (PHASORS) {
         for (var pair = 0u; pair < modulation.pair_count; pair++) {
             let image_phasors = textureLoad(indirect_phasors, pixel, pair);
@@ -80,7 +91,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
                         results[first + PHASOR_SQUARES + 1u][frequency] + results[second + PHASOR_SQUARES + 1u][frequency]);
                     variance = 0.5 * per_sample * reflect_phasor_squares(pixel, squares);
                 }
-                estimates[estimate + 2u + frequency] = vec4<f32>(dot(of_frequency, errors), dot(of_frequency, signals),
+                estimates[estimate + 3u + frequency] = vec4<f32>(dot(of_frequency, errors), dot(of_frequency, signals),
                     dot(of_frequency, change * change), variance);
             }
         }

@@ -3,6 +3,9 @@
 // linear in the place in the image and in the normal (after Bitterli et al., "Nonlinearly weighted first-order regression for denoising
 // Monte Carlo renderings", 2016): light from afar changes as the normal does, even on facets as small as pixels. The model is fitted to
 // samples, not to smoothed values.
+//
+// Where that is better, the model is of the light over A, the light of the VPLs without occlusion: what is hidden varies less from facet to
+// facet than what arrives. (A ratio estimator, after Heitz et al., "Combining analytic direct illumination and stochastic shadows", 2018.)
 
 #import refinement
 #import reflect
@@ -16,6 +19,8 @@ struct SmoothParameters {
     // Noise of gathers, as in variance_of_mean.
     evenness: f32,
     variance_rate: f32,
+    // 1: the model is of the light over A.
+    by_ratio: u32,
 }
 
 var normal_geometric: texture_2d<f32>;
@@ -37,6 +42,9 @@ const UNKNOWNS: f32 = 5.0;
 const LEAST_PIXELS: f32 = 7.0;
 // Part of a pixel's squared deviation that chance explains, over the variance of its noise: four standard deviations.
 const CHANCE_SQUARED: f32 = 16.0;
+// Least A over that of the pixel, so that nothing is divided by 0. Largest weight of a pixel with more light than the smoothed one.
+const LEAST_UNOCCLUDED: f32 = 1e-3;
+const MAX_RATIO_WEIGHT: f32 = 4.0;
 // Largest noise around a pixel, over its own.
 const MAX_OVER_OWN: f32 = 4.0;
 
@@ -91,6 +99,8 @@ struct Fit {
     // Number of pixels of equal weight with the same information.
     count: f32,
     mean: vec4<f32>,
+    // Variance of the model's value over that of a pixel's.
+    leverage: f32,
     // Their covariances plus RIDGE are ((a, b), (bᵀ, d)). Stored: a⁻¹, b and (d − bᵀ·a⁻¹·b)⁻¹.
     inverse_a: mat2x2<f32>,
     b: mat2x2<f32>,
@@ -111,6 +121,8 @@ fn slopes(fit: Fit, covariances: vec4<f32>) -> vec4<f32> {
 struct Smoothed {
     modelled: Value,
     gain: f32,
+    // Squared error of the model, less that of its noise.
+    error: f32,
 }
 
 // The gain is large where the pixels around, or the pixel itself, scatter about the model by more than noise. `variance` is that of a
@@ -127,8 +139,8 @@ fn smooth_value(own: Value, sums: Sums, fit: Fit, variance: f32) -> Smoothed {
     }
     let scatter = max(sums.squares / fit.weight - explained, 0.0) * fit.count / (fit.count - UNKNOWNS);
     let deviation = own - modelled;
-    let signal = max(max(scatter - variance, dot(deviation, deviation) - CHANCE_SQUARED * variance), 0.0);
-    return Smoothed(modelled, wiener_gain(signal, variance));
+    let error = max(max(scatter - variance, dot(deviation, deviation) - CHANCE_SQUARED * variance), 0.0);
+    return Smoothed(modelled, wiener_gain(error + fit.leverage * variance, variance), error);
 }
 
 // Offset of a surrounding grid point, in steps of the grid.
@@ -152,9 +164,21 @@ fn phasor_variance(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> f32
     return variance_of_mean(of_sample, packets, parameters.evenness, parameters.variance_rate);
 }
 
-// Weights of the pixels around, and their features of the normal.
+// A, all bands together.
+fn unoccluded_at(pixel: vec2<u32>) -> f32 {
+    return dot(textureLoad(samples, pixel, UNOCCLUDED).rgb, vec3<f32>(1.0));
+}
+
+// Factor from the light of another pixel to this one's, if the same part of A is hidden.
+fn ratio_to(unoccluded: f32, other: vec2<u32>) -> f32 {
+    let floor = LEAST_UNOCCLUDED * unoccluded + 1e-30;
+    return select(1.0, (unoccluded + floor) / (unoccluded_at(other) + floor), parameters.by_ratio == 1u);
+}
+
+// Weights of the pixels around, factors to their diffuse light, and their features of the normal.
 struct Neighbours {
     weights: array<f32, POINTS>,
+    ratios: array<f32, POINTS>,
     turned: array<vec2<f32>, POINTS>,
 }
 
@@ -178,8 +202,9 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
             let other = vec2<u32>(clamp(place, vec2<i32>(0), size - 1));
             let packets = textureLoad(samples, other, SAMPLING).x;
             let weight = around.weights[i];
-            add(&sums, sampled_phasors(other, layer, lobe, packets), features_of(i, around.turned[i]), weight);
-            variance_sum += weight * phasor_variance(other, layer, lobe, packets);
+            let ratio = select(around.ratios[i], 1.0, lobe == SPECULAR);
+            add(&sums, ratio * sampled_phasors(other, layer, lobe, packets), features_of(i, around.turned[i]), weight);
+            variance_sum += weight * ratio * ratio * phasor_variance(other, layer, lobe, packets);
         }
         let mean_variance = variance_sum / fit.weight;
         let own_variance = phasor_variance(pixel, layer, lobe, own_packets);
@@ -211,8 +236,8 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
 fn store_phasors(pixel: vec2<u32>, lobe: u32, phasors: SmoothedPhasors, gain: f32, light: vec3<f32>) {}
 #endif
 
-// Smooths what a lobe reflects. `variance` is that of the light.
-fn smooth_lobe(pixel: vec2<u32>, lobe: u32, sums: Sums, neighbours: Neighbours, fit: Fit, variance: f32, packets: f32) {
+// Smooths what a lobe reflects. `variance` is that of the light. Returns the squared error of the model.
+fn smooth_lobe(pixel: vec2<u32>, lobe: u32, sums: Sums, neighbours: Neighbours, fit: Fit, variance: f32, packets: f32) -> f32 {
     let own = sampled_light(pixel, lobe, packets);
     let smoothed = smooth_value(own, sums, fit, variance);
     var gain = smoothed.gain;
@@ -225,6 +250,9 @@ fn smooth_lobe(pixel: vec2<u32>, lobe: u32, sums: Sums, neighbours: Neighbours, 
     let light = max(mix(smoothed.modelled, own, gain).xyz, vec3<f32>(0.0));
     textureStore(gathered, pixel, lobe, vec4<f32>(light, textureLoad(gathered, pixel, lobe).w));
     store_phasors(pixel, lobe, phasors, gain, light);
+    // If Z deviates more than the light, the error of light that has this gain.
+    let of_gain = variance * (gain / max(1.0 - gain, 1e-6) - fit.leverage);
+    return select(smoothed.error, max(of_gain, smoothed.error), gain > smoothed.gain);
 }
 
 @compute @workgroup_size(64)
@@ -268,6 +296,7 @@ fn compute_main(
     var squares_a = mat2x2<f32>();
     var squares_b = mat2x2<f32>();
     var squares_d = mat2x2<f32>();
+    let unoccluded = unoccluded_at(pixel);
     for (var i = 0; i < end; i++) {
         let at = place_around(i);
         let place = vec2<i32>(pixel) + i32(parameters.stride) * at;
@@ -280,10 +309,13 @@ fn compute_main(
         let turn = other_normal - normal;
         let is_wanted = is_sampled && any(other != pixel) && is_one_lobe(own_lobe, lobe_at(other));
         let farness = dot(turn, turn) / (TURN * TURN) + dot(offset, offset) / (DISTANCE * DISTANCE * spacing_squared);
-        let weight = select(0.0, exp(-farness), is_wanted);
+        let ratio = ratio_to(unoccluded, other);
+        // By the noise of what the ratio makes of the other's light.
+        let weight = select(0.0, exp(-farness) * min(1.0 / (ratio * ratio), MAX_RATIO_WEIGHT), is_wanted);
         let turned = vec2<f32>(dot(other_normal, around.right), dot(other_normal, around.up));
         let features = features_of(i, turned);
         neighbours.weights[i] = weight;
+        neighbours.ratios[i] = ratio;
         neighbours.turned[i] = turned;
         fit.weight += weight;
         squared_weights += weight * weight;
@@ -291,8 +323,8 @@ fn compute_main(
         squares_a += weight * mat2x2<f32>(features.x * features.xy, features.y * features.xy);
         squares_b += weight * mat2x2<f32>(features.z * features.xy, features.w * features.xy);
         squares_d += weight * mat2x2<f32>(features.z * features.zw, features.w * features.zw);
-        sum_of_variances += weight * variances(known);
-        add(&diffuse_sums, sampled_light(other, DIFFUSE, known.packets), features, weight);
+        sum_of_variances += weight * vec2<f32>(ratio * ratio, 1.0) * variances(known);
+        add(&diffuse_sums, ratio * sampled_light(other, DIFFUSE, known.packets), features, weight);
         if (PHONG) {
             add(&specular_sums, sampled_light(other, SPECULAR, known.packets), features, weight);
         }
@@ -310,6 +342,7 @@ fn compute_main(
     fit.b = scale * squares_b - mat2x2<f32>(high.x * low, high.y * low);
     let d = scale * squares_d - mat2x2<f32>(high.x * high, high.y * high) + ridge;
     fit.inverse_rest = inverse2(d - transpose(fit.b) * fit.inverse_a * fit.b);
+    fit.leverage = min((1.0 + dot(fit.mean, slopes(fit, fit.mean))) / fit.count, 1.0);
 
     // A pixel that is certainly dark stays so beside bright ones. If few samples find the light, a pixel whose samples found none is not
     // certainly dark.
@@ -318,8 +351,10 @@ fn compute_main(
     let squares = vec2<f32>(diffuse_sums.squares, specular_sums.squares);
     let is_doubtful = own_variance == vec2<f32>(0.0) & mean_variance > RARE * scale * squares;
     let variance = select(min(mean_variance, MAX_OVER_OWN * own_variance), mean_variance, is_doubtful);
-    smooth_lobe(pixel, DIFFUSE, diffuse_sums, neighbours, fit, variance.x, own_sampling.packets);
+    var errors = vec2<f32>(0.0);
+    errors.x = smooth_lobe(pixel, DIFFUSE, diffuse_sums, neighbours, fit, variance.x, own_sampling.packets);
     if (PHONG) {
-        smooth_lobe(pixel, SPECULAR, specular_sums, neighbours, fit, variance.y, own_sampling.packets);
+        errors.y = smooth_lobe(pixel, SPECULAR, specular_sums, neighbours, fit, variance.y, own_sampling.packets);
     }
+    textureStore(samples, pixel, MODEL, vec4<f32>(errors, fit.leverage, 1.0));
 }

@@ -45,6 +45,7 @@ keys! {
     SampleCounts { phasors: bool, brdf: Brdf, }
     Predict { phasors: bool, brdf: Brdf, noisy: bool, }
     Scatter { phasors: bool, brdf: Brdf, noisy: bool, }
+    Unoccluded { brdf: Brdf, }
     Smooth { phasors: bool, brdf: Brdf, }
     Resolve { phasors: bool, brdf: Brdf, noisy: bool, }
     Stderr { }
@@ -304,14 +305,16 @@ const _: () = assert!(size_of::<ResolveParameters>() == 20);
 pub struct SampleCountParameters {
     pub goes_on: u32,
     pub max_packets: u32,
+    pub is_smoothed: u32,
     pub packets_scale: f32,
-    pub variance_power: f32,
+    pub variance_rate: f32,
+    pub packet_variance: f32,
     pub mean_variance: f32,
     pub least_variance: f32,
     pub least_radiance: f32,
     pub own_share: f32,
 }
-const _: () = assert!(size_of::<SampleCountParameters>() == 32);
+const _: () = assert!(size_of::<SampleCountParameters>() == 40);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -344,8 +347,9 @@ pub struct SmoothParameters {
     pub item_count: u32,
     pub evenness: f32,
     pub variance_rate: f32,
+    pub by_ratio: u32,
 }
-const _: () = assert!(size_of::<SmoothParameters>() == 20);
+const _: () = assert!(size_of::<SmoothParameters>() == 24);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -383,6 +387,14 @@ pub struct TraceParameters {
     pub ray_count: u32,
 }
 const _: () = assert!(size_of::<TraceParameters>() == 8);
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct UnoccludedParameters {
+    pub vpl_count: u32,
+    pub first_pixel: u32,
+}
+const _: () = assert!(size_of::<UnoccludedParameters>() == 8);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -438,6 +450,7 @@ pub mod constants {
     pub const MAX_PHASOR_LAYERS: u32 = 6;
     pub const MIRROR_U: u32 = 2;
     pub const MIRROR_V: u32 = 8;
+    pub const MODEL: u32 = 1;
     pub const NEAREST: u32 = 32;
     pub const NEIGHBOURS: u32 = 12;
     pub const NORMAL_MAP: u32 = 14;
@@ -459,14 +472,15 @@ pub mod constants {
     pub const SHININESS_MAP: u32 = 10;
     pub const SPECULAR: u32 = 1;
     pub const SRGB: u32 = 1;
-    pub const SUMS_DIFFUSE: u32 = 1;
-    pub const SUMS_SPECULAR: u32 = 2;
+    pub const SUMS_DIFFUSE: u32 = 3;
+    pub const SUMS_SPECULAR: u32 = 4;
     pub const TANGENT: u32 = 2;
     pub const TEXCOORD: u32 = 1;
     pub const TILE_VPLS: u32 = 256;
     pub const TRANSFORMED: u32 = 128;
     pub const TURNS_LAYER: u32 = 3;
     pub const UNKNOWN: u32 = 0;
+    pub const UNOCCLUDED: u32 = 2;
     pub const VERTICES: u32 = 22;
     pub const VPLS_PER_ROW: u32 = 1024;
     pub const WORKGROUP: u32 = 64;
@@ -903,6 +917,12 @@ bindings! {
         (7, "results", DescriptorType::STORAGE_BUFFER),
         (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
+    UNOCCLUDED_BINDINGS = [
+        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "vpls", DescriptorType::STORAGE_IMAGE),
+        (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+    ];
     SMOOTH_BINDINGS = [
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
@@ -952,22 +972,24 @@ bindings! {
     ERROR_ESTIMATE_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (6, "receivers", DescriptorType::STORAGE_BUFFER),
-        (7, "results", DescriptorType::STORAGE_BUFFER),
-        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
-        (9, "estimates", DescriptorType::STORAGE_BUFFER),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
+        (8, "results", DescriptorType::STORAGE_BUFFER),
+        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (10, "estimates", DescriptorType::STORAGE_BUFFER),
     ];
     ERROR_ESTIMATE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (5, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
-        (6, "receivers", DescriptorType::STORAGE_BUFFER),
-        (7, "results", DescriptorType::STORAGE_BUFFER),
-        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
-        (9, "estimates", DescriptorType::STORAGE_BUFFER),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (6, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
+        (8, "results", DescriptorType::STORAGE_BUFFER),
+        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (10, "estimates", DescriptorType::STORAGE_BUFFER),
     ];
 }
 
@@ -1121,9 +1143,9 @@ modules! {
     FINAL_GATHER_SUM_PHASORS: Key::FinalGatherSum { phasors: true, .. } =>
         "final_gather_sum_phasors" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_PHASORS_BINDINGS ["lambert", "matte", "phong", "glossy"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 2)];
     SAMPLE_COUNTS: Key::SampleCounts { phasors: false, .. } =>
-        "sample_counts" "sample_counts" c"compute_main" [64, 1, 1] 32 SAMPLE_COUNTS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2)];
+        "sample_counts" "sample_counts" c"compute_main" [64, 1, 1] 40 SAMPLE_COUNTS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2)];
     SAMPLE_COUNTS_PHASORS: Key::SampleCounts { phasors: true, .. } =>
-        "sample_counts_phasors" "sample_counts" c"compute_main" [64, 1, 1] 32 SAMPLE_COUNTS_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16)];
+        "sample_counts_phasors" "sample_counts" c"compute_main" [64, 1, 1] 40 SAMPLE_COUNTS_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16)];
     PREDICT: Key::Predict { phasors: false, .. } =>
         "predict" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
     PREDICT_PHASORS: Key::Predict { phasors: true, .. } =>
@@ -1132,10 +1154,12 @@ modules! {
         "scatter" "scatter" c"compute_main" [64, 1, 1] 28 SCATTER_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
     SCATTER_PHASORS: Key::Scatter { phasors: true, .. } =>
         "scatter_phasors" "scatter" c"compute_main" [64, 1, 1] 28 SCATTER_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16)];
+    UNOCCLUDED: Key::Unoccluded { .. } =>
+        "unoccluded" "unoccluded" c"compute_main" [64, 1, 1] 8 UNOCCLUDED_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
     SMOOTH: Key::Smooth { phasors: false, .. } =>
-        "smooth" "smooth" c"compute_main" [64, 1, 1] 20 SMOOTH_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2)];
+        "smooth" "smooth" c"compute_main" [64, 1, 1] 24 SMOOTH_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2)];
     SMOOTH_PHASORS: Key::Smooth { phasors: true, .. } =>
-        "smooth_phasors" "smooth" c"compute_main" [64, 1, 1] 20 SMOOTH_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16)];
+        "smooth_phasors" "smooth" c"compute_main" [64, 1, 1] 24 SMOOTH_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16)];
     RESOLVE: Key::Resolve { phasors: false, .. } =>
         "resolve" "resolve" c"compute_main" [8, 8, 1] 20 RESOLVE_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
     RESOLVE_PHASORS: Key::Resolve { phasors: true, .. } =>
@@ -1147,7 +1171,7 @@ modules! {
     AREA_LIGHT_ADD: Key::AreaLightAdd { .. } =>
         "area_light_add" "area_light" c"compute_main" [8, 8, 1] 8 AREA_LIGHT_ADD_BINDINGS ["phasors"] [];
     ERROR_ESTIMATE: Key::ErrorEstimate { phasors: false, .. } =>
-        "error_estimate" "error_estimate" c"compute_main" [64, 1, 1] 8 ERROR_ESTIMATE_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2), ("ESTIMATE_VECTORS", 2)];
+        "error_estimate" "error_estimate" c"compute_main" [64, 1, 1] 8 ERROR_ESTIMATE_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2), ("ESTIMATE_VECTORS", 3)];
     ERROR_ESTIMATE_PHASORS: Key::ErrorEstimate { phasors: true, .. } =>
-        "error_estimate_phasors" "error_estimate" c"compute_main" [64, 1, 1] 8 ERROR_ESTIMATE_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16), ("ESTIMATE_VECTORS", 6)];
+        "error_estimate_phasors" "error_estimate" c"compute_main" [64, 1, 1] 8 ERROR_ESTIMATE_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16), ("ESTIMATE_VECTORS", 7)];
 }

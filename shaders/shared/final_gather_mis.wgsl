@@ -24,7 +24,9 @@ fn mis_contribution(
         density += lobe_density(1.0, receiver.lobe, direction, shape);
         contribution.lobe = shape * specular_factor(vec3<f32>(1.0), receiver.lobe.shininess).x;
     }
-    density += f32(CANDIDATES) * vpl_density * distance_squared / max(cosine_q, 1e-6);
+    if (parameters.vpl_samples > 0u) {
+        density += f32(CANDIDATES) * vpl_density * distance_squared / max(cosine_q, 1e-6);
+    }
     contribution.irradiance = select(vec3<f32>(0.0), radiance * (cosine / density), is_above);
     return contribution;
 }

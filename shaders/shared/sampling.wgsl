@@ -8,14 +8,18 @@ var samples: texture_storage_2d_array<rgba32float, read_write>;
 // Layers of `samples`. First: packets of samples; and, from the pixels around, the variance of one sample, diffuse and specular, and their
 // packets.
 const SAMPLING: u32 = 0u;
+// What the smooth pass found: errors and leverage of a model, and 1.
+const MODEL: u32 = 1u;
+// A, as the unoccluded pass stores it.
+const UNOCCLUDED: u32 = 2u;
 // Σ of the samples' contributions, and of their squared differences.
-const SUMS_DIFFUSE: u32 = 1u;
-const SUMS_SPECULAR: u32 = 2u;
+const SUMS_DIFFUSE: u32 = 3u;
+const SUMS_SPECULAR: u32 = 4u;
 
 // After all sums: the variances of Z from the pixels around, each as if it were one of light, diffuse and specular. Then for each lobe Σ of
 // the squared differences of each frequency's Z.
 fn phasor_variances_layer() -> u32 {
-    return 1u + phasor_layer(phasor_layer_count(), 0u);
+    return SUMS_DIFFUSE + phasor_layer(phasor_layer_count(), 0u);
 }
 
 fn phasor_squares_layer(lobe: u32) -> u32 {
@@ -23,7 +27,22 @@ fn phasor_squares_layer(lobe: u32) -> u32 {
 }
 
 fn phasor_sums_layer(index: u32, lobe: u32) -> u32 {
-    return 1u + phasor_layer(index, lobe);
+    return SUMS_DIFFUSE + phasor_layer(index, lobe);
+}
+
+// What the smooth pass found out about a pixel's neighbours as its model.
+struct Model {
+    // Squared error of the model less that of its noise, diffuse and specular.
+    errors: vec2<f32>,
+    // Variance of its value over that of a pixel's.
+    leverage: f32,
+    // false: the pixel has no model, because it has too few neighbours.
+    is_known: bool,
+}
+
+fn model_at(pixel: vec2<u32>) -> Model {
+    let stored = textureLoad(samples, pixel, MODEL);
+    return Model(stored.xy, stored.z, stored.w == 1.0);
 }
 
 struct Sampling {

@@ -101,6 +101,8 @@ pub fn smooth(
         layer(&|pixel| sums(pixel, &pixel.specular)),
     ]);
     let packets = layer(&|pixel| [pixel.packets as f32, 0.0, 0.0, 0.0]);
+    // What this pass finds out, and what the unoccluded pass computes.
+    let rest = vec![[0.0; 4]; 2 * pixels.len()];
     let gathered = image("gathered light", Some(lobes), gathered)?;
     let images = [
         (
@@ -117,7 +119,7 @@ pub fn smooth(
         ),
         (
             "samples",
-            image("samples", Some(1 + lobes), [packets, sums].concat())?,
+            image("samples", Some(3 + lobes), [packets, rest, sums].concat())?,
         ),
         ("gathered", gathered.clone()),
     ];
@@ -132,6 +134,7 @@ pub fn smooth(
         item_count: columns * rows,
         evenness: options.evenness,
         variance_rate: options.variance_rate,
+        by_ratio: 0,
     };
     let brdf = match is_specular {
         true => Brdf::Phong,

@@ -1,6 +1,9 @@
 //! Error estimate pass: compares the image with independent gathers of some of its pixels.
 
-use super::{Context, gbuffer::GBuffer, receivers::Receivers, sample_counts::SampleCounts};
+use super::{
+    Context, gbuffer::GBuffer, receivers::Receivers, refinement::RefinementImages,
+    sample_counts::SampleCounts,
+};
 use crate::{
     Result,
     vulkan::{
@@ -10,7 +13,7 @@ use crate::{
 };
 
 /// Vectors of estimates per receiver, without phasors.
-pub(crate) const ESTIMATE_VECTORS: usize = 2;
+pub(crate) const ESTIMATE_VECTORS: usize = 3;
 
 /// Compares the image at `count` receivers with two gathers. The first gather's results begin at the start of `results`,
 /// those of the second at `second_result`. Each receiver has [`ESTIMATE_VECTORS`] of `estimates`;
@@ -20,11 +23,12 @@ pub(crate) fn compare(
     context: &Context,
     gbuffer: &GBuffer,
     (indirect_radiance, indirect_phasors): (&Image, Option<&Image>),
-    (sample, counts): (&Receivers, Option<&SampleCounts>),
+    (images, sample, counts): (&RefinementImages, &Receivers, Option<&SampleCounts>),
     (results, second_result): (&Buffer, u32),
     (estimates, count): (&Buffer, u32),
 ) -> Result<()> {
     let mut resources = gbuffer.resources();
+    resources.extend(images.resources());
     resources.extend([
         ("indirect_radiance", Resource::Image(indirect_radiance)),
         ("receivers", Resource::Buffer(&sample.pixels)),
@@ -32,7 +36,6 @@ pub(crate) fn compare(
         ("estimates", Resource::Buffer(estimates)),
     ]);
     resources.extend(indirect_phasors.map(|image| ("indirect_phasors", Resource::Image(image))));
-    resources.extend(context.modulation());
     resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
     let parameters = ErrorEstimateParameters {
         receiver_count: count,

@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::{
     Context,
     cost::Work,
-    gatherer::{Gatherer, LightRaySets, Results, Samples},
+    gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
     gbuffer::GBuffer,
     hits::HitSurfaces,
     light::DeviceLight,
@@ -15,8 +15,10 @@ use super::{
     random::hash,
     rays::RayTriangles,
     receivers::{ReceiverRange, Receivers},
+    refinement::RefinementImages,
     sample_counts::PACKET_SAMPLES,
     trace::{Find, no_list},
+    unoccluded,
     vpl_sampler::{Pilot, RayTable, VplSampler},
 };
 use crate::{
@@ -43,6 +45,8 @@ const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
 const MIN_SET_SIZE: u32 = 1 << 11;
 /// Least number of rays in a set of the pilot, so that it distinguishes parts of cells.
 const PILOT_SET_SIZE: u32 = 1 << 15;
+/// Seed of the light rays for light without occlusion, different from those of images and estimates.
+const UNOCCLUDED_SEED: u32 = 0x3000_0000;
 /// Share of the loop iterations allowed by the driver that an invocation uses.
 const SHARE_OF_LOOP_ITERATIONS: f64 = 0.9;
 /// Packets that a workgroup of most passes processes: an invocation takes eight samples.
@@ -60,6 +64,8 @@ pub(crate) struct FinalGather<'b> {
     sampling: [LightSampling; 2],
     /// The light rays that were traced last.
     sent: Option<LightRaySets>,
+    /// Whether gathers of the image send rays to VPLs.
+    sends_to_vpls: bool,
     /// What each ray to a VPL finds; only during a pilot.
     pilot_samples: Option<Buffer>,
     nothing: Buffer,
@@ -151,6 +157,7 @@ impl<'b> FinalGather<'b> {
             sampling: [(); 2].map(|()| LightSampling::even(&lights)),
             sent: None,
             lights,
+            sends_to_vpls: true,
             pilot_samples: None,
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             lattice: TexelList::new(context.commands, "lattice", points.collect())?,
@@ -341,6 +348,35 @@ impl Gatherer for FinalGather<'_> {
         Ok(moved[0].max(moved[1]))
     }
 
+    fn fill_unoccluded(
+        &mut self,
+        gbuffer: &GBuffer,
+        images: &RefinementImages,
+        proceed: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<bool> {
+        let few = LightRaySets {
+            seed: UNOCCLUDED_SEED ^ hash(self.context.seed),
+            gathered_for: GatheredFor::Image,
+            samples: 0,
+            set_count: 1,
+        };
+        self.send_light_rays(few, 0)?;
+        let table = self.sampling[GatheredFor::Image as usize].table.as_ref();
+        let vpl_count = table.map_or(0, |table| table.set_size);
+        if vpl_count == 0 {
+            return Ok(false);
+        }
+        // Submissions are measured from here on.
+        self.context.finish()?;
+        let vpls = (&self.light_rays.vpls, vpl_count);
+        unoccluded::fill(self.context, gbuffer, images, vpls, proceed)?;
+        Ok(true)
+    }
+
+    fn send_to_vpls(&mut self, sends: bool) {
+        self.sends_to_vpls = sends;
+    }
+
     /// Gathers with packets of samples of each technique.
     fn gather(
         &mut self,
@@ -364,8 +400,11 @@ impl Gatherer for FinalGather<'_> {
         if count == 0 {
             return Ok(());
         }
+        let is_estimate = light_rays.gathered_for == GatheredFor::Estimate;
+        let sends_to_vpls = self.sends_to_vpls || is_estimate || self.pilot_samples.is_some();
         let wanted = LightRaySets {
             seed: light_rays.seed ^ own_seed,
+            samples: if sends_to_vpls { light_rays.samples } else { 0 },
             ..light_rays
         };
         let mut light_rays_along = self.send_light_rays(wanted, results.first)?;
@@ -401,7 +440,7 @@ impl Gatherer for FinalGather<'_> {
                 camera_position: self.context.camera_position(),
                 set_size: table.set_size,
                 set_count: light_rays.set_count,
-                vpl_samples: if table.set_size > 0 {
+                vpl_samples: if table.set_size > 0 && sends_to_vpls {
                     PACKET_SAMPLES
                 } else {
                     0
@@ -412,14 +451,18 @@ impl Gatherer for FinalGather<'_> {
                 ..FinalGatherParameters::default()
             },
         };
-        // Per lobe, each direction needs a ray to each light. One more ray leads to a VPL.
-        let rays_per_sample = lobes * (1 + self.lights.len() as u32) + 1;
-        let rays_per_packet = PACKET_SAMPLES * rays_per_sample;
+        // Per lobe, each direction needs a ray to each light. One more ray leads to a VPL. The list has room for it in any case.
+        let along_directions = PACKET_SAMPLES * lobes * (1 + self.lights.len() as u32);
+        let room_of_packet = along_directions + PACKET_SAMPLES;
+        let rays_per_packet = match gather.parameters.vpl_samples {
+            0 => along_directions,
+            _ => room_of_packet,
+        };
         let (packets_of_span, lights_at_once) = self.summed_at_once(lobes);
         let ranges = counts.ranges(range)?;
         let cost = self.context.cost;
         let mut chunks = chunks(&ranges, (first, results));
-        let most = self.context.plan.rays_at_once / rays_per_packet;
+        let most = self.context.plan.rays_at_once / room_of_packet;
         loop {
             let budget = cost.borrow().budget("final_gather", FIRST_SUBMISSION_RAYS);
             let in_budget = (budget - light_rays_along as f64) / f64::from(rays_per_packet);

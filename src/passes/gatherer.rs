@@ -4,6 +4,7 @@ use super::{
     gbuffer::GBuffer,
     light_rays::MAX_RAYS,
     receivers::{ReceiverRange, Receivers},
+    refinement::RefinementImages,
     sample_counts::SampleCounts,
 };
 use crate::{
@@ -39,6 +40,19 @@ pub(crate) trait Gatherer {
     fn learn(&mut self, _results: u32) -> Result<f64> {
         Ok(0.0)
     }
+
+    /// Fills the light of VPLs without occlusion. Returns whether there are any. `proceed` is called between submissions; its error ends this.
+    fn fill_unoccluded(
+        &mut self,
+        _gbuffer: &GBuffer,
+        _images: &RefinementImages,
+        _proceed: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<bool> {
+        Ok(false)
+    }
+
+    /// From here on, gathers of the image send rays to VPLs, or only along directions. Those of estimates always do both.
+    fn send_to_vpls(&mut self, _sends: bool) {}
 
     /// Gathers at receivers of a list, which are pixels of a G-buffer. `proceed` is called between submissions with the share of
     /// the work that is done; its error ends the gather.

@@ -49,6 +49,7 @@ pub(crate) mod stderr;
 pub(crate) mod surface;
 pub(crate) mod textures;
 pub(crate) mod trace;
+pub(crate) mod unoccluded;
 pub(crate) mod view;
 pub(crate) mod vpl;
 pub(crate) mod vpl_sampler;

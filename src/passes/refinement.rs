@@ -45,7 +45,7 @@ impl<A: Allocate> RefinementImages<A> {
         let phasors = gathered.layer_count() - lobes;
         // One layer for the variances from the pixels around, and one per lobe for squares.
         let of_phasor_samples = if phasors > 0 { 1 + lobes } else { 0 };
-        let samples = || image("sums over samples", 1 + lobes + phasors + of_phasor_samples);
+        let samples = || image("sums over samples", 3 + lobes + phasors + of_phasor_samples);
         Ok(RefinementImages {
             gathered: allocate.image("gathered light", gathered)?,
             samples: is_noisy.then(samples).transpose()?,
@@ -100,6 +100,8 @@ pub(crate) struct RefinementCriteria {
     pub tolerance: Option<f64>,
     pub noise: GatherNoise,
     pub allocation: SampleAllocation,
+    /// For the gathers that the image is compared with, which are not smoothed.
+    pub allocation_of_estimate: SampleAllocation,
 }
 
 /// The noise of gathers; all 0 if there is none.
@@ -117,9 +119,12 @@ pub(crate) struct GatherNoise {
 /// are relative to.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct SampleAllocation {
-    /// The packets of a pixel are this times the power of its variance.
+    /// A pixel without a model takes this many packets times a power of its variance.
     pub packets_scale: f64,
-    pub variance_power: f64,
+    /// The variance falls with this power of the packets.
+    pub variance_rate: f64,
+    /// Variance of one packet over that of a sample.
+    pub packet_variance: f64,
     pub max_packets: u32,
     /// Variance of a pixel of which nothing is known.
     pub mean_variance: f64,

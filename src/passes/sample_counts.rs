@@ -76,12 +76,18 @@ impl SampleCounts {
             ("lengths", Resource::Buffer(receivers.lengths())),
             ("sample_ranges", Resource::Buffer(&self.ranges)),
         ]);
-        let allocation = criteria.allocation;
+        // Gathers that go on are those that the image is compared with.
+        let allocation = match self.goes_on {
+            true => criteria.allocation_of_estimate,
+            false => criteria.allocation,
+        };
         let parameters = SampleCountParameters {
             goes_on: self.goes_on.into(),
             max_packets: allocation.max_packets,
+            is_smoothed: u32::from(!self.goes_on),
             packets_scale: allocation.packets_scale as f32,
-            variance_power: allocation.variance_power as f32,
+            variance_rate: allocation.variance_rate as f32,
+            packet_variance: allocation.packet_variance as f32,
             mean_variance: allocation.mean_variance as f32,
             least_variance: allocation.least_variance as f32,
             least_radiance: criteria.least_radiance(),

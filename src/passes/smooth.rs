@@ -13,13 +13,14 @@ use crate::{
     },
 };
 
-/// Replaces what was gathered at every `stride_px`-th pixel of each row and column.
+/// Replaces what was gathered at every `stride_px`-th pixel of each row and column. With `by_ratio`, the light over that of VPLs without
+/// occlusion is smoothed.
 pub(crate) fn smooth(
     recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
-    stride_px: u32,
+    (stride_px, by_ratio): (u32, bool),
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let [columns, rows] = context.plan.resolution_px.map(|px| px.div_ceil(stride_px));
@@ -29,6 +30,7 @@ pub(crate) fn smooth(
         item_count: columns * rows,
         evenness: criteria.noise.evenness as f32,
         variance_rate: criteria.noise.rate as f32,
+        by_ratio: by_ratio.into(),
     };
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());

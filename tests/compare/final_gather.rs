@@ -274,7 +274,41 @@ fn most_pixels_are_interpolated() {
         let rays_per_pixel = frame.stats.ray_count as f64 / (224.0 * 224.0);
         println!("{name}: {rays_per_pixel:.0} rays a pixel");
         assert!(rays_per_pixel < 192.0, "{name}");
+        assert!(!sums_unoccluded(&frame), "{name}");
     }
+}
+
+/// Whether smoothing was tried by the ratio to the light of VPLs without occlusion.
+fn sums_unoccluded(frame: &Frame) -> bool {
+    let mut passes = frame.stats.passes.iter();
+    passes.any(|pass| pass.name == "unoccluded")
+}
+
+/// On a floor of facets as small as pixels, no pixel predicts another, and every pixel is gathered.
+#[test]
+fn facets_as_small_as_pixels() {
+    const EDGE: usize = 81;
+    let mut gpu = Gpu::open();
+    let mut scene = room();
+    scene.camera.resolution_px = [96, 96];
+    let mut random = fastrand::Rng::with_seed(3);
+    let floor = &mut scene.meshes[0];
+    floor.positions_m = (0..EDGE * EDGE)
+        .map(|vertex| {
+            let [x, z] = [vertex % EDGE, vertex / EDGE].map(|n| n as f64 / (EDGE - 1) as f64);
+            DVec3::new(2.0 * x - 1.0, -0.9 + 0.02 * random.f64(), 2.0 * z - 1.0)
+        })
+        .collect();
+    let cells = (0..EDGE - 1).flat_map(|row| (0..EDGE - 1).map(move |column| row * EDGE + column));
+    let facets = cells.flat_map(|corner| {
+        let [a, b, c, d] = [corner, corner + 1, corner + EDGE, corner + EDGE + 1];
+        [[a, c, b], [b, c, d]].map(|facet| facet.map(|vertex| vertex as u32))
+    });
+    floor.triangles = facets.collect();
+    floor.triangle_materials = vec![0; floor.triangles.len()];
+    let truth = reference_of(&scene, 256);
+    let frame = check(&mut gpu, "facets", &scene, &truth, 0.02);
+    assert!(sums_unoccluded(&frame));
 }
 
 /// Beside the lit block is a strip of wall, two points of the grid wide, on which light varies nonlinearly from side to side and

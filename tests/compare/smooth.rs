@@ -169,8 +169,11 @@ fn smoothed(
         let signal = (scatter - variance)
             .max(deviation_squared - 16.0 * variance)
             .max(0.0);
-        let own_share = if signal + variance > 0.0 {
-            signal / (signal + variance)
+        // The model has noise of its own.
+        let leverage = 1.0 + mean_features.dot(covariance.inverse() * mean_features);
+        let of_model = signal + (leverage / count).min(1.0) * variance;
+        let own_share = if of_model + variance > 0.0 {
+            of_model / (of_model + variance)
         } else {
             1.0
         };

@@ -17,9 +17,11 @@ use super::{
 use crate::{
     Result,
     output::StopReason,
-    passes::refinement::{RefinementCriteria, RefinementImages},
+    passes::{
+        gatherer::GatheredFor,
+        refinement::{RefinementCriteria, RefinementImages, SampleAllocation},
+    },
     plan::RefinementPlan,
-    scene::MAX_FREQUENCIES,
 };
 
 /// Most pilots, and most pilots while none has found light. Packets of samples of each pilot, and of the last one if none has
@@ -39,6 +41,18 @@ const LEAST_GAIN: f64 = 2.0;
 const MAX_PIXEL_SAMPLES: usize = 4;
 /// Least growth of an attempt for which a limit must leave room.
 const LEAST_GROWTH: f64 = 0.25;
+/// Least radiance that directions alone find, over that of both techniques. With less, they miss narrow light.
+const LEAST_FOUND: f64 = 0.985;
+/// Work of a ray to a VPL, over that of another ray: its candidates are weighed.
+const WORK_OF_VPL_RAY: f64 = 2.0;
+/// Most work of directions alone, over that of both techniques, for the same noise.
+const MAX_WORK_OF_DIRECTIONS: f64 = 0.9;
+/// Least samples of an image, over those of the trial of directions alone.
+const TRIAL_SHARE: f64 = 16.0;
+/// An attempt with directions alone that leaves more than this many times the expected error has missed something.
+const MAX_SURPRISE: f64 = 1.5;
+/// Light over that of VPLs without occlusion is smoothed if the error falls to this part.
+const LEAST_USE_OF_RATIO: f64 = 0.97;
 /// First aim, over the target error. If the target is missed, the samples taken so far still count.
 const FIRST_AIM: f64 = 1.3;
 
@@ -53,16 +67,32 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     };
     let start = Spent::so_far(refiner);
     let limits = Limits::new(plan);
+    let mut resources = refiner.resources(plan.coarsest_stride)?;
     let mut samples = vec![PixelSample::new(refiner, plan.error_norm, 0)?];
-    let mut pilot = pilot(refiner, &mut samples[0], FIRST_AIM * target)?;
+    let mut pilot = pilot(
+        refiner,
+        &resources.images,
+        &mut samples[0],
+        FIRST_AIM * target,
+    )?;
     if pilot.is_dark() {
         if is_exact {
             gather_every_pixel(refiner)?;
         }
         return Ok(ErrorEstimates::default());
     }
+    refiner.scale_errors(&mut resources, pilot.error_scales())?;
+    // The pilot of directions alone, while the image is gathered with them.
+    let mut alone = match is_exact {
+        true => None,
+        false => try_directions_alone(
+            refiner,
+            &resources.images,
+            &mut samples[0],
+            (FIRST_AIM * target, &pilot),
+        )?,
+    };
     let of_pilots = Spent::so_far(refiner).since(&start);
-    let mut resources = refiner.resources(plan.coarsest_stride, pilot.error_scales())?;
     let mut found = ErrorEstimates::default();
     let mut aim = if is_exact { target } else { FIRST_AIM * target };
     if limits.is_some() {
@@ -70,6 +100,8 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         aim = aim.max(SampleBudget::coarsest_aim(pilot.hardest()));
     }
     let mut attempt = 0;
+    // The last estimate, and how much of its error is to remain.
+    let mut last: Option<(ImageEstimate, f64)> = None;
     loop {
         let most = if is_exact {
             MAX_ATTEMPTS
@@ -78,13 +110,21 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         };
         let is_last = attempt + 1 == most && limits.is_none();
         refiner.progress.begin_attempt(attempt, is_last);
-        let budget = if is_exact {
-            SampleBudget::for_sums(aim, is_last)
-        } else {
-            SampleBudget::for_rays(aim, pilot.hardest())
+        let of_image = alone.as_ref().unwrap_or(&pilot);
+        let budget = match &last {
+            _ if is_exact => SampleBudget::for_sums(aim, is_last),
+            None => SampleBudget::for_rays(aim, of_image.hardest()),
+            Some((estimate, shrink)) => {
+                let estimate = of_image.hardest_of(estimate);
+                SampleBudget::for_more_rays((aim, *shrink), of_image.hardest(), estimate)
+            }
+        };
+        let of_estimate = match is_exact {
+            true => SampleAllocation::default(),
+            false => SampleBudget::of_estimate(aim.max(target), pilot.hardest()),
         };
         let spent_before = Spent::so_far(refiner);
-        let criteria = budget.criteria(pilot.light().radiance, plan.error_norm);
+        let criteria = budget.criteria(pilot.light().radiance, plan.error_norm, of_estimate);
         let took_all_samples = refiner.refine(
             &mut resources,
             Attempt {
@@ -95,8 +135,8 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
             },
         )?;
         let is_cut_short = !took_all_samples && attempt > 0;
-        let estimate = if is_cut_short {
-            judge_again(refiner, &samples)?
+        let mut estimate = if is_cut_short {
+            judge_again(refiner, &resources.images, &samples)?
         } else {
             judge(
                 refiner,
@@ -106,6 +146,17 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 (criteria, budget.samples()),
             )?
         };
+        if attempt == 0 && refiner.gathers_most_pixels() && refiner.fill_unoccluded(&resources)? {
+            refiner.smooths_ratio = true;
+            refiner.smooth_again(&resources, criteria)?;
+            let of_ratio = judge_again(refiner, &resources.images, &samples)?;
+            if of_ratio.relative_error() < LEAST_USE_OF_RATIO * estimate.relative_error() {
+                estimate = of_ratio;
+            } else {
+                refiner.smooths_ratio = false;
+                refiner.smooth_again(&resources, criteria)?;
+            }
+        }
         let (error, upper) = (estimate.relative_error(), estimate.upper_bound());
         if is_exact {
             if error <= target || is_last {
@@ -137,9 +188,18 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 found.stop = Some(StopReason::SamplesExhausted);
                 return Ok(found);
             }
-            // The error that was aimed at, corrected by the noise that was observed.
-            let aimed = aim * pilot.observe_noise(&estimate);
-            aim = next_aim(aimed, target, upper.min(4.0 * error), is_exact);
+            let noise = pilot.observed_noise(&estimate);
+            for pilot in [Some(&mut pilot), alone.as_mut()].into_iter().flatten() {
+                pilot.scale_noise(noise);
+            }
+            if let Some((before, shrink)) = &last
+                && error > MAX_SURPRISE * shrink * before.relative_error()
+            {
+                alone = None;
+                refiner.gatherer.send_to_vpls(true);
+            }
+            let next = next_aim(aim, target, upper.min(4.0 * error), is_exact);
+            let mut shrink = next / aim;
             if let Some(limits) = &limits {
                 let spent = Spent::so_far(refiner).since(&spent_before);
                 let room = limits.room(refiner, &start, &spent);
@@ -149,18 +209,28 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 }
                 // The samples taken so far still count.
                 let most_packets = budget.mean_packets * (1.0 + room);
-                aim = SampleBudget::aim_within(aim, most_packets, pilot.hardest());
+                let of_image = alone.as_ref().unwrap_or(&pilot);
+                let pilots = (of_image.hardest(), of_image.hardest_of(&estimate));
+                shrink = SampleBudget::shrink_within(shrink, most_packets, pilots);
             }
+            aim *= shrink;
+            last = Some((estimate, shrink));
         }
         attempt += 1;
     }
 }
 
 /// Gathers at the sample, and lets the gatherer learn from the result.
-fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<ImageEstimate> {
+fn pilot(
+    refiner: &mut Refiner,
+    images: &RefinementImages,
+    sample: &mut PixelSample,
+    aim: f64,
+) -> Result<ImageEstimate> {
     let results = 2 * sample.count;
+    let for_both = [GatheredFor::Image, GatheredFor::Estimate];
     if refiner.gatherer.is_exact() {
-        return sample.pilot(refiner, 0);
+        return sample.pilot(refiner, images, (0, for_both));
     }
     // One pilot finds a narrow feature; those that follow find its shape.
     let mut variances = [f64::INFINITY; 3];
@@ -181,7 +251,7 @@ fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<Im
         if packets == PILOT_PACKETS {
             refiner.gatherer.begin_pilot(results)?;
         }
-        let pilot = sample.pilot(refiner, packets)?;
+        let pilot = sample.pilot(refiner, images, (packets, for_both))?;
         let moved = refiner.gatherer.learn(results)?;
         variances = [
             pilot.light().relative_variance(),
@@ -198,6 +268,34 @@ fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<Im
             return Ok(pilot);
         }
     }
+}
+
+/// Gathers at the sample along directions alone. If they reach the same noise with less work, and miss no light, the image is gathered
+/// with them from now on, and this is their pilot. Estimates keep both techniques, so they see what directions miss.
+fn try_directions_alone(
+    refiner: &mut Refiner,
+    images: &RefinementImages,
+    sample: &mut PixelSample,
+    (aim, both): (f64, &ImageEstimate),
+) -> Result<Option<ImageEstimate>> {
+    let plan = refiner.context.plan;
+    let mean_packets =
+        |pilot: &ImageEstimate| SampleBudget::for_rays(aim, pilot.hardest()).mean_packets;
+    let pixels: u32 = plan.resolution_px.iter().product();
+    if mean_packets(both) * f64::from(pixels) < TRIAL_SHARE * f64::from(2 * sample.count) {
+        return Ok(None);
+    }
+    refiner.gatherer.send_to_vpls(false);
+    let for_image = (PILOT_PACKETS, [GatheredFor::Image; 2]);
+    let alone = sample.pilot(refiner, images, for_image)?;
+    let rays_along = f64::from(1 + u32::from(plan.is_specular)) * (1 + plan.lights.len()) as f64;
+    let work_of_both = mean_packets(both) * (rays_along + WORK_OF_VPL_RAY);
+    let finds_all = alone.light().radiance >= LEAST_FOUND * both.light().radiance;
+    let is_better = finds_all
+        && !alone.is_dark()
+        && mean_packets(&alone) * rays_along < MAX_WORK_OF_DIRECTIONS * work_of_both;
+    refiner.gatherer.send_to_vpls(!is_better);
+    Ok(is_better.then_some(alone))
 }
 
 /// Estimates the image's error. If only the upper bound is above the target, uses more pixels.
@@ -226,21 +324,25 @@ fn judge(
 }
 
 /// Estimates the image's error with the gathers of earlier estimates, without further rays.
-fn judge_again(refiner: &Refiner, samples: &[PixelSample]) -> Result<ImageEstimate> {
-    let mut estimate = samples[0].estimate_again(refiner)?;
+fn judge_again(
+    refiner: &Refiner,
+    images: &RefinementImages,
+    samples: &[PixelSample],
+) -> Result<ImageEstimate> {
+    let mut estimate = samples[0].estimate_again(refiner, images)?;
     for sample in &samples[1..] {
-        estimate.add(sample.estimate_again(refiner)?);
+        estimate.add(sample.estimate_again(refiner, images)?);
     }
     Ok(estimate)
 }
 
 fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
     refiner.progress.begin_attempt(0, true);
-    let mut resources = refiner.resources(1, [1.0; MAX_FREQUENCIES])?;
+    let mut resources = refiner.resources(1)?;
     let budget = SampleBudget::for_sums(1.0, true);
     let attempt = Attempt {
         samples: budget.samples(),
-        criteria: budget.criteria(1.0, Default::default()),
+        criteria: budget.criteria(1.0, Default::default(), Default::default()),
         number: 0,
         limits: None,
     };

@@ -29,6 +29,7 @@ pub(super) struct ErrorEstimate {
     variance: f64,
     /// For each pixel.
     scatter: Vec<Scatter>,
+    of_image: Vec<ImageSamples>,
     /// For gathered and for interpolated pixels.
     expected: [ExpectedError; 2],
     /// Root mean square of the radiance, W/sr/m², for any norm. For Z, which is one value instead of three bands, 1/√3 of its
@@ -36,6 +37,73 @@ pub(super) struct ErrorEstimate {
     pub radiance: f64,
     /// Packets of a gather; only of pilots.
     packets: u32,
+}
+
+/// The image's samples of a pixel.
+#[derive(Debug, Clone, Copy)]
+struct ImageSamples {
+    /// The square that errors are relative to, times the pixel's weight.
+    share: f64,
+    /// Variance of a sample over that square.
+    variance: f64,
+    /// 0: the pixel is interpolated.
+    packets: f64,
+    model: Option<Model>,
+}
+
+/// The pixel's neighbours as its model.
+#[derive(Debug, Clone, Copy)]
+struct Model {
+    /// Squared error, less that of the model's noise, over the square that errors are relative to.
+    error: f64,
+    /// Variance of the model's value over that of a pixel's.
+    leverage: f64,
+}
+
+/// How samples are distributed to the pixels of an image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Distribution {
+    /// As in [`SampleAllocation`](crate::passes::refinement::SampleAllocation).
+    pub packets_scale: f64,
+    pub variance_rate: f64,
+    pub packet_variance: f64,
+    pub max_packets: u32,
+}
+
+impl ImageSamples {
+    /// Squared error after smoothing with this many packets, over that of a packet with variance 1.
+    fn error_with(&self, packets: f64, with: Distribution) -> f64 {
+        let own = self.variance * packets.powf(-with.variance_rate);
+        self.model.map_or(own, |Model { error, leverage }| {
+            let of_model = error / with.packet_variance + leverage * own;
+            own * of_model / (own + of_model).max(f64::MIN_POSITIVE)
+        })
+    }
+
+    /// The packets that the pixel takes, as in `shaders/sample_counts.wgsl`. It keeps those that it has.
+    fn packets_with(&self, with: Distribution) -> f64 {
+        let Distribution {
+            packets_scale,
+            variance_rate,
+            max_packets,
+            ..
+        } = with;
+        if self.model.is_none() {
+            let power = 1.0 / (1.0 + variance_rate);
+            return packets(self.variance, packets_scale, power, max_packets).max(self.packets);
+        }
+        let price = variance_rate * packets_scale.powf(-1.0 - variance_rate);
+        let (mut best, mut least) = (1.0, f64::INFINITY);
+        let mut packets = 1;
+        while packets <= max_packets {
+            let total = self.error_with(packets.into(), with) + price * f64::from(packets);
+            if total < least {
+                (best, least) = (packets.into(), total);
+            }
+            packets += 1 + packets / 4;
+        }
+        self.packets.max(best)
+    }
 }
 
 /// How the samples of a pixel scatter.
@@ -139,16 +207,25 @@ impl ErrorEstimate {
         random + (even - random) * (2.0 * (1.0 - self.evenness())).clamp(0.0, 1.0)
     }
 
-    /// For a pilot: from now on, expects the noise that gathers with more packets had. Returns that noise over the expected noise.
-    pub fn observe_noise(&mut self, gathers: &ErrorEstimate) -> f64 {
+    /// For a pilot: the noise that gathers with more packets had, over what it expects.
+    pub fn observed_noise(&self, gathers: &ErrorEstimate) -> f64 {
         let rate = self.variance_rate();
         let of_pixel = |pixel: &Scatter| pixel.variance * pixel.packets.powf(-rate);
         let sum: f64 = gathers.scatter.iter().map(of_pixel).sum();
-        let expected = sum * self.evenness() / f64::from(PACKET_SAMPLES);
+        let expected = sum * self.packet_variance();
         // Few pixels may show no noise by chance.
-        let ratio = (gathers.noise / expected.max(f64::MIN_POSITIVE)).clamp(0.25, 4.0);
-        self.noise *= ratio;
-        ratio.sqrt()
+        let ratio = gathers.noise / expected.max(f64::MIN_POSITIVE);
+        ratio.clamp(0.25, 4.0).sqrt()
+    }
+
+    /// For a pilot: from now on, expects this many times the noise.
+    pub fn scale_noise(&mut self, factor: f64) {
+        self.noise *= factor * factor;
+    }
+
+    /// Variance of one packet of samples over that of a sample.
+    pub fn packet_variance(&self) -> f64 {
+        self.evenness() / f64::from(PACKET_SAMPLES)
     }
 
     /// The noise is least if the samples of pixels are proportional to this power of their variances.
@@ -164,7 +241,28 @@ impl ErrorEstimate {
             pixel.variance * packets.powf(-rate)
         };
         let sum: f64 = self.scatter.iter().map(variance_of_mean).sum();
-        (sum / self.signal * self.evenness() / f64::from(PACKET_SAMPLES)).sqrt()
+        (sum / self.signal * self.packet_variance()).sqrt()
+    }
+
+    /// Squared error that smoothing leaves in the gathered pixels, in units of a packet's variance. `None`: with the samples that they have.
+    pub fn smoothed_error(&self, distribution: Option<Distribution>, with: Distribution) -> f64 {
+        let error = |pixel: &ImageSamples| {
+            let packets = distribution.map_or(pixel.packets, |to| pixel.packets_with(to));
+            pixel.share * pixel.error_with(packets, with)
+        };
+        self.gathered_in_image().map(error).sum()
+    }
+
+    /// Mean packets of the gathered pixels. `None`: those that they have.
+    pub fn mean_smoothed_packets(&self, distribution: Option<Distribution>) -> f64 {
+        let packets =
+            |pixel: &ImageSamples| distribution.map_or(pixel.packets, |to| pixel.packets_with(to));
+        let sum: f64 = self.gathered_in_image().map(packets).sum();
+        sum / self.gathered_in_image().count().max(1) as f64
+    }
+
+    fn gathered_in_image(&self) -> impl Iterator<Item = &ImageSamples> {
+        self.of_image.iter().filter(|pixel| pixel.packets > 0.0)
     }
 
     /// Mean packets of a pixel, with the parameters of `noise_with`.
@@ -216,6 +314,7 @@ impl ErrorEstimate {
         self.noise += other.noise;
         self.variance += other.variance;
         self.scatter.extend(other.scatter);
+        self.of_image.extend(other.of_image);
         self.squares += other.squares;
         self.cubes += other.cubes;
         for (own, other) in self.expected.iter_mut().zip(other.expected) {
@@ -223,20 +322,20 @@ impl ErrorEstimate {
         }
     }
 
-    /// Estimates from the [error, signal, noise, variance of a sample] of pixels of an image, and their [column, row, expected error,
-    /// packets]. `tile_px` is the edge of the tiles that errors are relative to; `None`: they are relative to the whole image.
+    /// Estimates from the [error, signal, noise, variance of a sample] of pixels of an image, their [column, row, expected error,
+    /// packets], and their [variance of a sample of the image, packets, squared error of the model, leverage]. `tile_px` is the edge of the tiles that errors are relative to; `None`: they are relative to the whole image.
     pub fn new(
-        pixels: &[[[f32; 4]; 2]],
+        pixels: &[[[f32; 4]; 3]],
         packets: u32,
         group_count: u32,
         tile_px: Option<u32>,
     ) -> ErrorEstimate {
         let square_sum: f64 = pixels
             .iter()
-            .map(|[[_, signal, ..], _]| f64::from(*signal))
+            .map(|[[_, signal, ..], ..]| f64::from(*signal))
             .sum();
         let mean_square = square_sum / pixels.len().max(1) as f64;
-        let tile = |&[_, [column, row, ..]]: &[[f32; 4]; 2]| {
+        let tile = |&[_, [column, row, ..], _]: &[[f32; 4]; 3]| {
             tile_px.map(|tile_px| [column, row].map(|at| at as u32 / tile_px))
         };
         let mut tiles: BTreeMap<_, (f64, f64)> = BTreeMap::new();
@@ -252,14 +351,14 @@ impl ErrorEstimate {
             ..ErrorEstimate::default()
         };
         // The square that errors are relative to, and the number of pixels that it is for.
-        let counted = |pixel: &[[f32; 4]; 2]| match (tile_px, tiles.get(&tile(pixel))) {
+        let counted = |pixel: &[[f32; 4]; 3]| match (tile_px, tiles.get(&tile(pixel))) {
             (Some(_), Some((signal, count))) => {
                 let floor = metrics::LOCAL_FLOOR.powi(2) * mean_square;
                 ((signal / count).max(floor), *count)
             }
             _ => (mean_square, pixels.len() as f64),
         };
-        let weight = |pixel: &[[f32; 4]; 2]| {
+        let weight = |pixel: &[[f32; 4]; 3]| {
             let (square, count) = counted(pixel);
             1.0 / (square * count).max(f64::MIN_POSITIVE)
         };
@@ -279,6 +378,17 @@ impl ErrorEstimate {
                 variance,
                 relative,
                 packets: f64::from(pixel[1][3]),
+            });
+            let [variance, packets, error, leverage] = pixel[2].map(f64::from);
+            let square = square.max(f64::MIN_POSITIVE);
+            sum.of_image.push(ImageSamples {
+                share: square * weight,
+                variance: variance / square,
+                packets,
+                model: (leverage >= 0.0).then_some(Model {
+                    error: error / square,
+                    leverage,
+                }),
             });
             let expected = f64::from(pixel[1][2]);
             if expected != 0.0 {
@@ -357,11 +467,51 @@ mod tests {
         let expected = pilot.noise_with(0.0, 1);
         let mut gathers = ErrorEstimate::of_pilot(&[0.01, 1.0]);
         gathers.noise *= 2.0;
-        assert!((pilot.observe_noise(&gathers) - 2f64.sqrt()).abs() < 1e-12);
+        let observed = pilot.observed_noise(&gathers);
+        assert!((observed - 2f64.sqrt()).abs() < 1e-12);
+        pilot.scale_noise(observed);
         assert!((pilot.noise_with(0.0, 1) / expected - 2f64.sqrt()).abs() < 1e-12);
-        assert!((pilot.observe_noise(&gathers) - 1.0).abs() < 1e-12);
+        assert!((pilot.observed_noise(&gathers) - 1.0).abs() < 1e-12);
         gathers.noise = 0.0;
-        assert!(pilot.observe_noise(&gathers) > 0.0);
+        assert!(pilot.observed_noise(&gathers) > 0.0);
+    }
+
+    #[test]
+    fn pixels_that_neighbours_predict_take_few_samples() {
+        let pixel = |error: f64| ImageSamples {
+            share: 1.0,
+            variance: 1.0,
+            packets: 1.0,
+            model: Some(Model {
+                error,
+                leverage: 0.2,
+            }),
+        };
+        let with = Distribution {
+            packets_scale: 20.0,
+            variance_rate: 1.4,
+            packet_variance: 0.005,
+            max_packets: 1024,
+        };
+        let packets = [0.0, 1e-4, 1.0].map(|error| pixel(error).packets_with(with));
+        assert!(
+            packets.is_sorted() && 1.5 * packets[0] < packets[2],
+            "{packets:?}"
+        );
+        // A model that says nothing changes nothing.
+        let alone = ImageSamples {
+            model: None,
+            ..pixel(0.0)
+        };
+        let ratio = packets[2] / alone.packets_with(with);
+        assert!((0.8..=1.25).contains(&ratio), "{ratio}");
+        let estimate = ErrorEstimate {
+            of_image: vec![pixel(1e-4); 4],
+            ..ErrorEstimate::default()
+        };
+        let [now, then] = [None, Some(with)].map(|to| estimate.smoothed_error(to, with));
+        assert!(then < now);
+        assert_eq!(estimate.mean_smoothed_packets(Some(with)), packets[1]);
     }
 
     #[test]
@@ -371,9 +521,17 @@ mod tests {
             let column = index as f32;
             let noise = 1.0 + 0.1 * (index % 3) as f32;
             if index < 16 {
-                [[0.01 * noise, 100.0, 0.0, 0.0], [column, 0.0, 0.0, 0.0]]
+                [
+                    [0.01 * noise, 100.0, 0.0, 0.0],
+                    [column, 0.0, 0.0, 0.0],
+                    [0.0; 4],
+                ]
             } else {
-                [[0.0025 * noise, 0.01, 0.0, 0.0], [column, 0.0, 0.0, 0.0]]
+                [
+                    [0.0025 * noise, 0.01, 0.0, 0.0],
+                    [column, 0.0, 0.0, 0.0],
+                    [0.0; 4],
+                ]
             }
         };
         let pixels: Vec<_> = (0..32).map(pixel).collect();

@@ -20,10 +20,10 @@ pub(super) struct ImageEstimate {
 /// Shifts the signals of pixels, [error, signal, noise, variance] each, so that their mean is the square that errors of Z are
 /// relative to. That is the mean minus its uncertainty, but at least a share of `seen`, the root mean square of the light that the
 /// camera sees. If Z is mostly noise, its square may come out many times too large.
-pub(super) fn settle_signals(phasors: &mut [[[f32; 4]; 2]], seen: f64) {
+pub(super) fn settle_signals(phasors: &mut [[[f32; 4]; 3]], seen: f64) {
     let least = (LEAST_PHASOR * seen).powi(2);
     let (mut sum, mut variance) = (0.0, 0.0);
-    for [[_, signal, noise, _], _] in phasors.iter() {
+    for [[_, signal, noise, _], ..] in phasors.iter() {
         let [signal, noise] = [*signal, *noise].map(f64::from);
         sum += signal;
         // Variance of t₁·t₂ around |Z|², where |t₁ − t₂|² is 2σ² on average and its square 8σ⁴: σ⁴/2 + |Z|²·σ².
@@ -97,9 +97,19 @@ impl ImageEstimate {
         samples.max().unwrap_or_default()
     }
 
-    /// As [`ErrorEstimate::observe_noise`].
-    pub fn observe_noise(&mut self, gathers: &ImageEstimate) -> f64 {
-        self.quantities[self.hardest].observe_noise(&gathers.quantities[self.hardest])
+    /// As [`ErrorEstimate::observed_noise`].
+    pub fn observed_noise(&self, gathers: &ImageEstimate) -> f64 {
+        self.hardest().observed_noise(self.hardest_of(gathers))
+    }
+
+    /// As [`ErrorEstimate::scale_noise`].
+    pub fn scale_noise(&mut self, factor: f64) {
+        self.quantities[self.hardest].scale_noise(factor);
+    }
+
+    /// The quantity that samples are distributed for, in another estimate.
+    pub fn hardest_of<'e>(&self, other: &'e ImageEstimate) -> &'e ErrorEstimate {
+        &other.quantities[self.hardest]
     }
 
     /// Adds the estimate of other pixels.
@@ -124,7 +134,7 @@ impl ImageEstimate {
 mod tests {
     use super::*;
 
-    fn estimate(pixels: &[[[f32; 4]; 2]]) -> ErrorEstimate {
+    fn estimate(pixels: &[[[f32; 4]; 3]]) -> ErrorEstimate {
         ErrorEstimate::new(pixels, 1, 4, None)
     }
 
@@ -132,10 +142,10 @@ mod tests {
     fn paths_that_cancel_do_not_make_an_infinite_error() {
         // Signals that noise has made negative, no signal, and a tiny one.
         for signal in [-1e-6, 0.0, 1e-7] {
-            let mut phasors = [[[1e-6, signal, 2e-6, 1e-4], [0.0; 4]]; 16];
+            let mut phasors = [[[1e-6, signal, 2e-6, 1e-4], [0.0; 4], [0.0; 4]]; 16];
             settle_signals(&mut phasors, 1.0);
             let image = ImageEstimate::new(
-                estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4]]; 16]),
+                estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4], [0.0; 4]]; 16]),
                 vec![estimate(&phasors)],
             );
             // 1e-6 over 0.01².
@@ -153,12 +163,12 @@ mod tests {
     #[test]
     fn noise_is_no_signal() {
         let noise = 2.0_f32;
-        let mut phasors = [[[1.0, noise / 16.0, noise, 1.0], [0.0; 4]]; 16];
+        let mut phasors = [[[1.0, noise / 16.0, noise, 1.0], [0.0; 4], [0.0; 4]]; 16];
         settle_signals(&mut phasors, 1.0);
         let mean = estimate(&phasors).radiance.powi(2) * 3.0;
         assert!((mean - 1e-4).abs() < 1e-7, "{mean}");
         // A signal that stands out is kept, minus twice its standard deviation, √(1/4 + 100)/4.
-        let mut phasors = [[[1.0, 100.0, noise, 1.0], [0.0; 4]]; 16];
+        let mut phasors = [[[1.0, 100.0, noise, 1.0], [0.0; 4], [0.0; 4]]; 16];
         settle_signals(&mut phasors, 1.0);
         let mean = estimate(&phasors).radiance.powi(2) * 3.0;
         assert!(
@@ -169,8 +179,8 @@ mod tests {
 
     #[test]
     fn what_is_not_there_counts_for_nothing() {
-        let light = || estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4]]; 16]);
-        let mut nothing = [[[0.0; 4], [0.0; 4]]; 16];
+        let light = || estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4], [0.0; 4]]; 16]);
+        let mut nothing = [[[0.0; 4], [0.0; 4], [0.0; 4]]; 16];
         settle_signals(&mut nothing, 1.0);
         let image = ImageEstimate::new(light(), vec![estimate(&nothing)]);
         assert_eq!(image.relative_error(), light().relative_error());

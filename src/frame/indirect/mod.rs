@@ -67,6 +67,8 @@ pub(super) fn gather(
             indirect_stderr: images.indirect_stderr.as_ref(),
             gathered,
             samples_of_pixel: None,
+            gathered_pixels: 0,
+            smooths_ratio: false,
             gatherer,
             progress,
         };

@@ -85,7 +85,12 @@ impl PixelSample {
     }
 
     /// Estimates the light from two gathers with this many packets of samples, or from one exact gather.
-    pub fn pilot(&mut self, refiner: &mut Refiner, packets: u32) -> Result<ImageEstimate> {
+    pub fn pilot(
+        &mut self,
+        refiner: &mut Refiner,
+        images: &RefinementImages,
+        (packets, gathered_for): (u32, [GatheredFor; 2]),
+    ) -> Result<ImageEstimate> {
         if refiner.gatherer.is_exact() {
             self.gather(refiner, None, 0.0)?;
         } else {
@@ -94,14 +99,14 @@ impl PixelSample {
                 counts: &counts,
                 seed: FIRST_SEED + 2 * self.gathers,
                 samples: PACKET_SAMPLES * packets,
-                gathered_for: [GatheredFor::Image, GatheredFor::Estimate],
+                gathered_for,
                 set_count: 1,
                 adds: false,
             };
             self.gather(refiner, Some(samples), 0.0)?;
-            return self.compare(refiner, Some(&counts), packets);
+            return self.compare(refiner, images, Some(&counts), packets);
         }
-        self.compare(refiner, None, 0)
+        self.compare(refiner, images, None, 0)
     }
 
     /// Compares the image with two gathers, or with one exact gather. The two have samples of their own, and continue from estimate to
@@ -118,7 +123,7 @@ impl PixelSample {
             if self.gathers == 0 {
                 self.gather(refiner, None, 1.0)?;
             }
-            return self.compare(refiner, None, 0);
+            return self.compare(refiner, images, None, 0);
         }
         let adds = self.counts.is_some();
         let counts = match self.counts.take() {
@@ -146,14 +151,18 @@ impl PixelSample {
             adds,
         };
         self.gather(refiner, Some(samples), 1.0)?;
-        let estimate = self.compare(refiner, Some(&counts), 0);
+        let estimate = self.compare(refiner, images, Some(&counts), 0);
         self.counts = Some(counts);
         estimate
     }
 
     /// Compares the image with the gathers of the last estimate.
-    pub fn estimate_again(&self, refiner: &Refiner) -> Result<ImageEstimate> {
-        self.compare(refiner, self.counts.as_ref(), 0)
+    pub fn estimate_again(
+        &self,
+        refiner: &Refiner,
+        images: &RefinementImages,
+    ) -> Result<ImageEstimate> {
+        self.compare(refiner, images, self.counts.as_ref(), 0)
     }
 
     /// Gathers twice with independent samples, or once exactly. Reports meanwhile that `fraction` of the attempt is done.
@@ -208,6 +217,7 @@ impl PixelSample {
     fn compare(
         &self,
         refiner: &Refiner,
+        images: &RefinementImages,
         counts: Option<&SampleCounts>,
         packets: u32,
     ) -> Result<ImageEstimate> {
@@ -235,7 +245,7 @@ impl PixelSample {
                 context,
                 refiner.gbuffer,
                 (refiner.indirect_radiance, refiner.indirect_phasors),
-                (&self.receivers, counts),
+                (images, &self.receivers, counts),
                 (&self.results, second_result),
                 (&estimates, count),
             )
@@ -243,7 +253,7 @@ impl PixelSample {
         let estimates = estimates.mapped::<[f32; 4]>(total)?;
         let estimate = |pixels: &[_]| ErrorEstimate::new(pixels, packets, GROUPS, self.tile_px);
         let pixels = || estimates.chunks_exact(vectors);
-        let of_light = pixels().map(|pixel| [pixel[0], pixel[1]]);
+        let of_light = pixels().map(|pixel| [pixel[0], pixel[1], pixel[2]]);
         let light = estimate(&of_light.collect::<Vec<_>>());
         // Light of all bands is weighted as if they were equally bright.
         let tof = context.scene.tof.as_ref();
@@ -255,6 +265,7 @@ impl PixelSample {
                 [
                     pixel[ESTIMATE_VECTORS + frequency],
                     [column, row, 0.0, packets],
+                    pixel[2],
                 ]
             });
             let mut of_frequency: Vec<_> = of_frequency.collect();

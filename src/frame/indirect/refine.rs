@@ -40,6 +40,10 @@ pub(super) struct Refiner<'a, 'p> {
     pub gathered: Option<&'a Image>,
     /// Approximate number of samples of a gather in that attempt; `None` if there was none.
     pub samples_of_pixel: Option<u32>,
+    /// Pixels that the last attempt gathered.
+    pub gathered_pixels: u32,
+    /// Whether the light over that of VPLs without occlusion is smoothed.
+    pub smooths_ratio: bool,
     pub gatherer: &'a mut dyn Gatherer,
     pub progress: &'a mut ProgressReport<'p>,
 }
@@ -104,23 +108,33 @@ impl Refiner<'_, '_> {
         context.record(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
     }
 
-    /// Allocates the resources. `error_scales` has one value per frequency of time of flight.
-    pub fn resources(
+    /// Allocates the resources. No pixel has samples.
+    pub fn resources(&self, coarsest_stride: u32) -> Result<RefinementResources> {
+        let Context { device, plan, .. } = *self.context;
+        let is_exact = self.gatherer.is_exact();
+        let mut resources = RefinementResources::new(device, plan, coarsest_stride, is_exact)?;
+        self.scale_errors(&mut resources, [1.0; MAX_FREQUENCIES])?;
+        self.context.record(|recorder| {
+            resources.images.clear_samples(recorder);
+            Ok(())
+        })?;
+        Ok(resources)
+    }
+
+    /// Scales errors of Z to errors of light: one factor per frequency of time of flight.
+    pub fn scale_errors(
         &self,
-        coarsest_stride: u32,
-        error_scales: [f32; MAX_FREQUENCIES],
-    ) -> Result<RefinementResources> {
+        resources: &mut RefinementResources,
+        factors: [f32; MAX_FREQUENCIES],
+    ) -> Result<()> {
         let Context {
             device,
-            plan,
             scene,
             space,
             ..
         } = *self.context;
-        let is_exact = self.gatherer.is_exact();
-        let mut resources = RefinementResources::new(device, plan, coarsest_stride, is_exact)?;
-        resources.images.modulation = modulation::upload(device, scene, space, error_scales)?;
-        Ok(resources)
+        resources.images.modulation = modulation::upload(device, scene, space, factors)?;
+        Ok(())
     }
 
     /// Gathers and interpolates all pixels. Samples of earlier attempts still count; exact gathers are kept.
@@ -133,21 +147,19 @@ impl Refiner<'_, '_> {
         attempt: Attempt,
     ) -> Result<bool> {
         let criteria = attempt.criteria;
-        let (context, gbuffer) = (self.context, self.gbuffer);
+        let context = self.context;
         let is_first = attempt.number == 0;
         let starts_anew = is_first || !self.gatherer.is_exact();
         if starts_anew {
             context.record(|recorder| {
                 resources.images.clear(recorder);
-                if is_first {
-                    resources.images.clear_samples(recorder);
-                }
                 Ok(())
             })?;
         }
         // Every pixel of these steps is gathered.
         let grid_steps = resources.steps.len().min(GRID_STEPS);
         let mut is_spent = false;
+        self.gathered_pixels = 0;
         for index in usize::from(!starts_anew)..resources.steps.len() {
             is_spent = is_spent
                 || attempt
@@ -168,23 +180,51 @@ impl Refiner<'_, '_> {
                 self.smooth(resources, index, criteria)?;
             }
         }
-        let (images, radiance) = (&resources.images, self.indirect_radiance);
+        self.resolve(resources, attempt.criteria)?;
+        self.samples_of_pixel = Some(attempt.samples);
+        Ok(!is_spent)
+    }
+
+    fn resolve(&self, resources: &RefinementResources, criteria: RefinementCriteria) -> Result<()> {
+        let (context, images) = (self.context, &resources.images);
         context.record(|recorder| {
             resolve::resolve(
                 recorder,
                 context,
-                gbuffer,
+                self.gbuffer,
                 images,
-                (radiance, self.indirect_phasors),
-                attempt.criteria,
+                (self.indirect_radiance, self.indirect_phasors),
+                criteria,
             )?;
             if let Some(kept) = self.gathered {
                 images.copy_gathered(recorder, kept);
             }
             Ok(())
-        })?;
-        self.samples_of_pixel = Some(attempt.samples);
-        Ok(!is_spent)
+        })
+    }
+
+    /// Whether the last attempt gathered most pixels, as on meshes of facets as small as pixels.
+    pub fn gathers_most_pixels(&self) -> bool {
+        let pixels: u32 = self.context.plan.resolution_px.iter().product();
+        2 * self.gathered_pixels >= pixels
+    }
+
+    /// Computes the light of VPLs without occlusion. Returns whether there are any.
+    pub fn fill_unoccluded(&mut self, resources: &RefinementResources) -> Result<bool> {
+        let progress = &mut *self.progress;
+        let mut proceed = || progress.report_attempt("unoccluded", 1.0);
+        self.gatherer
+            .fill_unoccluded(self.gbuffer, &resources.images, &mut proceed)
+    }
+
+    /// Smooths the image of the last attempt anew.
+    pub fn smooth_again(
+        &self,
+        resources: &RefinementResources,
+        criteria: RefinementCriteria,
+    ) -> Result<()> {
+        self.smooth(resources, resources.steps.len() - 1, criteria)?;
+        self.resolve(resources, criteria)
     }
 
     /// Lowers the noise on the grid that a step completes. Does nothing if gathers are exact.
@@ -200,7 +240,8 @@ impl Refiner<'_, '_> {
         };
         let (context, gbuffer, images) = (self.context, self.gbuffer, &resources.images);
         context.record(|recorder| {
-            smooth::smooth(recorder, context, gbuffer, images, stride_px, criteria)
+            let how = (stride_px, self.smooths_ratio);
+            smooth::smooth(recorder, context, gbuffer, images, how, criteria)
         })
     }
 
@@ -249,6 +290,7 @@ impl Refiner<'_, '_> {
         } = resources;
         let ranges = receivers.ranges()?;
         let total: u32 = ranges.iter().map(|range| range.count).sum();
+        self.gathered_pixels += total;
         let pass = self.gatherer.pass();
         let most = match counts {
             Some(_) => LightRaySets::max_receivers(samples_each).min(resources.max_results),

@@ -1,6 +1,6 @@
 //! Derives the samples of each pixel and the tolerance of interpolation from the error that is aimed at.
 
-use super::error_estimate::ErrorEstimate;
+use super::error_estimate::{Distribution, ErrorEstimate};
 use crate::{
     passes::{
         final_gather::MAX_SAMPLES,
@@ -16,13 +16,17 @@ pub(super) const MAX_ATTEMPTS: u32 = 4;
 pub(super) const MAX_ATTEMPTS_OF_RAYS: u32 = 8;
 /// Most packets of a pixel.
 const MAX_PACKETS: u32 = MAX_SAMPLES / PACKET_SAMPLES;
-/// Noise of a gathered pixel over the error of the image. Smoothing and interpolation remove some of it (measured: 1 to 2.6).
-const NOISE_OVER_TARGET: f64 = 1.25;
+/// Noise of a gathered pixel in the first attempt, over the error aimed at. Smoothing removes some of it (measured: 1 to 2.6 times).
+const FIRST_NOISE_OVER_AIM: f64 = 1.25;
+/// Noise of the gathers that an image is compared with, over the target error.
+const ESTIMATE_NOISE_OVER_TARGET: f64 = 1.0;
+/// Largest growth of the packets of a pixel from one attempt to the next, on average. An error of a quarter takes 7 times the packets.
+const MAX_GROWTH: f64 = 8.0;
 /// Least noise of a pixel, over that of an equally bright pixel: its samples may have missed light.
 const LEAST_NOISE: f64 = 0.1;
 /// Largest error of an interpolated pixel over the error aimed at (measured for sums: the image's error is then 0.2 to 0.7 of the
 /// error aimed at; half of this takes a tenth more pixels).
-const TOLERANCE_OVER_AIM: f64 = 4.0;
+const TOLERANCE_OVER_AIM: f64 = 1.6;
 /// Upper limit of the error of an interpolated pixel.
 const MAX_TOLERANCE: f64 = 0.2;
 
@@ -36,22 +40,37 @@ pub(super) struct SampleBudget {
 }
 
 impl SampleBudget {
-    /// The budget for rays, whose noise the pilot measured.
+    /// The budget for rays of the first attempt, whose noise the pilot measured.
     pub fn for_rays(aim: f64, pilot: &ErrorEstimate) -> SampleBudget {
-        let wanted = NOISE_OVER_TARGET * aim;
-        // Bisection: the scale covers the range from one packet to all of them.
-        let (mut low, mut high) = (-60.0_f64, 60.0_f64);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if pilot.noise_with(middle.exp2(), MAX_PACKETS) > wanted {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        let packets_scale = high.exp2();
+        let noise = |scale| pilot.noise_with(scale, MAX_PACKETS);
+        let scale = scale_for(|scale| noise(scale) <= FIRST_NOISE_OVER_AIM * aim);
         SampleBudget {
-            mean_packets: pilot.mean_packets(packets_scale, MAX_PACKETS),
+            mean_packets: pilot.mean_packets(scale, MAX_PACKETS),
+            ..SampleBudget::with_scale(scale, aim, pilot)
+        }
+    }
+
+    /// The budget for an image whose error is `shrink` times that of the last one.
+    pub fn for_more_rays(
+        (aim, shrink): (f64, f64),
+        pilot: &ErrorEstimate,
+        last: &ErrorEstimate,
+    ) -> SampleBudget {
+        let with = |scale| SampleBudget::with_scale(scale, aim, pilot).distribution();
+        let wanted = shrink * shrink * last.smoothed_error(None, with(1.0));
+        let error = |scale| last.smoothed_error(Some(with(scale)), with(1.0));
+        let mean_packets = |scale| last.mean_smoothed_packets(Some(with(scale)));
+        let most = MAX_GROWTH * last.mean_smoothed_packets(None);
+        let scale = scale_for(|scale| error(scale) <= wanted || mean_packets(scale) > most);
+        SampleBudget {
+            mean_packets: mean_packets(scale),
+            ..SampleBudget::with_scale(scale, aim, pilot)
+        }
+    }
+
+    fn with_scale(packets_scale: f64, aim: f64, pilot: &ErrorEstimate) -> SampleBudget {
+        SampleBudget {
+            mean_packets: 1.0,
             noise: GatherNoise {
                 evenness: pilot.evenness(),
                 rate: pilot.variance_rate(),
@@ -59,7 +78,8 @@ impl SampleBudget {
             },
             allocation: SampleAllocation {
                 packets_scale,
-                variance_power: pilot.variance_power(),
+                variance_rate: pilot.variance_rate(),
+                packet_variance: pilot.packet_variance(),
                 max_packets: MAX_PACKETS,
                 mean_variance: pilot.mean_variance(),
                 least_variance: LEAST_NOISE * LEAST_NOISE * pilot.relative_variance(),
@@ -68,21 +88,52 @@ impl SampleBudget {
         }
     }
 
+    fn distribution(&self) -> Distribution {
+        let SampleAllocation {
+            packets_scale,
+            variance_rate,
+            packet_variance,
+            max_packets,
+            ..
+        } = self.allocation;
+        Distribution {
+            packets_scale,
+            variance_rate,
+            packet_variance,
+            max_packets,
+        }
+    }
+
+    /// How gathers are sampled that images are compared with. Their noise is about the error that is aimed at: with less, they would take
+    /// more rays than they save pixels.
+    pub fn of_estimate(target: f64, pilot: &ErrorEstimate) -> SampleAllocation {
+        let noise = |scale| pilot.noise_with(scale, MAX_PACKETS);
+        let scale = scale_for(|scale| noise(scale) <= ESTIMATE_NOISE_OVER_TARGET * target);
+        SampleBudget::with_scale(scale, target, pilot).allocation
+    }
+
     /// The error that an attempt with the fewest samples aims at.
     pub fn coarsest_aim(pilot: &ErrorEstimate) -> f64 {
-        let one_packet = pilot.noise_with(0.0, MAX_PACKETS) / NOISE_OVER_TARGET;
+        let one_packet = pilot.noise_with(0.0, MAX_PACKETS) / FIRST_NOISE_OVER_AIM;
         one_packet.max(MAX_TOLERANCE / TOLERANCE_OVER_AIM)
     }
 
-    /// The least error to aim at, from `aim` on, that takes at most that many packets of a pixel.
-    pub fn aim_within(aim: f64, most_packets: f64, pilot: &ErrorEstimate) -> f64 {
-        let fits = |aim| SampleBudget::for_rays(aim, pilot).mean_packets <= most_packets;
-        let (mut low, mut high) = (aim, aim.max(SampleBudget::coarsest_aim(pilot)));
-        if fits(low) {
-            return low;
+    /// The least part of the last error to keep, from `shrink` on, that takes at most that many packets of a pixel.
+    pub fn shrink_within(
+        shrink: f64,
+        most_packets: f64,
+        (pilot, last): (&ErrorEstimate, &ErrorEstimate),
+    ) -> f64 {
+        let fits = |shrink| {
+            let budget = SampleBudget::for_more_rays((1.0, shrink), pilot, last);
+            budget.mean_packets <= most_packets
+        };
+        let (mut low, mut high) = (shrink, 1.0);
+        if shrink >= 1.0 || fits(low) {
+            return shrink;
         }
         for _ in 0..20 {
-            let middle = (low * high).sqrt();
+            let middle = 0.5 * (low + high);
             if fits(middle) {
                 high = middle;
             } else {
@@ -113,15 +164,35 @@ impl SampleBudget {
     }
 
     /// The criteria for an image of this radiance, W/sr/m².
-    pub fn criteria(&self, radiance: f64, norm: ErrorNorm) -> RefinementCriteria {
+    pub fn criteria(
+        &self,
+        radiance: f64,
+        norm: ErrorNorm,
+        allocation_of_estimate: SampleAllocation,
+    ) -> RefinementCriteria {
         RefinementCriteria {
             radiance,
             is_local: norm == ErrorNorm::Local,
             tolerance: self.tolerance,
             noise: self.noise,
             allocation: self.allocation,
+            allocation_of_estimate,
         }
     }
+}
+
+/// The least scale of packets with which that is so. The range covers one packet to all of them.
+fn scale_for(is_enough: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (-60.0_f64, 60.0_f64);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if is_enough(middle.exp2()) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high.exp2()
 }
 
 /// The error to aim at after an attempt with the error `error`.
@@ -145,7 +216,7 @@ mod tests {
         let pilot = ErrorEstimate::of_pilot(&[0.01, 1.0]);
         for aim in [1e-1, 1e-2] {
             let budget = SampleBudget::for_rays(aim, &pilot);
-            let noise = budget.noise.relative / (NOISE_OVER_TARGET * aim);
+            let noise = budget.noise.relative / (FIRST_NOISE_OVER_AIM * aim);
             assert!((0.7..=1.0).contains(&noise), "{noise}");
         }
         let one_packet = SampleBudget::for_rays(10.0, &pilot);
