@@ -22,6 +22,7 @@ MOST_SAMPLES_DENOISED = 32
 # The error falls with the square root of the samples, so the curve beyond this is a straight line.
 MOST_SAMPLES_OF_PATH = 256
 REFERENCE_SAMPLES = 16384
+FIRST_SAMPLES = 64
 RUNS = 3
 LONG_RUN_SECONDS = 10.0
 
@@ -81,9 +82,10 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument(
         "--reference", type=Path, metavar="IMAGE.exr", help="write an image with the standard error of each pixel instead"
     )
+    parser.add_argument("--first", type=Path, metavar="IMAGE.exr", help="write mitsuba's first picture and measure nothing")
     options = parser.parse_args()
-    if options.check is None and options.reference is None and options.output is None:
-        parser.error("give --output, the folder for the images, or --check, or --reference")
+    if not (options.check or options.reference or options.first or options.output):
+        parser.error("give --output, the folder for the images, or --check, --reference or --first")
     return options
 
 
@@ -127,7 +129,7 @@ def run(options: argparse.Namespace, threads: int, results):
             f"{options.scene}: cannot be read ({problem}); camlux render says what is wrong with it"
         ) from error
 
-    mi, dr = start_mitsuba(threads)
+    mi, dr = start_mitsuba(threads, with_transients=options.first is None)
     from tracer import Tracer
 
     tracer = Tracer(loaded)
@@ -145,6 +147,9 @@ def run(options: argparse.Namespace, threads: int, results):
 
     from frames import Denoised, Denoiser, PathPlugin, PathTraced, TransientPath
 
+    if options.first is not None:
+        PathTraced(tracer, loaded.size_px, options.spp[-1] if options.spp else FIRST_SAMPLES).render(options.first)
+        return
     try:
         options.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -198,7 +203,7 @@ def run(options: argparse.Namespace, threads: int, results):
         )
 
 
-def start_mitsuba(threads: int):
+def start_mitsuba(threads: int, with_transients: bool):
     import drjit as dr
     import mitsuba as mi
 
@@ -212,8 +217,9 @@ def start_mitsuba(threads: int):
             "libllvm19) and name its library in DRJIT_LIBLLVM_PATH"
         ) from error
     mi.set_log_level(mi.LogLevel.Error)
-    # The import registers its plugins.
-    import mitransient  # noqa: F401
+    if with_transients:
+        # The import registers its plugins.
+        import mitransient  # noqa: F401
 
     return mi, dr
 

@@ -4,9 +4,11 @@
 //!   alternate, so other work of the machine affects both.
 //! - `sums`: sums at few pixels and at every pixel.
 //! - `frame`: the whole program, from its start to its end, including an OpenEXR file.
+//! - `first`: the same in a fresh container, where no kernel has been compiled, beside Mitsuba's whole process.
 //!
 //! One of these words runs only that part: `cargo bench --bench speed -- sums`.
 
+mod first;
 mod frame;
 mod gather;
 #[cfg(target_arch = "x86_64")]
@@ -45,6 +47,10 @@ fn report() -> Result<(), Failure> {
     }
     if is_wanted("frame") {
         frame::report()?;
+        println!();
+    }
+    if is_wanted("first") {
+        first::report()?;
     }
     Ok(())
 }

@@ -307,7 +307,7 @@ fn facets_as_small_as_pixels() {
     floor.triangles = facets.collect();
     floor.triangle_materials = vec![0; floor.triangles.len()];
     let truth = reference_of(&scene, 256);
-    let frame = check(&mut gpu, "facets", &scene, &truth, 0.02);
+    let frame = check(&mut gpu, "facets", &scene, &truth, 0.01);
     assert!(sums_unoccluded(&frame));
 }
 

@@ -146,7 +146,12 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 (criteria, budget.samples()),
             )?
         };
-        if attempt == 0 && refiner.gathers_most_pixels() && refiner.fill_unoccluded(&resources)? {
+        // Worth its time where more samples would follow.
+        let tries_ratio = attempt == 0
+            && estimate.upper_bound() > target
+            && refiner.gathers_most_pixels()
+            && refiner.fill_unoccluded(&resources)?;
+        if tries_ratio {
             refiner.smooths_ratio = true;
             refiner.smooth_again(&resources, criteria)?;
             let of_ratio = judge_again(refiner, &resources.images, &samples)?;
