@@ -35,6 +35,9 @@ const MAX_LEVERAGE: f32 = 2.5;
 // Relative error of an interpolation over the difference between the normal and the interpolated normal. (Measured on the knot: an error of
 // 2 % for a difference of 1 % gathers 3 % more pixels and has 6 % less error.)
 const TURNING: f32 = 2.0;
+// Error of an interpolation over the rms deviation of the neighbours from their plane: among few neighbours, an edge of the light bends the
+// plane more than it stands out.
+const SCATTER: f32 = 1.0;
 // Least value that the plane predicts for the square of a coordinate, in squared reaches. Below it, the prediction does not test
 // interpolation.
 const LEAST_BEND: f32 = 0.1;
@@ -53,6 +56,15 @@ fn neighbour_offset(index: u32, is_axial: bool) -> vec2<i32> {
         return signs * vec2<i32>(long, 1);
     }
     return select(signs, select(vec2<i32>(signs.x, 0), vec2<i32>(0, signs.x), signs.y > 0), is_axial);
+}
+
+// Mean square of the plane's values at the neighbours. `spread` are the variances of their places.
+fn explained(plane: Plane, scale: f32, mean: vec2<f32>, spread: vec3<f32>, determinant: f32) -> f32 {
+    let value = scale * plane.sum;
+    let along_x = scale * plane.sum_x - mean.x * value;
+    let along_y = scale * plane.sum_y - mean.y * value;
+    let slopes_squared = spread.z * dot(along_x, along_x) - 2.0 * spread.y * dot(along_x, along_y) + spread.x * dot(along_y, along_y);
+    return dot(value, value) + slopes_squared / determinant;
 }
 
 @compute @workgroup_size(64)
@@ -91,6 +103,8 @@ fn compute_main(
     var diffuse_plane: Plane;
     var normal_plane: Plane;
     var square_plane: Plane;
+    // Of what the lobes reflect: diffuse, specular.
+    var light_squares = vec2<f32>(0.0);
     var total = 0.0;
     var near = 0u;
     // Fits a plane over the image to the neighbours' values by least squares. If the nearest four are all on the surface, its value is
@@ -125,10 +139,13 @@ fn compute_main(
         mean += weight * at;
         squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
         add(&diffuse_plane, known.rgb, weight, at);
+        light_squares.x += weight * dot(known.rgb, known.rgb);
         add(&normal_plane, other.normal, weight, at);
         add(&square_plane, vec3<f32>(at * at, 0.0), weight, at);
         if (PHONG) {
-            add(&specular_plane, textureLoad(gathered, neighbour, SPECULAR).rgb, weight, at);
+            let specular_light = textureLoad(gathered, neighbour, SPECULAR).rgb;
+            add(&specular_plane, specular_light, weight, at);
+            light_squares.y += weight * dot(specular_light, specular_light);
         }
         if (NOISY) {
             let known_samples = known_sampling(neighbour);
@@ -184,7 +201,13 @@ fn compute_main(
     // Light from the side changes as much as the normal does, and facets have their own normals.
     let turned = length(value_of(normal_plane, shares) - own.normal);
     let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
-    expected_error = max(expected_error, TURNING * turned * radiance / max(parameters.own_share * radiance, parameters.least_radiance));
+    let relative_to = max(parameters.own_share * radiance, parameters.least_radiance);
+    var scatter = vec2<f32>(scale * light_squares.x - explained(diffuse_plane, scale, mean, spread, determinant), 0.0);
+    if (PHONG) {
+        scatter.y = scale * light_squares.y - explained(specular_plane, scale, mean, spread, determinant);
+    }
+    let scattered = SCATTER * sqrt(reflect_squares(pixel, max(scatter, vec2<f32>(0.0))) / 3.0);
+    expected_error = max(expected_error, max(TURNING * turned * radiance, scattered) / relative_to);
     var is_known = has_plane && has_error && expected_error <= parameters.tolerance;
     if (NOISY) {
         let own_packets = textureLoad(samples, pixel, SAMPLING).x;

@@ -64,10 +64,14 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         let known = known_sampling(pixel);
         let variances = max(known.variances, textureLoad(samples, pixel, SAMPLING).yz);
         let variance = variance_of_mean(reflect_squares(pixel, variances), known.packets, parameters.evenness, parameters.variance_rate);
+        // What smoothing leaves of it.
+        let model = model_at(pixel);
+        let of_model = reflect_squares(pixel, model.errors) + model.leverage * variance;
+        let smoothed = select(variance, variance * of_model / max(variance + of_model, 1e-37), model.is_known);
         if (state.kind == INTERPOLATED) {
             error = -max(sqrt(variance + of_prediction * of_prediction), LEAST_NOISE * least);
         } else {
-            error = max(sqrt(variance), LEAST_NOISE * least);
+            error = max(sqrt(smoothed), LEAST_NOISE * least);
         }
     }
     textureStore(indirect_radiance, pixel, vec4<f32>(radiance, error));

@@ -5,8 +5,8 @@
 #import sampling
 
 struct SampleCountParameters {
-    // 1: the ranges continue from the stored ones; 0: from the packets in the image.
-    goes_on: u32,
+    // 1: the ranges continue from the packets in the image; 0: they begin with the first packet.
+    continues: u32,
     max_packets: u32,
     // 1: the receivers' light is smoothed.
     is_smoothed: u32,
@@ -75,6 +75,6 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         let unit = counted * counted * parameters.packet_variance;
         packets = packets_for_model(variance, reflect_squares(pixel, model.errors) / unit, model.leverage);
     }
-    let first = select(u32(around.x), sample_ranges[index] >> 16u, parameters.goes_on == 1u);
+    let first = select(0u, u32(around.x), parameters.continues == 1u);
     sample_ranges[index] = first + (max(max(packets, 1u), first) << 16u);
 }

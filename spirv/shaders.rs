@@ -303,7 +303,7 @@ const _: () = assert!(size_of::<ResolveParameters>() == 20);
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct SampleCountParameters {
-    pub goes_on: u32,
+    pub continues: u32,
     pub max_packets: u32,
     pub is_smoothed: u32,
     pub packets_scale: f32,

@@ -71,8 +71,6 @@ pub(crate) trait Gatherer {
 pub(crate) struct Results<'r> {
     pub buffer: &'r Buffer,
     pub first: u32,
-    /// Whether results are added to what is there.
-    pub adds: bool,
 }
 
 impl Results<'_> {

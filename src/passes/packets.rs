@@ -24,7 +24,6 @@ pub(super) struct Chunks<'r> {
     ranges: &'r [(u32, u32)],
     first_receiver: u32,
     first_result: u32,
-    adds: bool,
     /// The next receiver, and how many of its packets are done.
     receiver: usize,
     done: u32,
@@ -39,7 +38,6 @@ pub(super) fn chunks<'r>(
         ranges,
         first_receiver,
         first_result: results.first,
-        adds: results.adds,
         receiver: 0,
         done: 0,
     }
@@ -58,7 +56,7 @@ impl Chunks<'_> {
                 break;
             }
             let receiver = self.receiver as u32;
-            let adds = self.adds || self.done > 0;
+            let adds = self.done > 0;
             if count > 0 || !adds {
                 spans.push(Span {
                     result: self.first_result + receiver,
@@ -98,7 +96,6 @@ mod tests {
             ranges,
             first_receiver: 100,
             first_result: 10,
-            adds: false,
             receiver: 0,
             done: 0,
         };

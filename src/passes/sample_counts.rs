@@ -22,8 +22,8 @@ pub(crate) struct SampleCounts<A: Allocate = Device> {
     pub ranges: A::Buffer,
     readback: A::Buffer,
     capacity: u32,
-    /// Whether receivers continue from what they have taken so far; else they continue from what their pixels have.
-    goes_on: bool,
+    /// Whether the image is compared with these gathers. They begin with their first packet; the image's continue from what it has.
+    of_estimate: bool,
 }
 
 impl<A: Allocate> SampleCounts<A> {
@@ -35,13 +35,21 @@ impl<A: Allocate> SampleCounts<A> {
             ranges: buffer(BufferUse::Device)?,
             readback: buffer(BufferUse::Readback)?,
             capacity,
-            goes_on: false,
+            of_estimate: false,
         })
     }
 }
 
 impl SampleCounts {
-    /// Gives each receiver this many packets. Later counts continue from there.
+    /// Room for the counts of gathers that the image is compared with.
+    pub fn of_estimate(context: &Context, capacity: u32) -> Result<SampleCounts> {
+        Ok(SampleCounts {
+            of_estimate: true,
+            ..SampleCounts::new(context.device, capacity)?
+        })
+    }
+
+    /// Gives each receiver this many packets.
     pub fn even(context: &Context, capacity: u32, packets: u32) -> Result<SampleCounts> {
         let device = context.device;
         let counts = SampleCounts::new(device, capacity)?;
@@ -53,10 +61,7 @@ impl SampleCounts {
             }
             Ok(())
         })?;
-        Ok(SampleCounts {
-            goes_on: true,
-            ..counts
-        })
+        Ok(counts)
     }
 
     /// Computes what each receiver of a list takes, from the variances that the image knows. The host can read it after the submission.
@@ -76,15 +81,14 @@ impl SampleCounts {
             ("lengths", Resource::Buffer(receivers.lengths())),
             ("sample_ranges", Resource::Buffer(&self.ranges)),
         ]);
-        // Gathers that go on are those that the image is compared with.
-        let allocation = match self.goes_on {
+        let allocation = match self.of_estimate {
             true => criteria.allocation_of_estimate,
             false => criteria.allocation,
         };
         let parameters = SampleCountParameters {
-            goes_on: self.goes_on.into(),
+            continues: u32::from(!self.of_estimate),
             max_packets: allocation.max_packets,
-            is_smoothed: u32::from(!self.goes_on),
+            is_smoothed: u32::from(!self.of_estimate),
             packets_scale: allocation.packets_scale as f32,
             variance_rate: allocation.variance_rate as f32,
             packet_variance: allocation.packet_variance as f32,

@@ -29,9 +29,8 @@ const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
 const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
 /// Least sub-pixel bits of the rasterisers of GPUs.
 const FINE_SUB_PIXEL_BITS: u32 = 8;
-/// Points of the coarsest grid along the shorter edge. With rays, these points also average their noise.
-const RAY_GRID_POINTS: u32 = 50;
-const SUM_GRID_POINTS: u32 = 25;
+/// Points of the coarsest grid along the shorter edge of the image.
+const GRID_POINTS: u32 = 25;
 /// Texels along the edge of a tile, if the scene sets the size of the RSM for final gathering.
 const RSM_TEXELS_PER_TILE: u32 = 8;
 /// Most rays in memory at a time. More do not make a device faster, but a CPU loses them from its caches.
@@ -444,23 +443,23 @@ fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {
 }
 
 fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> RefinementPlan {
-    let (target_error, grid_points) = match indirect.sum() {
-        Some(_) => (indirect.interpolation_error(), SUM_GRID_POINTS),
-        None => (indirect.target_error(), RAY_GRID_POINTS),
+    let target_error = match indirect.sum() {
+        Some(_) => indirect.interpolation_error(),
+        None => indirect.target_error(),
     };
     RefinementPlan {
         target_error,
         error_norm: indirect.error_norm().unwrap_or_default(),
         max_ms: indirect.max_ms(),
         max_rays: indirect.max_rays(),
-        coarsest_stride: target_error.map_or(1, |_| coarsest_stride(resolution_px, grid_points)),
+        coarsest_stride: target_error.map_or(1, |_| coarsest_stride(resolution_px)),
     }
 }
 
-/// Stride of the pixels that are gathered in any case. About `points` of them along the shorter edge show what the image is like.
-fn coarsest_stride(resolution_px: [u32; 2], points: u32) -> u32 {
+/// Stride of the pixels that are gathered in any case. About [`GRID_POINTS`] of them along the shorter edge show what the image is like.
+fn coarsest_stride(resolution_px: [u32; 2]) -> u32 {
     let [width, height] = resolution_px;
-    let stride = (width.min(height) / points).clamp(2, 16);
+    let stride = (width.min(height) / GRID_POINTS).clamp(2, 16);
     1 << stride.ilog2()
 }
 

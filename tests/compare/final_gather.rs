@@ -188,7 +188,7 @@ fn a_budget_ends_with_an_honest_image() {
     let mut gpu = Gpu::open();
     for name in ["cornell", "glossy"] {
         let mut scene = demo_scene(name, [96, 96]);
-        let truth = reference_of(&scene, 64);
+        let truth = reference_of(&scene, 512);
         let mut last: Option<FrameStats> = None;
         for max_rays in [1, 6_000_000, 9_000_000, 14_000_000, 20_000_000] {
             scene.indirect = Some(IndirectLight::FinalGather {

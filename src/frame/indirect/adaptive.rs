@@ -10,7 +10,8 @@ use std::time::Instant;
 use super::{
     ErrorEstimates,
     image_estimate::ImageEstimate,
-    pixel_sample::PixelSample,
+    judge::Judge,
+    pixel_sample::{FEW_PIXELS, PixelSample, SAMPLE_PIXELS},
     refine::{Attempt, Refiner},
     sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, SampleBudget, next_aim},
 };
@@ -19,7 +20,7 @@ use crate::{
     output::StopReason,
     passes::{
         gatherer::GatheredFor,
-        refinement::{RefinementCriteria, RefinementImages, SampleAllocation},
+        refinement::{RefinementImages, SampleAllocation},
     },
     plan::RefinementPlan,
 };
@@ -30,6 +31,13 @@ const MAX_PILOTS: u32 = 16;
 const MAX_PILOTS_IN_THE_DARK: u32 = 6;
 const PILOT_PACKETS: u32 = 1;
 const LAST_PACKETS_IN_THE_DARK: u32 = 16;
+/// A rough image takes at most this many packets of a pixel.
+const MAX_PACKETS_OF_ROUGH_IMAGE: f64 = 1.1;
+/// Limits must leave room for this many more pilots, to take pilots of more pixels, or another one.
+const LEAST_ROOM_FOR_MORE: f64 = 40.0;
+const LEAST_ROOM_FOR_PILOTS: f64 = 10.0;
+/// Seed of the pixels of pilots for a rough image.
+const ROUGH_SEED: u32 = 1 << 10;
 /// Pilots are repeated until one moves less than this share of the samples elsewhere.
 const MAX_MOVED_SHARE: f64 = 0.3;
 /// They are also repeated while the variance of a sample is more than `SCATTERED` times the square of its mean, if the last two have
@@ -37,8 +45,6 @@ const MAX_MOVED_SHARE: f64 = 0.3;
 /// (A keyhole: 923, 148, 2. A slit of a fifth of a texel: 482, 181, 97, 64, 39, 32, 34, 21, 11, 9.)
 const SCATTERED: f64 = 4.0;
 const LEAST_GAIN: f64 = 2.0;
-/// Most samples of pixels for judging an attempt.
-const MAX_PIXEL_SAMPLES: usize = 4;
 /// Least growth of an attempt for which a limit must leave room.
 const LEAST_GROWTH: f64 = 0.25;
 /// Least radiance that directions alone find, over that of both techniques. With less, they miss narrow light.
@@ -68,13 +74,8 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     let start = Spent::so_far(refiner);
     let limits = Limits::new(plan);
     let mut resources = refiner.resources(plan.coarsest_stride)?;
-    let mut samples = vec![PixelSample::new(refiner, plan.error_norm, 0)?];
-    let mut pilot = pilot(
-        refiner,
-        &resources.images,
-        &mut samples[0],
-        FIRST_AIM * target,
-    )?;
+    let limited = (limits.as_ref(), &start);
+    let (mut sample, mut pilot) = pilot(refiner, &resources.images, plan, limited)?;
     if pilot.is_dark() {
         if is_exact {
             gather_every_pixel(refiner)?;
@@ -88,10 +89,11 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         false => try_directions_alone(
             refiner,
             &resources.images,
-            &mut samples[0],
+            &mut sample,
             (FIRST_AIM * target, &pilot),
         )?,
     };
+    let mut judge = Judge::new(is_exact.then_some(sample));
     let of_pilots = Spent::so_far(refiner).since(&start);
     let mut found = ErrorEstimates::default();
     let mut aim = if is_exact { target } else { FIRST_AIM * target };
@@ -99,6 +101,8 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         // Go from coarse to fine, so that there is an image at any time.
         aim = aim.max(SampleBudget::coarsest_aim(pilot.hardest()));
     }
+    // The limits of an attempt, which leave what the last one took to be judged.
+    let mut limits_of_attempt = Limits::new(plan);
     let mut attempt = 0;
     // The last estimate, and how much of its error is to remain.
     let mut last: Option<(ImageEstimate, f64)> = None;
@@ -131,21 +135,19 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 samples: budget.samples(),
                 criteria,
                 number: attempt,
-                limits: limits.as_ref().map(|limits| (limits, &start)),
+                limits: limits_of_attempt.as_ref().map(|limits| (limits, &start)),
             },
         )?;
         let is_cut_short = !took_all_samples && attempt > 0;
-        let mut estimate = if is_cut_short {
-            judge_again(refiner, &resources.images, &samples)?
-        } else {
-            judge(
-                refiner,
-                &mut samples,
-                plan,
-                &resources.images,
-                (criteria, budget.samples()),
-            )?
-        };
+        let judging = Spent::so_far(refiner);
+        let mut estimate = judge.judge(
+            refiner,
+            (plan, attempt),
+            &resources.images,
+            (criteria, budget.samples()),
+        )?;
+        let of_judging = Spent::so_far(refiner).since(&judging);
+        limits_of_attempt = limits.as_ref().map(|limits| limits.without(&of_judging));
         // Worth its time where more samples would follow.
         let tries_ratio = attempt == 0
             && estimate.upper_bound() > target
@@ -154,7 +156,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         if tries_ratio {
             refiner.smooths_ratio = true;
             refiner.smooth_again(&resources, criteria)?;
-            let of_ratio = judge_again(refiner, &resources.images, &samples)?;
+            let of_ratio = judge.judge_again(refiner, &resources.images)?;
             if of_ratio.relative_error() < LEAST_USE_OF_RATIO * estimate.relative_error() {
                 estimate = of_ratio;
             } else {
@@ -225,24 +227,30 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     }
 }
 
-/// Gathers at the sample, and lets the gatherer learn from the result.
+/// Gathers at a sample of pixels, and lets the gatherer learn from the result. Begins with few pixels, which are enough for a rough image.
 fn pilot(
     refiner: &mut Refiner,
     images: &RefinementImages,
-    sample: &mut PixelSample,
-    aim: f64,
-) -> Result<ImageEstimate> {
-    let results = 2 * sample.count;
+    plan: RefinementPlan,
+    (limits, start): (Option<&Limits>, &Spent),
+) -> Result<(PixelSample, ImageEstimate)> {
+    let aim = FIRST_AIM * plan.target_error.unwrap_or_default();
     let for_both = [GatheredFor::Image, GatheredFor::Estimate];
     if refiner.gatherer.is_exact() {
-        return sample.pilot(refiner, images, (0, for_both));
+        let mut sample = PixelSample::new(refiner, plan.error_norm, (SAMPLE_PIXELS, 0))?;
+        let pilot = sample.pilot(refiner, images, (0, for_both))?;
+        return Ok((sample, pilot));
     }
+    let mut sample = PixelSample::new(refiner, plan.error_norm, (FEW_PIXELS, ROUGH_SEED))?;
+    let mut is_rough = true;
     // One pilot finds a narrow feature; those that follow find its shape.
     let mut variances = [f64::INFINITY; 3];
     let mut round = 0;
     loop {
         round += 1;
         let is_in_the_dark = variances[0].is_infinite();
+        let results = 2 * sample.count;
+        let before = Spent::so_far(refiner);
         let is_last = match is_in_the_dark {
             true => round == MAX_PILOTS_IN_THE_DARK,
             false => round == MAX_PILOTS,
@@ -264,13 +272,28 @@ fn pilot(
             variances[1],
         ];
         let pixels: u32 = refiner.context.plan.resolution_px.iter().product();
-        let image_packets =
-            SampleBudget::for_rays(aim, pilot.hardest()).mean_packets * f64::from(pixels);
+        let mean_packets = match pilot.is_dark() {
+            true => f64::INFINITY,
+            false => SampleBudget::for_rays(aim, pilot.hardest()).mean_packets,
+        };
+        // How many such pilots the limits leave room for.
+        let room = limits.map_or(f64::INFINITY, |limits| {
+            let spent = Spent::so_far(refiner).since(&before);
+            limits.room(refiner, start, &spent)
+        });
+        let needs_more = mean_packets > MAX_PACKETS_OF_ROUGH_IMAGE && pixels > FEW_PIXELS;
+        if is_rough && needs_more && room >= LEAST_ROOM_FOR_MORE {
+            let more = PixelSample::new(refiner, plan.error_norm, (SAMPLE_PIXELS, 0))?;
+            sample = more.after(&sample);
+            is_rough = false;
+            continue;
+        }
+        let image_packets = mean_packets * f64::from(pixels);
         let saved = (variances[2] / variances[0] - 1.0) * image_packets;
         let is_learning = variances[0] > SCATTERED && saved > LEAST_GAIN * f64::from(2 * results);
         let is_settled = !pilot.is_dark() && moved < MAX_MOVED_SHARE && !is_learning;
-        if round >= 2 && is_settled || is_last {
-            return Ok(pilot);
+        if round >= 2 && is_settled || is_last || room < LEAST_ROOM_FOR_PILOTS {
+            return Ok((sample, pilot));
         }
     }
 }
@@ -301,44 +324,6 @@ fn try_directions_alone(
         && mean_packets(&alone) * rays_along < MAX_WORK_OF_DIRECTIONS * work_of_both;
     refiner.gatherer.send_to_vpls(!is_better);
     Ok(is_better.then_some(alone))
-}
-
-/// Estimates the image's error. If only the upper bound is above the target, uses more pixels.
-fn judge(
-    refiner: &mut Refiner,
-    samples: &mut Vec<PixelSample>,
-    plan: RefinementPlan,
-    images: &RefinementImages,
-    (criteria, samples_per_pixel): (RefinementCriteria, u32),
-) -> Result<ImageEstimate> {
-    let target = plan.target_error.unwrap_or_default();
-    let mut estimate = samples[0].estimate(refiner, images, criteria, samples_per_pixel)?;
-    let mut used = 1;
-    while !refiner.gatherer.is_exact()
-        && estimate.relative_error() < target
-        && estimate.upper_bound() > target
-        && used < MAX_PIXEL_SAMPLES.min(estimate.samples_to_decide(target, used))
-    {
-        if used == samples.len() {
-            samples.push(PixelSample::new(refiner, plan.error_norm, used as u32)?);
-        }
-        estimate.add(samples[used].estimate(refiner, images, criteria, samples_per_pixel)?);
-        used += 1;
-    }
-    Ok(estimate)
-}
-
-/// Estimates the image's error with the gathers of earlier estimates, without further rays.
-fn judge_again(
-    refiner: &Refiner,
-    images: &RefinementImages,
-    samples: &[PixelSample],
-) -> Result<ImageEstimate> {
-    let mut estimate = samples[0].estimate_again(refiner, images)?;
-    for sample in &samples[1..] {
-        estimate.add(sample.estimate_again(refiner, images)?);
-    }
-    Ok(estimate)
 }
 
 fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
@@ -373,6 +358,14 @@ impl Limits {
             seconds: plan.max_ms.map_or(f64::INFINITY, |ms| ms * 1e-3),
             rays: plan.max_rays.map_or(f64::INFINITY, |rays| rays as f64),
         })
+    }
+
+    /// What they leave if that is spent later.
+    fn without(&self, spent: &Spent) -> Limits {
+        Limits {
+            seconds: self.seconds - spent.seconds,
+            rays: self.rays - spent.rays,
+        }
     }
 
     /// Whether a limit is reached.

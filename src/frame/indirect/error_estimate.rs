@@ -37,12 +37,28 @@ pub(super) struct ErrorEstimate {
     pub radiance: f64,
     /// Packets of a gather; only of pilots.
     packets: u32,
+    /// How often the bound was compared with the target so far, this time included.
+    pub looks: u32,
+}
+
+/// What was found at a pixel of a sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PixelEstimate {
+    /// How many pixels of the image it stands for, over the mean of all pixels of the sample.
+    pub weight: f64,
+    /// As the kernel `error_estimate` writes them: [error, signal, noise, variance of a sample]; [column, row, expected error, packets];
+    /// and [variance of a sample of the image, packets, squared error of the model, leverage].
+    pub sums: [f32; 4],
+    pub pixel: [f32; 4],
+    pub of_image: [f32; 4],
 }
 
 /// The image's samples of a pixel.
 #[derive(Debug, Clone, Copy)]
 struct ImageSamples {
-    /// The square that errors are relative to, times the pixel's weight.
+    /// As in [`PixelEstimate`].
+    weight: f64,
+    /// The square that errors are relative to, times the pixel's part of the relRMSE.
     share: f64,
     /// Variance of a sample over that square.
     variance: f64,
@@ -106,6 +122,9 @@ impl ImageSamples {
     }
 }
 
+/// Divides nothing by 0. Far below the square of any light in f32, and its inverse is finite many times over.
+const LEAST_SQUARE: f64 = 1e-200;
+
 /// How the samples of a pixel scatter.
 #[derive(Debug, Clone, Copy)]
 struct Scatter {
@@ -156,39 +175,36 @@ impl ErrorEstimate {
         (self.error / self.signal).max(least).sqrt()
     }
 
-    /// Upper bound of the relRMSE with a confidence of 95 %; infinite if there are too few pixels. It is the upper end of an interval of
-    /// 95 %, which a single look would miss once in forty times. The margin is for repeated looks: a frame ends with the first attempt
-    /// whose bound meets the target.
+    /// Upper bound of the relRMSE with a confidence of 95 %; infinite if there are too few pixels. A frame ends at the first look whose bound
+    /// meets the target, so all looks share the 5 % (Bonferroni).
     pub fn upper_bound(&self) -> f64 {
         let freedom = self.lit_groups().count() as f64 - 1.0;
         if freedom < 1.0 {
             return f64::INFINITY;
         }
         // Few pixels may hold most of the error. Its skewness moves the quantile (Johnson 1978).
-        let quantile = student_quantile_975(freedom);
+        let quantile = student_quantile(0.05 / f64::from(self.looks.max(1)), freedom);
         let skewness = self.cubes / self.squares.powf(1.5).max(f64::MIN_POSITIVE);
         let quantile = quantile + skewness.max(0.0) / 6.0 * (1.0 + 2.0 * quantile.powi(2));
         ((self.error / self.signal).max(0.0) + quantile * self.standard_error()).sqrt()
     }
 
-    /// Standard error of the square of the relRMSE: the jackknife over the groups.
+    /// Standard error of the square of the relRMSE, from the scatter of the groups. They may have different numbers of pixels.
     fn standard_error(&self) -> f64 {
         let count = self.lit_groups().count() as f64;
+        let relative = self.error / self.signal;
         let squares: f64 = self
             .lit_groups()
-            .map(|[error, signal]| {
-                let without = (self.error - error) / (self.signal - signal);
-                (without - self.error / self.signal).powi(2)
-            })
+            .map(|[error, signal]| (error - relative * signal).powi(2))
             .sum();
-        ((count - 1.0).max(0.0) / count * squares).max(0.0).sqrt()
+        (count / (count - 1.0).max(1.0) * squares).sqrt() / self.signal
     }
 
-    /// How many samples of pixels make the bound meet the target, if the error stays as in the first `used` of them.
-    pub fn samples_to_decide(&self, target: f64, used: usize) -> usize {
+    /// How many times as many pixels make the bound meet the target, if the error stays as it is.
+    pub fn growth_to_decide(&self, target: f64) -> f64 {
         let room = target * target - (self.error / self.signal).max(0.0);
         let gap = self.upper_bound().powi(2) - (self.error / self.signal).max(0.0);
-        (used as f64 * (gap / room).powi(2)).ceil() as usize
+        (gap / room.max(f64::MIN_POSITIVE)).powi(2)
     }
 
     fn lit_groups(&self) -> impl Iterator<Item = &[f64; 2]> {
@@ -257,8 +273,10 @@ impl ErrorEstimate {
     pub fn mean_smoothed_packets(&self, distribution: Option<Distribution>) -> f64 {
         let packets =
             |pixel: &ImageSamples| distribution.map_or(pixel.packets, |to| pixel.packets_with(to));
-        let sum: f64 = self.gathered_in_image().map(packets).sum();
-        sum / self.gathered_in_image().count().max(1) as f64
+        let gathered = || self.gathered_in_image();
+        let sum: f64 = gathered().map(|pixel| pixel.weight * packets(pixel)).sum();
+        let weights: f64 = gathered().map(|pixel| pixel.weight).sum();
+        sum / weights.max(f64::MIN_POSITIVE)
     }
 
     fn gathered_in_image(&self) -> impl Iterator<Item = &ImageSamples> {
@@ -322,28 +340,26 @@ impl ErrorEstimate {
         }
     }
 
-    /// Estimates from the [error, signal, noise, variance of a sample] of pixels of an image, their [column, row, expected error,
-    /// packets], and their [variance of a sample of the image, packets, squared error of the model, leverage]. `tile_px` is the edge of the tiles that errors are relative to; `None`: they are relative to the whole image.
+    /// `tile_px` is the edge of the tiles that errors are relative to; `None`: they are relative to the whole image.
     pub fn new(
-        pixels: &[[[f32; 4]; 3]],
+        pixels: &[PixelEstimate],
         packets: u32,
         group_count: u32,
         tile_px: Option<u32>,
     ) -> ErrorEstimate {
-        let square_sum: f64 = pixels
-            .iter()
-            .map(|[[_, signal, ..], ..]| f64::from(*signal))
-            .sum();
-        let mean_square = square_sum / pixels.len().max(1) as f64;
-        let tile = |&[_, [column, row, ..], _]: &[[f32; 4]; 3]| {
+        let tile = |pixel: &PixelEstimate| {
+            let [column, row, ..] = pixel.pixel;
             tile_px.map(|tile_px| [column, row].map(|at| at as u32 / tile_px))
         };
+        let mut whole = (0.0, 0.0);
         let mut tiles: BTreeMap<_, (f64, f64)> = BTreeMap::new();
         for pixel in pixels {
-            let (signal, count) = tiles.entry(tile(pixel)).or_default();
-            *signal += f64::from(pixel[0][1]);
-            *count += 1.0;
+            for (signal, count) in [&mut whole, tiles.entry(tile(pixel)).or_default()] {
+                *signal += pixel.weight * f64::from(pixel.sums[1]);
+                *count += pixel.weight;
+            }
         }
+        let mean_square = whole.0 / whole.1.max(f64::MIN_POSITIVE);
         let mut sum = ErrorEstimate {
             groups: vec![[0.0; 2]; group_count as usize],
             radiance: (mean_square.max(0.0) / 3.0).sqrt(),
@@ -351,20 +367,22 @@ impl ErrorEstimate {
             ..ErrorEstimate::default()
         };
         // The square that errors are relative to, and the number of pixels that it is for.
-        let counted = |pixel: &[[f32; 4]; 3]| match (tile_px, tiles.get(&tile(pixel))) {
+        let counted = |pixel: &PixelEstimate| match (tile_px, tiles.get(&tile(pixel))) {
             (Some(_), Some((signal, count))) => {
                 let floor = metrics::LOCAL_FLOOR.powi(2) * mean_square;
                 ((signal / count).max(floor), *count)
             }
-            _ => (mean_square, pixels.len() as f64),
+            _ => (mean_square, whole.1),
         };
-        let weight = |pixel: &[[f32; 4]; 3]| {
+        // Sums grow with the pixels, so that a larger sample counts for more.
+        let pixel_count = pixels.len() as f64;
+        let part = |pixel: &PixelEstimate| {
             let (square, count) = counted(pixel);
-            1.0 / (square * count).max(f64::MIN_POSITIVE)
+            pixel_count * pixel.weight / (square * count).max(LEAST_SQUARE)
         };
         for (index, pixel) in pixels.iter().enumerate() {
-            let weight = weight(pixel);
-            let [error, signal, noise, variance] = pixel[0].map(|sum| weight * f64::from(sum));
+            let part = part(pixel);
+            let [error, signal, noise, variance] = pixel.sums.map(|sum| part * f64::from(sum));
             let group = &mut sum.groups[index % group_count as usize];
             group[0] += error;
             group[1] += signal;
@@ -372,17 +390,16 @@ impl ErrorEstimate {
             sum.signal += signal;
             sum.noise += 0.5 * noise;
             sum.variance += variance;
-            let (square, _) = counted(pixel);
-            let relative = f64::from(pixel[0][3]) / square.max(f64::MIN_POSITIVE);
+            let square = counted(pixel).0.max(f64::MIN_POSITIVE);
             sum.scatter.push(Scatter {
                 variance,
-                relative,
-                packets: f64::from(pixel[1][3]),
+                relative: f64::from(pixel.sums[3]) / square,
+                packets: f64::from(pixel.pixel[3]),
             });
-            let [variance, packets, error, leverage] = pixel[2].map(f64::from);
-            let square = square.max(f64::MIN_POSITIVE);
+            let [variance, packets, error, leverage] = pixel.of_image.map(f64::from);
             sum.of_image.push(ImageSamples {
-                share: square * weight,
+                weight: pixel.weight,
+                share: square * part,
                 variance: variance / square,
                 packets,
                 model: (leverage >= 0.0).then_some(Model {
@@ -390,17 +407,17 @@ impl ErrorEstimate {
                     leverage,
                 }),
             });
-            let expected = f64::from(pixel[1][2]);
+            let expected = f64::from(pixel.pixel[2]);
             if expected != 0.0 {
                 let of_kind = &mut sum.expected[usize::from(expected < 0.0)];
-                of_kind.error += f64::from(pixel[0][0]);
-                of_kind.expected += expected.powi(2);
+                of_kind.error += pixel.weight * f64::from(pixel.sums[0]);
+                of_kind.expected += pixel.weight * expected.powi(2);
                 of_kind.pixels += 1;
             }
         }
         for pixel in pixels {
-            let [error, signal] = [pixel[0][0], pixel[0][1]].map(f64::from);
-            let off = weight(pixel) * (error - sum.error / sum.signal * signal);
+            let [error, signal, ..] = pixel.sums.map(f64::from);
+            let off = part(pixel) * (error - sum.error / sum.signal * signal);
             sum.squares += off.powi(2);
             sum.cubes += off.powi(3);
         }
@@ -415,15 +432,19 @@ fn packets(variance: f64, packets_scale: f64, variance_power: f64, max_packets: 
         .clamp(1.0, f64::from(max_packets))
 }
 
-/// The 97.5 % quantile of Student's t distribution, within 1 % from four degrees of freedom on (Abramowitz & Stegun 1964, 26.7.5).
-fn student_quantile_975(freedom: f64) -> f64 {
-    const NORMAL: f64 = 1.959_963_984_540_054;
-    let squared = NORMAL * NORMAL;
+/// What Student's t distribution exceeds with this probability, at most 1/2, within 1 % from 15 degrees of freedom on and down to
+/// probabilities of 0.1 % (Abramowitz & Stegun 1964, 26.2.23 and 26.7.5).
+fn student_quantile(probability: f64, freedom: f64) -> f64 {
+    let t = (-2.0 * probability.ln()).sqrt();
+    let above = 2.515_517 + t * (0.802_853 + t * 0.010_328);
+    let below = 1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308));
+    let normal = t - above / below;
+    let squared = normal * normal;
     let first = (squared + 1.0) / 4.0;
     let second = (5.0 * squared * squared + 16.0 * squared + 3.0) / 96.0;
     let third = (3.0 * squared.powi(3) + 19.0 * squared.powi(2) + 17.0 * squared - 15.0) / 384.0;
     let inverse = 1.0 / freedom;
-    NORMAL * (1.0 + inverse * (first + inverse * (second + inverse * third)))
+    normal * (1.0 + inverse * (first + inverse * (second + inverse * third)))
 }
 
 #[cfg(test)]
@@ -455,8 +476,16 @@ mod tests {
 
     #[test]
     fn quantiles_are_those_of_tables() {
-        for (freedom, expected) in [(4.0, 2.776), (15.0, 2.131), (31.0, 2.040), (1e6, 1.960)] {
-            let found: f64 = student_quantile_975(freedom);
+        let table = [
+            (0.05, 15.0, 1.753),
+            (0.025, 15.0, 2.131),
+            (0.025, 31.0, 2.040),
+            (0.005, 15.0, 2.947),
+            (0.001, 40.0, 3.307),
+            (0.001, 1e6, 3.090),
+        ];
+        for (probability, freedom, expected) in table {
+            let found: f64 = student_quantile(probability, freedom);
             assert!((found / expected - 1.0).abs() < 0.01, "{freedom}: {found}");
         }
     }
@@ -479,6 +508,7 @@ mod tests {
     #[test]
     fn pixels_that_neighbours_predict_take_few_samples() {
         let pixel = |error: f64| ImageSamples {
+            weight: 1.0,
             share: 1.0,
             variance: 1.0,
             packets: 1.0,
@@ -520,18 +550,15 @@ mod tests {
         let pixel = |index: u32| {
             let column = index as f32;
             let noise = 1.0 + 0.1 * (index % 3) as f32;
-            if index < 16 {
-                [
-                    [0.01 * noise, 100.0, 0.0, 0.0],
-                    [column, 0.0, 0.0, 0.0],
-                    [0.0; 4],
-                ]
-            } else {
-                [
-                    [0.0025 * noise, 0.01, 0.0, 0.0],
-                    [column, 0.0, 0.0, 0.0],
-                    [0.0; 4],
-                ]
+            let [error, signal] = match index < 16 {
+                true => [0.01 * noise, 100.0],
+                false => [0.0025 * noise, 0.01],
+            };
+            PixelEstimate {
+                weight: 1.0,
+                sums: [error, signal, 0.0, 0.0],
+                pixel: [column, 0.0, 0.0, 0.0],
+                of_image: [0.0; 4],
             }
         };
         let pixels: Vec<_> = (0..32).map(pixel).collect();

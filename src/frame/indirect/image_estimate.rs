@@ -1,6 +1,6 @@
 //! The error of an image with several quantities: its light, and with time of flight Z of each frequency.
 
-use super::error_estimate::ErrorEstimate;
+use super::error_estimate::{ErrorEstimate, PixelEstimate};
 use crate::scene::MAX_FREQUENCIES;
 
 /// Where paths cancel each other, Z may be almost 0. Errors of Z are relative to at least this share of the light's root mean square,
@@ -17,23 +17,24 @@ pub(super) struct ImageEstimate {
     hardest: usize,
 }
 
-/// Shifts the signals of pixels, [error, signal, noise, variance] each, so that their mean is the square that errors of Z are
-/// relative to. That is the mean minus its uncertainty, but at least a share of `seen`, the root mean square of the light that the
-/// camera sees. If Z is mostly noise, its square may come out many times too large.
-pub(super) fn settle_signals(phasors: &mut [[[f32; 4]; 3]], seen: f64) {
+/// Shifts the signals of pixels so that their mean is the square that errors of Z are relative to. That is the mean minus its uncertainty,
+/// but at least a share of `seen`, the root mean square of the light that the camera sees. If Z is mostly noise, its square may come out
+/// many times too large.
+pub(super) fn settle_signals(phasors: &mut [PixelEstimate], seen: f64) {
     let least = (LEAST_PHASOR * seen).powi(2);
-    let (mut sum, mut variance) = (0.0, 0.0);
-    for [[_, signal, noise, _], ..] in phasors.iter() {
-        let [signal, noise] = [*signal, *noise].map(f64::from);
-        sum += signal;
+    let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0);
+    for PixelEstimate { weight, sums, .. } in phasors.iter() {
+        let [_, signal, noise, _] = sums.map(f64::from);
+        sum += weight * signal;
         // Variance of t₁·t₂ around |Z|², where |t₁ − t₂|² is 2σ² on average and its square 8σ⁴: σ⁴/2 + |Z|²·σ².
-        variance += noise * noise / 16.0 + signal.max(0.0) * noise / 2.0;
+        variance += weight * weight * (noise * noise / 16.0 + signal.max(0.0) * noise / 2.0);
+        count += weight;
     }
-    let count = phasors.len().max(1) as f64;
+    let count = f64::max(count, f64::MIN_POSITIVE);
     let without_doubt = (sum - SIGNAL_DEVIATIONS * variance.sqrt()) / count;
     let change = without_doubt.max(least) - sum / count;
     for pixel in phasors {
-        pixel[0][1] += change as f32;
+        pixel.sums[1] += change as f32;
     }
 }
 
@@ -72,6 +73,13 @@ impl ImageEstimate {
         self.worst(ErrorEstimate::relative_error)
     }
 
+    /// Sets how often a bound was compared with the target, this time included.
+    pub fn set_looks(&mut self, looks: u32) {
+        for quantity in &mut self.quantities {
+            quantity.looks = looks;
+        }
+    }
+
     /// Upper bound of the relRMSE, as in [`ErrorEstimate::upper_bound`].
     pub fn upper_bound(&self) -> f64 {
         self.worst(ErrorEstimate::upper_bound)
@@ -90,11 +98,11 @@ impl ImageEstimate {
         values.fold(0.0, f64::max)
     }
 
-    /// As [`ErrorEstimate::samples_to_decide`], for the quantity that needs most.
-    pub fn samples_to_decide(&self, target: f64, used: usize) -> usize {
+    /// As [`ErrorEstimate::growth_to_decide`], for the quantity that needs most.
+    pub fn growth_to_decide(&self, target: f64) -> f64 {
         let there = self.quantities.iter().filter(|each| !each.is_absent());
-        let samples = there.map(|each| each.samples_to_decide(target, used));
-        samples.max().unwrap_or_default()
+        let growths = there.map(|each| each.growth_to_decide(target));
+        growths.fold(0.0, f64::max)
     }
 
     /// As [`ErrorEstimate::observed_noise`].
@@ -134,18 +142,28 @@ impl ImageEstimate {
 mod tests {
     use super::*;
 
-    fn estimate(pixels: &[[[f32; 4]; 3]]) -> ErrorEstimate {
+    fn estimate(pixels: &[PixelEstimate]) -> ErrorEstimate {
         ErrorEstimate::new(pixels, 1, 4, None)
+    }
+
+    /// Equal pixels.
+    fn pixels(sums: [f32; 4]) -> [PixelEstimate; 16] {
+        [PixelEstimate {
+            weight: 1.0,
+            sums,
+            pixel: [0.0; 4],
+            of_image: [0.0; 4],
+        }; 16]
     }
 
     #[test]
     fn paths_that_cancel_do_not_make_an_infinite_error() {
         // Signals that noise has made negative, no signal, and a tiny one.
         for signal in [-1e-6, 0.0, 1e-7] {
-            let mut phasors = [[[1e-6, signal, 2e-6, 1e-4], [0.0; 4], [0.0; 4]]; 16];
+            let mut phasors = pixels([1e-6, signal, 2e-6, 1e-4]);
             settle_signals(&mut phasors, 1.0);
             let image = ImageEstimate::new(
-                estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4], [0.0; 4]]; 16]),
+                estimate(&pixels([0.01, 3.0, 0.01, 0.3])),
                 vec![estimate(&phasors)],
             );
             // 1e-6 over 0.01².
@@ -163,12 +181,12 @@ mod tests {
     #[test]
     fn noise_is_no_signal() {
         let noise = 2.0_f32;
-        let mut phasors = [[[1.0, noise / 16.0, noise, 1.0], [0.0; 4], [0.0; 4]]; 16];
+        let mut phasors = pixels([1.0, noise / 16.0, noise, 1.0]);
         settle_signals(&mut phasors, 1.0);
         let mean = estimate(&phasors).radiance.powi(2) * 3.0;
         assert!((mean - 1e-4).abs() < 1e-7, "{mean}");
         // A signal that stands out is kept, minus twice its standard deviation, √(1/4 + 100)/4.
-        let mut phasors = [[[1.0, 100.0, noise, 1.0], [0.0; 4], [0.0; 4]]; 16];
+        let mut phasors = pixels([1.0, 100.0, noise, 1.0]);
         settle_signals(&mut phasors, 1.0);
         let mean = estimate(&phasors).radiance.powi(2) * 3.0;
         assert!(
@@ -179,8 +197,8 @@ mod tests {
 
     #[test]
     fn what_is_not_there_counts_for_nothing() {
-        let light = || estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4], [0.0; 4]]; 16]);
-        let mut nothing = [[[0.0; 4], [0.0; 4], [0.0; 4]]; 16];
+        let light = || estimate(&pixels([0.01, 3.0, 0.01, 0.3]));
+        let mut nothing = pixels([0.0; 4]);
         settle_signals(&mut nothing, 1.0);
         let image = ImageEstimate::new(light(), vec![estimate(&nothing)]);
         assert_eq!(image.relative_error(), light().relative_error());

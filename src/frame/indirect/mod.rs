@@ -3,6 +3,7 @@
 mod adaptive;
 mod error_estimate;
 mod image_estimate;
+mod judge;
 mod pixel_sample;
 mod pixel_samples;
 mod refine;

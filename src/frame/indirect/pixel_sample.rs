@@ -1,7 +1,9 @@
 //! A sample of the image's pixels, gathered separately from the image. Pilots use it, and the image's error is estimated from it.
 
+use std::collections::HashMap;
+
 use super::{
-    error_estimate::ErrorEstimate,
+    error_estimate::{ErrorEstimate, PixelEstimate},
     image_estimate::{ImageEstimate, settle_signals},
     refine::Refiner,
 };
@@ -17,19 +19,24 @@ use crate::{
         sample_counts::{PACKET_SAMPLES, SampleCounts},
     },
     scene::{ErrorNorm, MAX_FREQUENCIES},
-    vulkan::{Buffer, BufferUse},
+    vulkan::{Buffer, BufferUse, Readback},
 };
 
 /// Groups of pixels that have no samples in common.
 const GROUPS: u32 = 16;
-/// Pixels of the sample.
-const SAMPLE_PIXELS: u32 = 1024;
+/// Pixels of a sample, and of one that is enough for a rough image.
+pub(super) const SAMPLE_PIXELS: u32 = 1024;
+pub(super) const FEW_PIXELS: u32 = 256;
+/// Share of the pixels that are chosen evenly; the others by the error that is expected of them. Nobody expects some errors.
+const EVEN_SHARE: f64 = 0.5;
 /// Seeds of the estimates, different from those of images.
 const FIRST_SEED: u32 = 0x5eed_0000;
 
 /// Pixels that are gathered to estimate the image's error, with room for their results.
 pub(super) struct PixelSample {
     receivers: Receivers,
+    /// How many pixels of the image a pixel stands for, over the mean of the sample. Absent: 1.
+    weights: HashMap<u32, f64>,
     ranges: [ReceiverRange; 2],
     pub count: u32,
     /// Results of two gathers, or of one exact gather.
@@ -38,6 +45,8 @@ pub(super) struct PixelSample {
     tile_px: Option<u32>,
     /// Seed of this sample of pixels.
     seed: u32,
+    /// What its rays are counted as.
+    counted_for: &'static str,
     /// Number of gathers of this sample so far.
     gathers: u32,
     /// Counts of the gathers that the image was compared with; `None` if gathers are exact.
@@ -45,12 +54,16 @@ pub(super) struct PixelSample {
 }
 
 impl PixelSample {
-    /// Chooses the pixels. Another `seed` gives other pixels.
-    pub fn new(refiner: &Refiner, norm: ErrorNorm, seed: u32) -> Result<PixelSample> {
+    /// Chooses about `at_least` pixels evenly. Another `seed` gives other pixels.
+    pub fn new(
+        refiner: &Refiner,
+        norm: ErrorNorm,
+        (at_least, seed): (u32, u32),
+    ) -> Result<PixelSample> {
         let (context, gbuffer) = (refiner.context, refiner.gbuffer);
         let resolution_px = context.plan.resolution_px;
         let pixel_count: u64 = resolution_px.map(u64::from).iter().product();
-        let mut requested = SAMPLE_PIXELS;
+        let mut requested = at_least;
         let mut copies = 1;
         loop {
             let pixels = scattered(resolution_px, requested, seed ^ random::hash(context.seed));
@@ -65,22 +78,80 @@ impl PixelSample {
                 continue;
             }
             // If little of the image shows a surface, more places are tried.
-            if count >= SAMPLE_PIXELS / 4 || is_all {
-                return Ok(PixelSample {
-                    receivers,
-                    ranges,
-                    count,
-                    results: Results::room(context.device, context.plan, 2 * count)?,
-                    tile_px: match norm {
-                        ErrorNorm::Image => None,
-                        ErrorNorm::Local => Some(metrics::local_tile_px(resolution_px)),
-                    },
-                    seed,
-                    gathers: 0,
-                    counts: None,
-                });
+            if count >= at_least / 4 || is_all {
+                return PixelSample::of(refiner, receivers, HashMap::new(), (norm, seed));
             }
             requested = requested.saturating_mul(4);
+        }
+    }
+
+    /// Chooses `wanted` pixels with a probability that grows with the square of the error that the image expects of them. In an image of no
+    /// more pixels, and in one that expects nothing, chooses evenly.
+    pub fn by_expected_error(
+        refiner: &Refiner,
+        norm: ErrorNorm,
+        (wanted, seed): (u32, u32),
+    ) -> Result<PixelSample> {
+        let (context, gbuffer) = (refiner.context, refiner.gbuffer);
+        context.finish()?;
+        let mut readback = Readback::new(context.device, refiner.indirect_radiance.shape)?;
+        let image = readback.pixels(refiner.indirect_radiance)?;
+        let resolution_px = context.plan.resolution_px;
+        let chosen = by_error(
+            (image, resolution_px),
+            tile_px(norm, resolution_px),
+            (wanted, seed ^ random::hash(context.seed)),
+        );
+        if chosen.is_empty() {
+            return PixelSample::new(refiner, norm, (wanted, seed));
+        }
+        let pixels: Vec<u32> = chosen.iter().map(|&(pixel, _)| pixel).collect();
+        let receivers = Receivers::with_candidates(context.device, &pixels)?;
+        context.submit(|r| receivers::list(r, context, gbuffer, &receivers, None))?;
+        PixelSample::of(
+            refiner,
+            receivers,
+            chosen.into_iter().collect(),
+            (norm, seed),
+        )
+    }
+
+    fn of(
+        refiner: &Refiner,
+        receivers: Receivers,
+        weights: HashMap<u32, f64>,
+        (norm, seed): (ErrorNorm, u32),
+    ) -> Result<PixelSample> {
+        let context = refiner.context;
+        let ranges = receivers.ranges()?;
+        let count: u32 = ranges.iter().map(|range| range.count).sum();
+        Ok(PixelSample {
+            receivers,
+            weights,
+            ranges,
+            count,
+            results: Results::room(context.device, context.plan, 2 * count)?,
+            tile_px: tile_px(norm, context.plan.resolution_px),
+            seed,
+            counted_for: FIRST_ESTIMATE,
+            gathers: 0,
+            counts: None,
+        })
+    }
+
+    /// Takes other samples than those that another sample of pixels has taken.
+    pub fn after(self, other: &PixelSample) -> PixelSample {
+        PixelSample {
+            gathers: other.gathers,
+            ..self
+        }
+    }
+
+    /// Decides only whether the target is met. The number of such samples depends on chance.
+    pub fn further(self) -> PixelSample {
+        PixelSample {
+            counted_for: FURTHER_ESTIMATES,
+            ..self
         }
     }
 
@@ -101,7 +172,6 @@ impl PixelSample {
                 samples: PACKET_SAMPLES * packets,
                 gathered_for,
                 set_count: 1,
-                adds: false,
             };
             self.gather(refiner, Some(samples), 0.0)?;
             return self.compare(refiner, images, Some(&counts), packets);
@@ -109,8 +179,8 @@ impl PixelSample {
         self.compare(refiner, images, None, 0)
     }
 
-    /// Compares the image with two gathers, or with one exact gather. The two have samples of their own, and continue from estimate to
-    /// estimate like the image's. `samples` is the approximate number of samples of a receiver.
+    /// Compares the image with two gathers that have samples of their own, or with one exact gather, which is made once. `samples` is the
+    /// approximate number of samples of a receiver.
     pub fn estimate(
         &mut self,
         refiner: &mut Refiner,
@@ -125,11 +195,7 @@ impl PixelSample {
             }
             return self.compare(refiner, images, None, 0);
         }
-        let adds = self.counts.is_some();
-        let counts = match self.counts.take() {
-            Some(counts) => counts,
-            None => SampleCounts::even(context, self.count, 0)?,
-        };
+        let counts = SampleCounts::of_estimate(context, self.count)?;
         let receivers = &self.receivers;
         context.submit(|recorder| {
             counts.count(
@@ -143,12 +209,10 @@ impl PixelSample {
         })?;
         let samples = GatheredWith {
             counts: &counts,
-            // The same seed in each estimate, so that the gathers continue.
             seed: FIRST_SEED - 2 * (self.seed + 1),
             samples,
             gathered_for: [GatheredFor::Estimate; 2],
             set_count: GROUPS,
-            adds,
         };
         self.gather(refiner, Some(samples), 1.0)?;
         let estimate = self.compare(refiner, images, Some(&counts), 0);
@@ -195,7 +259,6 @@ impl PixelSample {
                 let results = Results {
                     buffer: &self.results,
                     first: gather * self.count + range.first,
-                    adds: with.is_some_and(|with| with.adds),
                 };
                 let receivers = (refiner.gbuffer, &self.receivers, range);
                 refiner
@@ -204,13 +267,7 @@ impl PixelSample {
             }
         }
         let rays = cost.borrow().work_of("final_gather") - rays_before;
-        let is_first = self.seed == 0;
-        let counted_for = if is_first {
-            FIRST_ESTIMATE
-        } else {
-            FURTHER_ESTIMATES
-        };
-        cost.borrow_mut().count_work(counted_for, rays);
+        cost.borrow_mut().count_work(self.counted_for, rays);
         Ok(())
     }
 
@@ -253,20 +310,30 @@ impl PixelSample {
         let estimates = estimates.mapped::<[f32; 4]>(total)?;
         let estimate = |pixels: &[_]| ErrorEstimate::new(pixels, packets, GROUPS, self.tile_px);
         let pixels = || estimates.chunks_exact(vectors);
-        let of_light = pixels().map(|pixel| [pixel[0], pixel[1], pixel[2]]);
-        let light = estimate(&of_light.collect::<Vec<_>>());
+        let of_light = pixels().map(|pixel| {
+            let [column, row, ..] = pixel[1].map(|value| value as u32);
+            let weight = self.weights.get(&(column + (row << 16)));
+            PixelEstimate {
+                weight: weight.copied().unwrap_or(1.0),
+                sums: pixel[0],
+                pixel: pixel[1],
+                of_image: pixel[2],
+            }
+        });
+        let of_light: Vec<_> = of_light.collect();
+        let light = estimate(&of_light);
         // Light of all bands is weighted as if they were equally bright.
         let tof = context.scene.tof.as_ref();
         let seen = tof.map_or(0.0, |tof| tof.weighted([light.radiance; 3]));
         let phasors = (0..frequency_count as usize).map(|frequency| {
-            let of_frequency = pixels().map(|pixel| {
+            let of_frequency = pixels().zip(&of_light).map(|(pixel, &of_light)| {
                 // The resolve pass expects errors of light only.
                 let [column, row, _, packets] = pixel[1];
-                [
-                    pixel[ESTIMATE_VECTORS + frequency],
-                    [column, row, 0.0, packets],
-                    pixel[2],
-                ]
+                PixelEstimate {
+                    sums: pixel[ESTIMATE_VECTORS + frequency],
+                    pixel: [column, row, 0.0, packets],
+                    ..of_light
+                }
             });
             let mut of_frequency: Vec<_> = of_frequency.collect();
             settle_signals(&mut of_frequency, seen);
@@ -287,7 +354,71 @@ struct GatheredWith<'s> {
     samples: u32,
     gathered_for: [GatheredFor; 2],
     set_count: u32,
-    adds: bool,
+}
+
+/// Edge of the tiles that errors are relative to; `None`: they are relative to the whole image.
+fn tile_px(norm: ErrorNorm, resolution_px: [u32; 2]) -> Option<u32> {
+    match norm {
+        ErrorNorm::Image => None,
+        ErrorNorm::Local => Some(metrics::local_tile_px(resolution_px)),
+    }
+}
+
+/// Chooses `wanted` pixels of an image with expected errors, and their weights. Those with a larger expected error are chosen more
+/// often, some repeatedly. None if the image has no more pixels than that, or expects no error.
+fn by_error(
+    (image, [width, height]): (&[[f32; 4]], [u32; 2]),
+    tile_px: Option<u32>,
+    (wanted, seed): (u32, u32),
+) -> Vec<(u32, f64)> {
+    const BLOCK_PX: u32 = 8;
+    let tile_px = tile_px.unwrap_or(width.max(height));
+    let tile_columns = width.div_ceil(tile_px);
+    let tile = |x: u32, y: u32| (y / tile_px * tile_columns + x / tile_px) as usize;
+    let at = |x: u32, y: u32| image[(y * width + x) as usize].map(f64::from);
+    // Block by block, so that each stratum of the cumulative probability is a region of the image.
+    let [columns, rows] = [width, height].map(|size| size.div_ceil(BLOCK_PX));
+    let seen = || {
+        let blocks = (0..columns * rows).flat_map(|block| {
+            let [left, top] = [block % columns, block / columns].map(|at| at * BLOCK_PX);
+            (0..BLOCK_PX * BLOCK_PX).map(move |at| [left + at % BLOCK_PX, top + at / BLOCK_PX])
+        });
+        blocks.filter(|&[x, y]| x < width && y < height && at(x, y)[3] != 0.0)
+    };
+    let mut tiles = vec![(0.0, 0.0); (tile_columns * height.div_ceil(tile_px)) as usize];
+    for [x, y] in seen() {
+        let [r, g, b, _] = at(x, y);
+        let (sum, count) = &mut tiles[tile(x, y)];
+        *sum += r * r + g * g + b * b;
+        *count += 1.0;
+    }
+    let (sum, count) = tiles
+        .iter()
+        .fold((0.0, 0.0), |all, tile| (all.0 + tile.0, all.1 + tile.1));
+    let floor = metrics::LOCAL_FLOOR.powi(2) * sum / f64::max(count, 1.0);
+    let expected = |x: u32, y: u32| {
+        let (sum, count) = tiles[tile(x, y)];
+        at(x, y)[3].powi(2) / (sum / count).max(floor)
+    };
+    let total: f64 = seen().map(|[x, y]| expected(x, y)).sum();
+    if count <= f64::from(wanted) || !(total > 0.0 && total.is_finite()) {
+        return Vec::new();
+    }
+    let mut chosen = Vec::new();
+    let mut cumulative = 0.0;
+    let threshold = |stratum: usize| {
+        let word = random::hash(stratum as u32 ^ random::hash(seed));
+        (stratum as f64 + f64::from(word) / 4_294_967_296.0) / f64::from(wanted)
+    };
+    for [x, y] in seen() {
+        let even = 1.0 / count;
+        let probability = EVEN_SHARE * even + (1.0 - EVEN_SHARE) * expected(x, y) / total;
+        cumulative += probability;
+        while chosen.len() < wanted as usize && threshold(chosen.len()) < cumulative {
+            chosen.push((x + (y << 16), even / probability));
+        }
+    }
+    chosen
 }
 
 /// Chooses about `count` pixels, one at a random place in each cell of a grid over the image, each as column + 65536 · row.
@@ -313,6 +444,31 @@ fn scattered([width, height]: [u32; 2], count: u32, seed: u32) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Pixels with large errors are chosen more often, and weights undo it: sums over the sample are those over the image.
+    #[test]
+    fn weights_undo_the_choice_by_error() {
+        let size = [90, 70];
+        let error = |pixel: u32| if pixel % 53 == 7 { 1.0 } else { -0.05 };
+        let mut image: Vec<[f32; 4]> = (0..90 * 70).map(|p| [1.0, 2.0, 3.0, error(p)]).collect();
+        // The background.
+        image[..900].fill([0.0; 4]);
+        let pixels = image.len() as f64 - 900.0;
+        for tile in [None, Some(9)] {
+            let chosen = by_error((&image, size), tile, (1024, 5));
+            assert_eq!(chosen.len(), 1024);
+            let of = |pixel: u32| image[((pixel >> 16) * 90 + (pixel & 0xffff)) as usize][3];
+            assert!(chosen.iter().all(|&(pixel, _)| of(pixel) != 0.0));
+            let large = chosen.iter().filter(|&&(pixel, _)| of(pixel) == 1.0);
+            assert!(large.clone().count() > 400);
+            let share = large.map(|(_, weight)| weight).sum::<f64>() / chosen.len() as f64;
+            let expected = image.iter().filter(|pixel| pixel[3] == 1.0).count() as f64 / pixels;
+            assert!((share / expected - 1.0).abs() < 0.1, "{share} {expected}");
+            let mean = chosen.iter().map(|(_, weight)| weight).sum::<f64>() / chosen.len() as f64;
+            assert!((mean - 1.0).abs() < 0.05, "{mean}");
+        }
+        assert!(by_error((&image[..900], [90, 10]), None, (1024, 5)).is_empty());
+    }
 
     #[test]
     fn scattered_pixels_lie_in_the_image_each_in_a_cell_of_its_own() {

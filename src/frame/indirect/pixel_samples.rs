@@ -97,7 +97,6 @@ pub(super) fn average(
             let into = Results {
                 buffer: &results,
                 first: 0,
-                adds: false,
             };
             let progress = &mut *refiner.progress;
             let mut proceed = |_| progress.report_sample(pass, 0.5 * sample.share * index as f64);

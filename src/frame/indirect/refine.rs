@@ -312,7 +312,6 @@ impl Refiner<'_, '_> {
             let results = Results {
                 buffer: &resources.results,
                 first: 0,
-                adds: false,
             };
             let progress = &mut *self.progress;
             let mut proceed = |share: f64| {

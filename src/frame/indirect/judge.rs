@@ -1,0 +1,102 @@
+//! Judges an attempt: estimates its error at a sample of pixels, and whether the target is met.
+
+use super::{
+    image_estimate::ImageEstimate,
+    pixel_sample::{FEW_PIXELS, PixelSample, SAMPLE_PIXELS},
+    refine::Refiner,
+};
+use crate::{
+    Result,
+    passes::refinement::{RefinementCriteria, RefinementImages},
+    plan::RefinementPlan,
+    scene::ErrorNorm,
+};
+
+/// Most pixels for judging an attempt, and most samples of pixels. More pixels cost more rays than another attempt.
+const MAX_PIXELS: u32 = 2 * SAMPLE_PIXELS;
+const MAX_SAMPLES: u32 = 3;
+/// Few pixels decide only that the target is met, and only if their bound is at most this share of it.
+const MAX_BOUND_OF_FEW: f64 = 0.6;
+
+/// What the attempts of a frame are judged with.
+pub(super) struct Judge {
+    /// The last attempt's. Each attempt has samples of its own: no earlier sample tells what it changed, and where its errors are now.
+    samples: Vec<PixelSample>,
+    /// How often a bound was compared with the target.
+    looks: u32,
+}
+
+impl Judge {
+    /// Begins with the sample of an exact pilot, which serves all attempts; or with none.
+    pub fn new(exact: Option<PixelSample>) -> Judge {
+        Judge {
+            samples: exact.into_iter().collect(),
+            looks: 0,
+        }
+    }
+
+    /// Estimates the image's error. If few pixels do not show that the target is met, uses more; still more if only the upper bound is above
+    /// the target.
+    pub fn judge(
+        &mut self,
+        refiner: &mut Refiner,
+        (plan, attempt): (RefinementPlan, u32),
+        images: &RefinementImages,
+        (criteria, samples_per_pixel): (RefinementCriteria, u32),
+    ) -> Result<ImageEstimate> {
+        let target = plan.target_error.unwrap_or_default();
+        let Judge { samples, looks } = self;
+        if refiner.gatherer.is_exact() {
+            return samples[0].estimate(refiner, images, criteria, samples_per_pixel);
+        }
+        samples.clear();
+        let mut estimate_next = |pixels: u32| {
+            let number = samples.len() as u32;
+            let seed = 1 + attempt * MAX_SAMPLES + number;
+            let mut sample =
+                PixelSample::by_expected_error(refiner, plan.error_norm, (pixels, seed))?;
+            // The first two are there in any case, unless the error is far below the target.
+            if number >= 2 {
+                sample = sample.further();
+            }
+            let estimate = sample.estimate(refiner, images, criteria, samples_per_pixel);
+            samples.push(sample);
+            estimate
+        };
+        let mut estimate = estimate_next(FEW_PIXELS)?;
+        estimate.set_looks(*looks + 1);
+        // A tile would have too few of them.
+        let may_be_few = plan.error_norm == ErrorNorm::Image;
+        if may_be_few && estimate.upper_bound() <= MAX_BOUND_OF_FEW * target {
+            return Ok(estimate);
+        }
+        estimate.add(estimate_next(SAMPLE_PIXELS - FEW_PIXELS)?);
+        *looks += 1;
+        let enough = f64::from(SAMPLE_PIXELS) * estimate.growth_to_decide(target);
+        if estimate.relative_error() < target
+            && estimate.upper_bound() > target
+            && enough <= f64::from(MAX_PIXELS)
+        {
+            let more = (enough as u32 - SAMPLE_PIXELS).max(FEW_PIXELS);
+            estimate.add(estimate_next(more)?);
+            *looks += 1;
+            estimate.set_looks(*looks);
+        }
+        Ok(estimate)
+    }
+
+    /// Estimates the image's error with the gathers of the last estimate, without further rays.
+    pub fn judge_again(
+        &mut self,
+        refiner: &Refiner,
+        images: &RefinementImages,
+    ) -> Result<ImageEstimate> {
+        let mut estimate = self.samples[0].estimate_again(refiner, images)?;
+        for sample in &self.samples[1..] {
+            estimate.add(sample.estimate_again(refiner, images)?);
+        }
+        self.looks += 1;
+        estimate.set_looks(self.looks);
+        Ok(estimate)
+    }
+}
