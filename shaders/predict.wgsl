@@ -43,6 +43,8 @@ const SCATTER: f32 = 1.0;
 const LEAST_BEND: f32 = 0.1;
 // Known pixels around a new one: the nearest four, and the next eight.
 const NEIGHBOURS: u32 = 12u;
+// A curvature is used if it adds at most this to the leverage of a plane. (All twelve neighbours: 1.41.)
+const MAX_LEVERAGE_OF_CURVATURE: f32 = 2.0;
 
 // In reaches. New centres are in the middle of a square lattice: (±1, ±1), (±3, ±1), (±1, ±3). New middles of edges are in a lattice turned
 // by 45°: (±1, 0), (0, ±1), (±2, ±1), (±1, ±2).
@@ -56,6 +58,69 @@ fn neighbour_offset(index: u32, is_axial: bool) -> vec2<i32> {
         return signs * vec2<i32>(long, 1);
     }
     return select(signs, select(vec2<i32>(signs.x, 0), vec2<i32>(0, signs.x), signs.y > 0), is_axial);
+}
+
+// Sums over neighbours of weight, times their places, times products of these; and of weight · r², of that times their places, and times r²,
+// where r is their distance.
+struct Moments {
+    weight: f32,
+    place: vec2<f32>,
+    squares: vec3<f32>,
+    distance: f32,
+    distance_place: vec2<f32>,
+    distance_squares: f32,
+}
+
+fn add_place(moments: ptr<function, Moments>, weight: f32, at: vec2<f32>) {
+    let r2 = dot(at, at);
+    (*moments).weight += weight;
+    (*moments).place += weight * at;
+    (*moments).squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
+    (*moments).distance += weight * r2;
+    (*moments).distance_place += weight * r2 * at;
+    (*moments).distance_squares += weight * r2 * r2;
+}
+
+// Sums of weight · value, and of that times (x, y), and times r².
+struct CurvedSums {
+    plane: Plane,
+    by_distance: vec3<f32>,
+}
+
+fn add_curved(sums: ptr<function, CurvedSums>, value: vec3<f32>, weight: f32, at: vec2<f32>) {
+    (*sums).plane.sum += weight * value;
+    (*sums).plane.sum_x += weight * at.x * value;
+    (*sums).plane.sum_y += weight * at.y * value;
+    (*sums).by_distance += weight * dot(at, at) * value;
+}
+
+fn value_of_curve(sums: CurvedSums, fit: CurvedFit) -> vec3<f32> {
+    return value_of(sums.plane, fit.shares.xyz) + fit.shares.w * sums.by_distance;
+}
+
+// A fit of 1, x, y and r² by least squares. Its value at the pixel is Σ weight·dot(shares, (1, x, y, r²))·value.
+struct CurvedFit {
+    shares: vec4<f32>,
+    is_there: bool,
+}
+
+fn fit_curved(moments: Moments) -> CurvedFit {
+    let scale = 1.0 / max(moments.weight, 1e-6);
+    let mean = scale * moments.place;
+    let spread = scale * moments.squares - vec3<f32>(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
+    let determinant = spread.x * spread.z - spread.y * spread.y;
+    let inverse = vec3<f32>(spread.z, -spread.y, spread.x) / determinant;
+    let pull = -vec2<f32>(inverse.x * mean.x + inverse.y * mean.y, inverse.y * mean.x + inverse.z * mean.y);
+    // The part of r² that a plane explains: its slope, and its value at the pixel.
+    let mean_distance = scale * moments.distance;
+    let covariance = scale * moments.distance_place - mean_distance * mean;
+    let slope = vec2<f32>(inverse.x * covariance.x + inverse.y * covariance.y, inverse.y * covariance.x + inverse.z * covariance.y);
+    let at_pixel = mean_distance - dot(slope, mean);
+    let rest = scale * moments.distance_squares - mean_distance * mean_distance - dot(slope, covariance);
+    let of_rest = at_pixel / rest;
+    let leverage = 1.0 - dot(pull, mean);
+    let is_there = determinant > 1e-3 && leverage <= MAX_LEVERAGE && rest > 1e-3 && at_pixel * of_rest <= MAX_LEVERAGE_OF_CURVATURE;
+    return CurvedFit(scale * vec4<f32>(leverage + at_pixel * of_rest, pull + of_rest * slope, -of_rest), is_there);
 }
 
 // Mean square of the plane's values at the neighbours. `spread` are the variances of their places.
@@ -120,6 +185,10 @@ fn compute_main(
     var phasor_variances = vec2<f32>(0.0);
     var phasor_variances_anyhow = vec2<f32>(0.0);
     var weights: array<f32, NEIGHBOURS>;
+    // Of all twelve.
+    var moments: Moments;
+    var diffuse_curve: CurvedSums;
+    var specular_curve: CurvedSums;
     var end = 4u;
     for (var i = 0u; i < end; i++) {
         let offset = neighbour_offset(i, is_axial);
@@ -139,12 +208,15 @@ fn compute_main(
         mean += weight * at;
         squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
         add(&diffuse_plane, known.rgb, weight, at);
+        add_place(&moments, weight, at);
+        add_curved(&diffuse_curve, known.rgb, weight, at);
         light_squares.x += weight * dot(known.rgb, known.rgb);
         add(&normal_plane, other.normal, weight, at);
         add(&square_plane, vec3<f32>(at * at, 0.0), weight, at);
         if (PHONG) {
             let specular_light = textureLoad(gathered, neighbour, SPECULAR).rgb;
             add(&specular_plane, specular_light, weight, at);
+            add_curved(&specular_curve, specular_light, weight, at);
             light_squares.y += weight * dot(specular_light, specular_light);
         }
         if (NOISY) {
@@ -162,6 +234,24 @@ fn compute_main(
         has_error = has_error || (is_same && state.kind != GATHERED_UNPREDICTED);
         end = select(end, NEIGHBOURS, i == 3u && near < 4u);
     }
+    for (var i = end; i < NEIGHBOURS; i++) {
+        let offset = neighbour_offset(i, is_axial);
+        let place = vec2<i32>(pixel) + offset * i32(parameters.reach);
+        let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
+        let neighbour = select(pixel, vec2<u32>(place), is_inside);
+        let known = textureLoad(gathered, neighbour, DIFFUSE);
+        let state = decode_state(known.w);
+        let is_known = is_gathered(state) || state.kind == INTERPOLATED;
+        let is_same = is_inside && is_known && is_one_surface(own, facing_at(neighbour));
+        let at = vec2<f32>(offset);
+        weights[i] = select(0.0, 1.0 / dot(at, at), is_same);
+        add_place(&moments, weights[i], at);
+        add_curved(&diffuse_curve, known.rgb, weights[i], at);
+        if (PHONG) {
+            add_curved(&specular_curve, textureLoad(gathered, neighbour, SPECULAR).rgb, weights[i], at);
+        }
+    }
+    let curve = fit_curved(moments);
     let scale = 1.0 / max(total, 1e-6);
     mean *= scale;
     let spread = squares * scale - vec3<f32>(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
@@ -173,22 +263,25 @@ fn compute_main(
     let has_plane = determinant > 1e-3 && leverage <= MAX_LEVERAGE;
     let pull = select(vec2<f32>(0.0), full_pull, has_plane);
     let shares = scale * vec3<f32>(1.0 - dot(pull, mean), pull);
-    let diffuse = max(value_of(diffuse_plane, shares), vec3<f32>(0.0));
+    let diffuse = max(select(value_of(diffuse_plane, shares), value_of_curve(diffuse_curve, curve), curve.is_there), vec3<f32>(0.0));
     var specular = vec3<f32>(0.0);
     if (PHONG) {
-        specular = max(value_of(specular_plane, shares), vec3<f32>(0.0));
+        specular = max(select(value_of(specular_plane, shares), value_of_curve(specular_curve, curve), curve.is_there), vec3<f32>(0.0));
         textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
     }
     if (PHASORS) {
-        // The same plane, as the weight of each neighbour in its value.
+        // The same prediction, as the weight of each neighbour in its value.
+        let last = select(end, NEIGHBOURS, curve.is_there);
+        let weights_of = select(vec4<f32>(shares, 0.0), curve.shares, curve.is_there);
         for (var lobe = 0u; lobe < lobe_count(); lobe++) {
             let light = select(diffuse, specular, lobe == SPECULAR);
             for (var layer = 0u; layer < phasor_layer_count(); layer++) {
                 var phasors = vec4<f32>(0.0);
-                for (var i = 0u; i < end; i++) {
+                for (var i = 0u; i < last; i++) {
                     let offset = neighbour_offset(i, is_axial);
                     let place = vec2<u32>(clamp(vec2<i32>(pixel) + offset * i32(parameters.reach), vec2<i32>(0), vec2<i32>(size) - 1));
-                    let share = weights[i] * dot(shares, vec3<f32>(1.0, vec2<f32>(offset)));
+                    let at = vec2<f32>(offset);
+                    let share = weights[i] * dot(weights_of, vec4<f32>(1.0, at, dot(at, at)));
                     phasors += share * textureLoad(gathered, place, phasor_layer(layer, lobe));
                 }
                 textureStore(gathered, pixel, phasor_layer(layer, lobe), limit_phasors(phasors, light[band_of(layer)]));

@@ -10,8 +10,6 @@ struct ScatterParameters {
     // Errors are relative to this, W/sr/m², or to own_share times the pixel's own radiance, if that is more.
     least_radiance: f32,
     own_share: f32,
-    // 1: the receivers belong to the grid that is always gathered.
-    is_grid: u32,
     // Noise of gathers, as in variance_of_mean.
     evenness: f32,
     variance_rate: f32,
@@ -66,13 +64,10 @@ fn worst_phasor_deviation(pixel: vec2<u32>, first: u32, sample_count: f32) -> f3
     return sqrt(worst);
 }
 
-// Stores a mix of predicted and gathered Z. `gain` is the weight of the gathered Z.
-fn store_phasors(pixel: vec2<u32>, first: u32, sample_count: f32, gain: f32) {
+fn store_phasors(pixel: vec2<u32>, first: u32, sample_count: f32) {
     for (var lobe = 0u; lobe < lobe_count(); lobe++) {
         for (var i = 0u; i < phasor_layer_count(); i++) {
-            let layer = phasor_layer(i, lobe);
-            let kept = mix(textureLoad(gathered, pixel, layer), gathered_phasor(pixel, first, i, lobe, sample_count), gain);
-            textureStore(gathered, pixel, layer, kept);
+            textureStore(gathered, pixel, phasor_layer(i, lobe), gathered_phasor(pixel, first, i, lobe, sample_count));
         }
     }
 }
@@ -86,7 +81,6 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
     let predicted = textureLoad(gathered, pixel, DIFFUSE);
     let kind = decode_state(predicted.w).kind;
-    let is_predicted = kind == PREDICTED || kind == PREDICTED_ONE_WAY;
     let first = RESULT_VECTORS * id.x;
     var diffuse = results[first].rgb;
     var specular = vec3<f32>(0.0);
@@ -119,7 +113,6 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         deviation = max(deviation, worst_phasor_deviation(pixel, first, sample_count));
     }
     var error = deviation;
-    var gain = 1.0;
     if (NOISY) {
         let own_variance = variance_of_mean(reflect_variances(pixel, known_sampling(pixel)), packets, parameters.evenness, parameters.variance_rate);
         let variance_around = variance_of_mean(reflect_variances(pixel, sampling_around(pixel)), packets, parameters.evenness, parameters.variance_rate);
@@ -127,18 +120,12 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         let is_doubtful = own_variance == 0.0 && variance_around > RARE * dot(expected, expected);
         let variance = select(own_variance, variance_around, is_doubtful);
         error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
-        if (parameters.is_grid == 0u && is_predicted) {
-            // The smooth pass does this for the grid.
-            gain = wiener_gain(max(deviation * deviation - variance, 0.0), variance);
-            diffuse = mix(predicted.rgb, diffuse, gain);
-            specular = mix(predicted_specular, specular, gain);
-        }
     }
     if (PHONG) {
         textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
     }
     if (PHASORS) {
-        store_phasors(pixel, first, sample_count, gain);
+        store_phasors(pixel, first, sample_count);
     }
     var state = PixelState(GATHERED_UNPREDICTED, 0.0);
     if (kind == PREDICTED) {

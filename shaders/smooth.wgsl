@@ -1,8 +1,8 @@
-// Lowers the noise of gathers. It keeps what a model of the pixels around explains, and of the rest the part that exceeds noise (after Lee,
+// Models gathers by the pixels around, to lower their noise: of a pixel's own gather, only the part that exceeds noise is kept (after Lee,
 // "Digital image enhancement and noise filtering by use of local statistics", 1980). The gathers themselves measure the noise. The model is
 // linear in the place in the image and in the normal (after Bitterli et al., "Nonlinearly weighted first-order regression for denoising
 // Monte Carlo renderings", 2016): light from afar changes as the normal does, even on facets as small as pixels. The model is fitted to
-// samples, not to smoothed values.
+// samples, not to smoothed values. The smooth_residuals pass makes the smoothed light of it.
 //
 // Where that is better, the model is of the light over A, the light of the VPLs without occlusion: what is hidden varies less from facet to
 // facet than what arrives. (A ratio estimator, after Heitz et al., "Combining analytic direct illumination and stochastic shadows", 2018.)
@@ -10,6 +10,7 @@
 #import refinement
 #import reflect
 #import sampling
+#import smoothing
 
 struct SmoothParameters {
     // Pixels between the points of the grid.
@@ -24,16 +25,15 @@ struct SmoothParameters {
 }
 
 var normal_geometric: texture_2d<f32>;
-var gathered: texture_storage_2d_array<rgba32float, read_write>;
+var gathered: texture_storage_2d_array<rgba32float, read>;
+var modelled: texture_storage_2d_array<rgba32float, write>;
 var<immediate> parameters: SmoothParameters;
 
 // Points of the grid to each side.
 const REACH: i32 = 2;
 const EDGE: i32 = 2 * REACH + 1;
 const POINTS: i32 = EDGE * EDGE;
-// A pixel has the weight exp(−(turn/TURN)² − (distance/DISTANCE)²). turn is the difference of the normals; distance is between the points,
-// over that to the nearest neighbour.
-const TURN: f32 = 0.6;
+// Farness of a pixel, as in weight_of, at which it has 1/e of the weight.
 const DISTANCE: f32 = 3.0;
 // Added to the features' variances, so that features that do not vary explain nothing.
 const RIDGE: f32 = 1e-3;
@@ -72,10 +72,6 @@ fn value_of_light(light: vec3<f32>) -> Value {
     return light;
 }
 #endif
-
-fn sampled_light(pixel: vec2<u32>, lobe: u32, packets: f32) -> Value {
-    return value_of_light(textureLoad(samples, pixel, SUMS_DIFFUSE + lobe).rgb / (PACKET_SAMPLES * max(packets, 1.0)));
-}
 
 // Sums over pixels of weight · value, of that times each feature, and of weight · value².
 struct Sums {
@@ -152,10 +148,6 @@ fn features_of(index: i32, turned: vec2<f32>) -> vec4<f32> {
     return vec4<f32>(vec2<f32>(place_around(index)) / f32(REACH), turned);
 }
 
-fn sampled_phasors(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> vec4<f32> {
-    return textureLoad(samples, pixel, phasor_sums_layer(layer, lobe)) / (PACKET_SAMPLES * max(packets, 1.0));
-}
-
 // Sum over both frequencies, as if the bands were alike.
 fn phasor_variance(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> f32 {
     let of_frequencies = textureLoad(samples, pixel, phasor_squares_layer(lobe));
@@ -220,12 +212,10 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
     return phasors;
 }
 
-fn store_phasors(pixel: vec2<u32>, lobe: u32, phasors: SmoothedPhasors, gain: f32, light: vec3<f32>) {
+fn store_phasors(pixel: vec2<u32>, lobe: u32, phasors: SmoothedPhasors) {
     var smoothed = phasors;
-    let packets = textureLoad(samples, pixel, SAMPLING).x;
     for (var layer = 0u; layer < phasor_layer_count(); layer++) {
-        let kept = mix(smoothed.modelled[layer], sampled_phasors(pixel, layer, lobe, packets), gain);
-        textureStore(gathered, pixel, phasor_layer(layer, lobe), limit_phasors(kept, light[band_of(layer)]));
+        textureStore(modelled, pixel, phasor_layer(layer, lobe), smoothed.modelled[layer]);
     }
 }
 #else
@@ -233,12 +223,12 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
     return SmoothedPhasors();
 }
 
-fn store_phasors(pixel: vec2<u32>, lobe: u32, phasors: SmoothedPhasors, gain: f32, light: vec3<f32>) {}
+fn store_phasors(pixel: vec2<u32>, lobe: u32, phasors: SmoothedPhasors) {}
 #endif
 
-// Smooths what a lobe reflects. `variance` is that of the light. Returns the squared error of the model.
+// Models what a lobe reflects. `variance` is that of the light. Returns the squared error of the model.
 fn smooth_lobe(pixel: vec2<u32>, lobe: u32, sums: Sums, neighbours: Neighbours, fit: Fit, variance: f32, packets: f32) -> f32 {
-    let own = sampled_light(pixel, lobe, packets);
+    let own = value_of_light(sampled_light(pixel, lobe, packets));
     let smoothed = smooth_value(own, sums, fit, variance);
     var gain = smoothed.gain;
     var phasors: SmoothedPhasors;
@@ -247,9 +237,8 @@ fn smooth_lobe(pixel: vec2<u32>, lobe: u32, sums: Sums, neighbours: Neighbours, 
         phasors = smooth_phasors(pixel, lobe, neighbours, fit);
         gain = max(gain, phasors.gain);
     }
-    let light = max(mix(smoothed.modelled, own, gain).xyz, vec3<f32>(0.0));
-    textureStore(gathered, pixel, lobe, vec4<f32>(light, textureLoad(gathered, pixel, lobe).w));
-    store_phasors(pixel, lobe, phasors, gain, light);
+    textureStore(modelled, pixel, lobe, vec4<f32>(smoothed.modelled.xyz, gain));
+    store_phasors(pixel, lobe, phasors);
     // If Z deviates more than the light, the error of light that has this gain.
     let of_gain = variance * (gain / max(1.0 - gain, 1e-6) - fit.leverage);
     return select(smoothed.error, max(of_gain, smoothed.error), gain > smoothed.gain);
@@ -264,7 +253,7 @@ fn compute_main(
     let item = 64u * (group.y * groups.x + group.x) + local;
     let pixel = parameters.stride * vec2<u32>(item % parameters.columns, item / parameters.columns);
     let size = textureDimensions(position_mesh);
-    if (item >= parameters.item_count || !is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE).w))) {
+    if (item >= parameters.item_count) {
         return;
     }
     let position = textureLoad(position_mesh, pixel).xyz;
@@ -272,20 +261,9 @@ fn compute_main(
     let around = frame_around(normal);
     let own_sampling = known_sampling(pixel);
     let own_lobe = lobe_at(pixel);
-    // Squared distance to the nearest neighbour, and number of neighbours that were sampled.
-    var spacing_squared = 1e30;
-    var sampled_neighbours = 0u;
-    for (var i = 0; i < 4; i++) {
-        let along = 2 * (i & 1) - 1;
-        let place = vec2<i32>(pixel) + i32(parameters.stride) * select(vec2<i32>(along, 0), vec2<i32>(0, along), i > 1);
-        let other = vec2<u32>(clamp(place, vec2<i32>(0), vec2<i32>(size) - 1));
-        let there = textureLoad(position_mesh, other);
-        let offset = there.xyz - position;
-        let is_other = there.w != 0.0 && any(other != pixel);
-        spacing_squared = select(spacing_squared, min(spacing_squared, dot(offset, offset)), is_other);
-        sampled_neighbours += u32(is_other && textureLoad(samples, other, SAMPLING).x > 0.0);
-    }
-    let end = select(0, POINTS, sampled_neighbours > 0u);
+    let spacing = spacing_at(pixel, position, parameters.stride);
+    let is_here = is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE).w));
+    let end = select(0, POINTS, is_here && spacing.sampled > 0u);
     var neighbours: Neighbours;
     var diffuse_sums: Sums;
     var specular_sums: Sums;
@@ -308,10 +286,9 @@ fn compute_main(
         let other_normal = textureLoad(normal_geometric, other, 0).xyz;
         let turn = other_normal - normal;
         let is_wanted = is_sampled && any(other != pixel) && is_one_lobe(own_lobe, lobe_at(other));
-        let farness = dot(turn, turn) / (TURN * TURN) + dot(offset, offset) / (DISTANCE * DISTANCE * spacing_squared);
         let ratio = ratio_to(unoccluded, other);
         // By the noise of what the ratio makes of the other's light.
-        let weight = select(0.0, exp(-farness) * min(1.0 / (ratio * ratio), MAX_RATIO_WEIGHT), is_wanted);
+        let weight = select(0.0, weight_of(turn, offset, DISTANCE, spacing) * min(1.0 / (ratio * ratio), MAX_RATIO_WEIGHT), is_wanted);
         let turned = vec2<f32>(dot(other_normal, around.right), dot(other_normal, around.up));
         let features = features_of(i, turned);
         neighbours.weights[i] = weight;
@@ -324,13 +301,14 @@ fn compute_main(
         squares_b += weight * mat2x2<f32>(features.z * features.xy, features.w * features.xy);
         squares_d += weight * mat2x2<f32>(features.z * features.zw, features.w * features.zw);
         sum_of_variances += weight * vec2<f32>(ratio * ratio, 1.0) * variances(known);
-        add(&diffuse_sums, ratio * sampled_light(other, DIFFUSE, known.packets), features, weight);
+        add(&diffuse_sums, value_of_light(ratio * sampled_light(other, DIFFUSE, known.packets)), features, weight);
         if (PHONG) {
-            add(&specular_sums, sampled_light(other, SPECULAR, known.packets), features, weight);
+            add(&specular_sums, value_of_light(sampled_light(other, SPECULAR, known.packets)), features, weight);
         }
     }
     fit.count = fit.weight * fit.weight / max(squared_weights, 1e-30);
     if (fit.count < LEAST_PIXELS) {
+        textureStore(modelled, pixel, DIFFUSE, vec4<f32>(0.0, 0.0, 0.0, -1.0));
         return;
     }
     let scale = 1.0 / fit.weight;

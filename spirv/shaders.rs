@@ -47,6 +47,7 @@ keys! {
     Scatter { phasors: bool, brdf: Brdf, noisy: bool, }
     Unoccluded { brdf: Brdf, }
     Smooth { phasors: bool, brdf: Brdf, }
+    SmoothResiduals { phasors: bool, brdf: Brdf, }
     Resolve { phasors: bool, brdf: Brdf, noisy: bool, }
     Stderr { }
     AreaLightMerge { }
@@ -323,11 +324,10 @@ pub struct ScatterParameters {
     pub receiver_count: u32,
     pub least_radiance: f32,
     pub own_share: f32,
-    pub is_grid: u32,
     pub evenness: f32,
     pub variance_rate: f32,
 }
-const _: () = assert!(size_of::<ScatterParameters>() == 28);
+const _: () = assert!(size_of::<ScatterParameters>() == 24);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -350,6 +350,15 @@ pub struct SmoothParameters {
     pub by_ratio: u32,
 }
 const _: () = assert!(size_of::<SmoothParameters>() == 24);
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct SmoothResidualsParameters {
+    pub stride: u32,
+    pub columns: u32,
+    pub item_count: u32,
+}
+const _: () = assert!(size_of::<SmoothResidualsParameters>() == 12);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -929,6 +938,7 @@ bindings! {
         (4, "samples", DescriptorType::STORAGE_IMAGE),
         (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "modelled", DescriptorType::STORAGE_IMAGE),
     ];
     SMOOTH_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -937,6 +947,24 @@ bindings! {
         (4, "samples", DescriptorType::STORAGE_IMAGE),
         (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "modelled", DescriptorType::STORAGE_IMAGE),
+    ];
+    SMOOTH_RESIDUALS_BINDINGS = [
+        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "modelled", DescriptorType::STORAGE_IMAGE),
+    ];
+    SMOOTH_RESIDUALS_PHASORS_BINDINGS = [
+        (0, "modulation", DescriptorType::UNIFORM_BUFFER),
+        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
+        (4, "samples", DescriptorType::STORAGE_IMAGE),
+        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "modelled", DescriptorType::STORAGE_IMAGE),
     ];
     RESOLVE_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
@@ -1151,15 +1179,19 @@ modules! {
     PREDICT_PHASORS: Key::Predict { phasors: true, .. } =>
         "predict_phasors" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16)];
     SCATTER: Key::Scatter { phasors: false, .. } =>
-        "scatter" "scatter" c"compute_main" [64, 1, 1] 28 SCATTER_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
+        "scatter" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
     SCATTER_PHASORS: Key::Scatter { phasors: true, .. } =>
-        "scatter_phasors" "scatter" c"compute_main" [64, 1, 1] 28 SCATTER_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16)];
+        "scatter_phasors" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16)];
     UNOCCLUDED: Key::Unoccluded { .. } =>
         "unoccluded" "unoccluded" c"compute_main" [64, 1, 1] 8 UNOCCLUDED_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
     SMOOTH: Key::Smooth { phasors: false, .. } =>
         "smooth" "smooth" c"compute_main" [64, 1, 1] 24 SMOOTH_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2)];
     SMOOTH_PHASORS: Key::Smooth { phasors: true, .. } =>
         "smooth_phasors" "smooth" c"compute_main" [64, 1, 1] 24 SMOOTH_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16)];
+    SMOOTH_RESIDUALS: Key::SmoothResiduals { phasors: false, .. } =>
+        "smooth_residuals" "smooth_residuals" c"compute_main" [64, 1, 1] 12 SMOOTH_RESIDUALS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2)];
+    SMOOTH_RESIDUALS_PHASORS: Key::SmoothResiduals { phasors: true, .. } =>
+        "smooth_residuals_phasors" "smooth_residuals" c"compute_main" [64, 1, 1] 12 SMOOTH_RESIDUALS_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16)];
     RESOLVE: Key::Resolve { phasors: false, .. } =>
         "resolve" "resolve" c"compute_main" [8, 8, 1] 20 RESOLVE_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
     RESOLVE_PHASORS: Key::Resolve { phasors: true, .. } =>

@@ -1,4 +1,4 @@
-//! The kernel of `shaders/smooth.wgsl` alone, on gathers that a test provides.
+//! The kernels of `shaders/smooth.wgsl` and `shaders/smooth_residuals.wgsl` alone, on gathers that a test provides.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::{
     Device, Result,
     vulkan::{
         CommandPool, Image, ImageShape, Pipelines, Readback, Resource, groups_in_rows,
-        shaders::{Brdf, Key, SmoothParameters},
+        shaders::{Brdf, Key, SmoothParameters, SmoothResidualsParameters},
     },
 };
 
@@ -47,7 +47,7 @@ pub struct SmoothOptions {
     pub variance_rate: f32,
 }
 
-/// The diffuse and the specular light of each pixel after the pass, row by row. A pixel that is `None` has no surface.
+/// The diffuse and the specular light of each pixel after the passes, row by row. A pixel that is `None` has no surface.
 ///
 /// # Errors
 /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) if the device fails.
@@ -122,6 +122,14 @@ pub fn smooth(
             image("samples", Some(3 + lobes), [packets, rest, sums].concat())?,
         ),
         ("gathered", gathered.clone()),
+        (
+            "modelled",
+            image(
+                "models",
+                Some(lobes),
+                vec![[0.0; 4]; lobes as usize * pixels.len()],
+            )?,
+        ),
     ];
     let resources: Vec<_> = images
         .iter()
@@ -140,19 +148,31 @@ pub fn smooth(
         true => Brdf::Phong,
         false => Brdf::Lambert,
     };
+    let of_residuals = SmoothResidualsParameters {
+        stride: parameters.stride,
+        columns: parameters.columns,
+        item_count: parameters.item_count,
+    };
     let pipelines = Pipelines::new(device);
-    let pipeline = pipelines.compute(Key::Smooth {
+    let model = pipelines.compute(Key::Smooth {
+        phasors: false,
+        brdf,
+    })?;
+    let residuals = pipelines.compute(Key::SmoothResiduals {
         phasors: false,
         brdf,
     })?;
     let groups = groups_in_rows(
         parameters
             .item_count
-            .div_ceil(pipeline.module.workgroup_size[0]),
+            .div_ceil(model.module.workgroup_size[0]),
     );
     let mut recorder = commands.begin()?;
     recorder.pass("smooth", |recorder| {
-        recorder.dispatch(&pipeline, &resources, &parameters, groups)
+        recorder.dispatch(&model, &resources, &parameters, groups)
+    })?;
+    recorder.pass("smooth_residuals", |recorder| {
+        recorder.dispatch(&residuals, &resources, &of_residuals, groups)
     })?;
     recorder.submit()?;
     let mut readback = Readback::new(device, gathered.shape)?;

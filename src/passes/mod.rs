@@ -45,6 +45,7 @@ pub(crate) mod scatter;
 pub(crate) mod sensor;
 pub(crate) mod shadow;
 pub(crate) mod smooth;
+pub(crate) mod smooth_residuals;
 pub(crate) mod stderr;
 pub(crate) mod surface;
 pub(crate) mod textures;

@@ -14,6 +14,8 @@ pub(crate) struct RefinementImages<A: Allocate = Device> {
     gathered: A::Image,
     /// How it was sampled, as described in `shaders/shared/sampling.wgsl`. Only if gathers have noise.
     samples: Option<A::Image>,
+    /// The models of the smooth pass, in the layout of `gathered`. Only if gathers have noise.
+    modelled: Option<A::Image>,
     /// The modulation, with the scales of errors that were found; only with time of flight.
     pub modulation: Option<Buffer>,
 }
@@ -46,9 +48,11 @@ impl<A: Allocate> RefinementImages<A> {
         // One layer for the variances from the pixels around, and one per lobe for squares.
         let of_phasor_samples = if phasors > 0 { 1 + lobes } else { 0 };
         let samples = || image("sums over samples", 3 + lobes + phasors + of_phasor_samples);
+        let modelled = || allocate.image("models of gathered light", gathered);
         Ok(RefinementImages {
             gathered: allocate.image("gathered light", gathered)?,
             samples: is_noisy.then(samples).transpose()?,
+            modelled: is_noisy.then(modelled).transpose()?,
             modulation: None,
         })
     }
@@ -68,15 +72,17 @@ impl RefinementImages {
 
     /// Clears how the pixels were sampled.
     pub fn clear_samples(&self, recorder: &mut Recorder) {
-        if let Some(samples) = &self.samples {
-            recorder.prepare_images(&[samples]);
+        if let (Some(samples), Some(modelled)) = (&self.samples, &self.modelled) {
+            recorder.prepare_images(&[samples, modelled]);
             recorder.clear_image(samples);
         }
     }
 
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let samples = self.samples.iter();
-        let samples = samples.map(|image| ("samples", Resource::Image(image)));
+        let samples = [("samples", &self.samples), ("modelled", &self.modelled)];
+        let samples = samples
+            .into_iter()
+            .filter_map(|(name, image)| Some((name, Resource::Image(image.as_ref()?))));
         let gathered = ("gathered", Resource::Image(&self.gathered));
         let modulation = self.modulation.iter();
         let modulation = modulation.map(|buffer| ("modulation", Resource::Buffer(buffer)));

@@ -38,7 +38,6 @@ pub(crate) fn scatter(
         receiver_count: range.count,
         least_radiance: criteria.least_radiance(),
         own_share: criteria.own_share(),
-        is_grid: criteria.tolerance.is_none().into(),
         evenness: criteria.noise.evenness as f32,
         variance_rate: criteria.noise.rate as f32,
     };

@@ -1,4 +1,4 @@
-//! Smooth pass: lowers the noise of the gathers on a grid, using the pixels around them.
+//! Smooth pass: models the gathers on a grid by the pixels around them.
 
 use super::{
     Context,
@@ -13,8 +13,8 @@ use crate::{
     },
 };
 
-/// Replaces what was gathered at every `stride_px`-th pixel of each row and column. With `by_ratio`, the light over that of VPLs without
-/// occlusion is smoothed.
+/// Models what was gathered at every `stride_px`-th pixel of each row and column. With `by_ratio`, the model is of the light over that of
+/// VPLs without occlusion.
 pub(crate) fn smooth(
     recorder: &mut Recorder,
     context: &Context,

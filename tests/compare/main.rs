@@ -7,6 +7,7 @@ mod common;
 
 mod adaptive_sum;
 mod area_light;
+mod corners;
 mod cutouts;
 mod direct;
 mod final_gather;

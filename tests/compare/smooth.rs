@@ -1,4 +1,5 @@
-//! The kernel of `shaders/smooth.wgsl` against the same fit in f64, and on pixels that a fit of their neighbours could spoil.
+//! The kernels of `shaders/smooth.wgsl` and `shaders/smooth_residuals.wgsl` against the same fit in f64, and on pixels that a fit of their
+//! neighbours could spoil.
 
 use crate::common::gpu::Gpu;
 use camlux::internals::smooth_probe::{GatheredLobe, GatheredPixel, SmoothOptions, smooth};
@@ -46,54 +47,56 @@ fn variance_of_mean(lobe: &GatheredLobe, pixel: &GatheredPixel, options: &Smooth
     f64::from(options.evenness) * f64::from(lobe.variance) / 64.0 * fall
 }
 
-/// `smooth.wgsl` for one pixel, as a textbook least-squares fit.
-fn smoothed(
+/// A pixel of a test's image; `None` outside it, and where no surface is.
+fn at(
     pixels: &[Option<GatheredPixel>],
     options: SmoothOptions,
     [x, y]: [i32; 2],
-) -> [DVec3; 2] {
+) -> Option<GatheredPixel> {
     let [width, height] = options.size_px.map(|px| px as i32);
+    let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
+    is_inside
+        .then(|| pixels[(y * width + x) as usize])
+        .flatten()
+}
+
+fn vector(v: [f32; 3]) -> DVec3 {
+    Vec3::from(v).as_dvec3()
+}
+
+/// The pixels on the grid up to `reach` steps around one, itself included, with their places, and the weights that both kernels give them.
+fn around(
+    pixels: &[Option<GatheredPixel>],
+    options: SmoothOptions,
+    [x, y]: [i32; 2],
+    (reach, distance): (i32, f64),
+) -> Vec<([i32; 2], f64, GatheredPixel)> {
+    let Some(own) = at(pixels, options, [x, y]) else {
+        return Vec::new();
+    };
     let stride = options.stride_px as i32;
-    let at = |x: i32, y: i32| {
-        let is_inside = (0..width).contains(&x) && (0..height).contains(&y);
-        is_inside
-            .then(|| pixels[(y * width + x) as usize])
-            .flatten()
-    };
-    let Some(own) = at(x, y) else {
-        return [DVec3::ZERO; 2];
-    };
-    let lobes = [own.diffuse, own.specular];
-    let unchanged = lobes.map(|lobe| Vec3::from(lobe.mean).as_dvec3());
-    if own.packets == 0 || x % stride != 0 || y % stride != 0 {
-        return unchanged;
-    }
-    let vector = |v: [f32; 3]| Vec3::from(v).as_dvec3();
-    let (position, normal) = (vector(own.position), vector(own.normal));
+    let [width, height] = options.size_px.map(|px| px as i32);
     // As in the kernel, a position outside the image becomes the last pixel inside.
-    let nearest: Vec<_> = [[-1, 0], [1, 0], [0, -1], [0, 1]]
-        .into_iter()
-        .filter_map(|[dx, dy]| {
-            let place = [
-                (x + stride * dx).clamp(0, width - 1),
-                (y + stride * dy).clamp(0, height - 1),
-            ];
-            at(place[0], place[1]).filter(|_| place != [x, y])
-        })
-        .collect();
+    let nearest = [[-1, 0], [1, 0], [0, -1], [0, 1]].map(|[dx, dy]| {
+        let place = [
+            (x + stride * dx).clamp(0, width - 1),
+            (y + stride * dy).clamp(0, height - 1),
+        ];
+        at(pixels, options, place).filter(|_| place != [x, y])
+    });
+    let nearest: Vec<_> = nearest.into_iter().flatten().collect();
+    if nearest.iter().all(|other| other.packets == 0) {
+        return Vec::new();
+    }
     let spacing_squared = nearest
         .iter()
-        .map(|other| vector(other.position).distance_squared(position))
+        .map(|other| vector(other.position).distance_squared(vector(own.position)))
         .fold(f64::INFINITY, f64::min);
-    if nearest.iter().all(|other| other.packets == 0) {
-        return unchanged;
-    }
-    let (right, up) = normal.any_orthonormal_pair();
     let is_glossy = |ks: [f32; 4]| ks[..3].iter().any(|&k| k > 0.0);
     let mut around = Vec::new();
-    for (dx, dy) in (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| (dx, dy))) {
-        let other = at(x + stride * dx, y + stride * dy);
-        let Some(other) = other.filter(|other| other.packets > 0 && (dx, dy) != (0, 0)) else {
+    for [dx, dy] in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy])) {
+        let other = at(pixels, options, [x + stride * dx, y + stride * dy]);
+        let Some(other) = other.filter(|other| other.packets > 0) else {
             continue;
         };
         let (ks, other_ks) = (own.ks_shininess, other.ks_shininess);
@@ -101,23 +104,41 @@ fn smoothed(
         if options.is_specular && !is_one_lobe {
             continue;
         }
-        let other_normal = vector(other.normal);
-        let turn_squared = other_normal.distance_squared(normal) / 0.36;
-        let distance_squared =
-            vector(other.position).distance_squared(position) / (9.0 * spacing_squared);
-        let features = DVec4::new(
-            f64::from(dx) / 2.0,
-            f64::from(dy) / 2.0,
-            other_normal.dot(right),
-            other_normal.dot(up),
-        );
-        around.push((
-            (-turn_squared - distance_squared).exp(),
-            features,
-            [other.diffuse, other.specular],
-            other,
-        ));
+        let turn_squared = vector(other.normal).distance_squared(vector(own.normal)) / 0.36;
+        let distance_squared = vector(other.position).distance_squared(vector(own.position))
+            / (distance * distance * spacing_squared);
+        around.push(([dx, dy], (-turn_squared - distance_squared).exp(), other));
     }
+    around
+}
+
+/// `smooth.wgsl` for one pixel, as a textbook least-squares fit: the model of each lobe, and the weight of the pixel's own light. `None` if
+/// the pixel has no model.
+fn model(
+    pixels: &[Option<GatheredPixel>],
+    options: SmoothOptions,
+    [x, y]: [i32; 2],
+) -> Option<[(DVec3, f64); 2]> {
+    let own = at(pixels, options, [x, y])?;
+    let stride = options.stride_px as i32;
+    if own.packets == 0 || x % stride != 0 || y % stride != 0 {
+        return None;
+    }
+    let unchanged = [own.diffuse, own.specular].map(|lobe| vector(lobe.mean));
+    let (right, up) = vector(own.normal).any_orthonormal_pair();
+    let around: Vec<_> = around(pixels, options, [x, y], (2, 3.0))
+        .into_iter()
+        .filter(|(place, ..)| *place != [0, 0])
+        .map(|([dx, dy], weight, other)| {
+            let features = DVec4::new(
+                f64::from(dx) / 2.0,
+                f64::from(dy) / 2.0,
+                vector(other.normal).dot(right),
+                vector(other.normal).dot(up),
+            );
+            (weight, features, [other.diffuse, other.specular], other)
+        })
+        .collect();
     let weight: f64 = around.iter().map(|(weight, ..)| weight).sum();
     let count = weight.powi(2)
         / around
@@ -125,7 +146,7 @@ fn smoothed(
             .map(|(weight, ..)| weight.powi(2))
             .sum::<f64>();
     if around.is_empty() || count < 7.0 {
-        return unchanged;
+        return None;
     }
     let mean_features = around.iter().map(|(w, f, ..)| *f * *w).sum::<DVec4>() / weight;
     let mut covariance = DMat4::from_diagonal(DVec4::splat(1e-3));
@@ -133,7 +154,7 @@ fn smoothed(
         let f = *f - mean_features;
         covariance += DMat4::from_cols(f * f.x, f * f.y, f * f.z, f * f.w) * (*w / weight);
     }
-    std::array::from_fn(|i| {
+    Some(std::array::from_fn(|i| {
         let mean_of = |value: &dyn Fn(&GatheredLobe, &GatheredPixel) -> f64| {
             let sum =
                 |(w, _, lobes, other): &(_, _, [GatheredLobe; 2], _)| w * value(&lobes[i], other);
@@ -157,7 +178,7 @@ fn smoothed(
             }
         }
         scatter *= count / (count - 5.0);
-        let own_variance = variance_of_mean(&lobes[i], &own, &options);
+        let own_variance = variance_of_mean(&[own.diffuse, own.specular][i], &own, &options);
         let mean_variance = mean_of(&|lobe, other| variance_of_mean(lobe, other, &options));
         let mean_square = mean_of(&|lobe, _| vector(lobe.mean).length_squared());
         let variance = if own_variance == 0.0 && mean_variance > 0.1 * mean_square {
@@ -177,7 +198,50 @@ fn smoothed(
         } else {
             1.0
         };
-        modelled.lerp(unchanged[i], own_share).max(DVec3::ZERO)
+        (modelled, own_share)
+    }))
+}
+
+/// Both kernels for one pixel: what the neighbours' gathers have more than their models is added to the pixel's model.
+fn smoothed(
+    pixels: &[Option<GatheredPixel>],
+    models: &[Option<[(DVec3, f64); 2]>],
+    options: SmoothOptions,
+    [x, y]: [i32; 2],
+) -> [DVec3; 2] {
+    let width = options.size_px[0] as i32;
+    let Some(own) = at(pixels, options, [x, y]) else {
+        return [DVec3::ZERO; 2];
+    };
+    let unchanged = [own.diffuse, own.specular].map(|lobe| vector(lobe.mean));
+    let Some(own_model) = models[(y * width + x) as usize] else {
+        return unchanged;
+    };
+    let stride = options.stride_px as i32;
+    std::array::from_fn(|lobe| {
+        let (mut sum, mut weights, mut squares) = (DVec3::ZERO, 0.0, 0.0);
+        for ([dx, dy], weight, other) in around(pixels, options, [x, y], (4, 6.0)) {
+            let index = (y + stride * dy) * width + x + stride * dx;
+            let Some(model) = models[index as usize] else {
+                continue;
+            };
+            let (modelled, own_share) = model[lobe];
+            let weight = weight * (1.0 - own_share);
+            let gathered = vector([other.diffuse, other.specular][lobe].mean);
+            sum += weight * (gathered - modelled);
+            weights += weight;
+            squares += weight * weight;
+        }
+        let is_enough = weights * weights >= 20.0 * squares && weights > 0.0;
+        let residual = if is_enough {
+            sum / weights
+        } else {
+            DVec3::ZERO
+        };
+        let (modelled, own_share) = own_model[lobe];
+        (modelled + residual)
+            .lerp(unchanged[lobe], own_share)
+            .max(DVec3::ZERO)
     })
 }
 
@@ -210,10 +274,13 @@ fn the_fit_matches_the_model() {
             }
         }
         let found = smooth(&gpu.device, &pixels, options).expect("the kernel runs");
+        let place = |i: usize| [i as i32 % SIZE[0] as i32, i as i32 / SIZE[0] as i32];
+        let models: Vec<_> = (0..pixels.len())
+            .map(|i| model(&pixels, options, place(i)))
+            .collect();
         let (mut worst, mut changed) = (0.0_f64, 0);
         for (i, found) in found.iter().enumerate() {
-            let place = [i as i32 % SIZE[0] as i32, i as i32 / SIZE[0] as i32];
-            let expected = smoothed(&pixels, options, place);
+            let expected = smoothed(&pixels, &models, options, place(i));
             for lobe in 0..1 + usize::from(is_specular) {
                 let error = Vec3::from(found[lobe]).as_dvec3().distance(expected[lobe]);
                 worst = worst.max(error);

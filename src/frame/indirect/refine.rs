@@ -16,7 +16,7 @@ use crate::{
         refinement::{RefinementCriteria, RefinementImages},
         resolve,
         sample_counts::{PACKET_SAMPLES, SampleCounts},
-        scatter, smooth, stderr,
+        scatter, smooth, smooth_residuals, stderr,
     },
     plan::{GridStep, Plan},
     scene::MAX_FREQUENCIES,
@@ -241,7 +241,8 @@ impl Refiner<'_, '_> {
         let (context, gbuffer, images) = (self.context, self.gbuffer, &resources.images);
         context.record(|recorder| {
             let how = (stride_px, self.smooths_ratio);
-            smooth::smooth(recorder, context, gbuffer, images, how, criteria)
+            smooth::smooth(recorder, context, gbuffer, images, how, criteria)?;
+            smooth_residuals::smooth(recorder, context, gbuffer, images, stride_px)
         })
     }
 

@@ -1,0 +1,316 @@
+//! How often the true error of an image is above the bound that camlux gives for it: `cargo bench --bench bound -- [FOLDER] [WORD...]`.
+//!
+//! Renders each scene with several target errors and seeds, and compares every image with a path-traced reference, whose noise is
+//! removed. References are kept in `target/bound`. FOLDER: the mesh scenes (`cargo run --release --example generate_scenes -- meshes
+//! FOLDER`). WORD: the name of a scene, such as `knot`, or a target error, such as 0.05; without them, all are rendered.
+//!
+//! The bias is that of the mean over all seeds. With time of flight, the true error is that of the worst quantity, as the target is, and
+//! the bias of the bounce's path follows for each frequency.
+
+#[path = "two_threads.rs"]
+mod two_threads;
+
+use std::{
+    env,
+    f64::consts::PI,
+    fs,
+    ops::ControlFlow,
+    path::{Path, PathBuf},
+};
+
+use camlux::{
+    Device, DeviceOptions, RenderOptions, Renderer, Scene,
+    metrics::{Comparison, CorrectedRmse, Pixels},
+    model::SPEED_OF_LIGHT_M_S,
+    output::{
+        ExrOptions, Frame, FrameStats, Layer, OutputFile, StopReason, TofQuantity, write_exr,
+    },
+    reference::{Goal, Reference},
+    scene::IndirectLight,
+};
+use two_threads::Failure;
+
+const SCENES: [&str; 11] = [
+    "cornell",
+    "cornell_spot",
+    "glossy",
+    "textured",
+    "knot",
+    "bumps",
+    "leaves",
+    "lamp",
+    "projector",
+    "slit",
+    "tof_corner",
+];
+const MESH_SCENES: [&str; 9] = [
+    "blob",
+    "clutter",
+    "far_light",
+    "gear",
+    "glossy_head",
+    "grass",
+    "scan",
+    "terrain",
+    "two_lights",
+];
+const TARGET_ERRORS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
+const SEEDS: u32 = 5;
+/// Pixels along the longer edge of the images.
+const EDGE_PX: f64 = 128.0;
+/// relRMSE of the references.
+const REFERENCE_ERROR: f64 = 0.01;
+
+fn main() -> std::process::ExitCode {
+    two_threads::run("bound", report)
+}
+
+fn report() -> Result<(), Failure> {
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let words: Vec<String> = env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with('-'))
+        .collect();
+    let (folders, words): (Vec<_>, Vec<_>) =
+        words.into_iter().partition(|word| Path::new(word).is_dir());
+    let (targets, names): (Vec<_>, Vec<_>) = words
+        .into_iter()
+        .partition(|word| word.parse::<f64>().is_ok());
+    let targets: Vec<f64> = match targets.is_empty() {
+        true => TARGET_ERRORS.into(),
+        false => targets
+            .iter()
+            .filter_map(|word| word.parse().ok())
+            .collect(),
+    };
+    let scenes = SCENES.map(|name| (name, manifest.join("scenes")));
+    let mesh_scenes = MESH_SCENES.map(|name| (name, folders.first().map(PathBuf::from)));
+    let mesh_scenes = mesh_scenes
+        .into_iter()
+        .filter_map(|(name, folder)| Some((name, folder?)));
+    let device = Device::open(&DeviceOptions::default())?;
+    let mut renderer = Renderer::new(&device)?;
+    let mut all = Counts::default();
+    println!(
+        "{:<14} {:>6} {:>9} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8}  path bias, mm",
+        "scene", "target", "M rays", "true", "worst", "claimed", "bound", "over", "bias"
+    );
+    for (name, folder) in scenes.into_iter().chain(mesh_scenes) {
+        if !names.is_empty() && !names.iter().any(|each| each == name) {
+            continue;
+        }
+        let mut scene = Scene::load(&folder.join(format!("{name}.toml")))?;
+        let [width, height] = scene.camera.resolution_px.map(f64::from);
+        let scale = EDGE_PX / width.max(height);
+        scene.camera.resolution_px = [width, height].map(|px| (scale * px).round() as u32);
+        let truth = reference(&scene, name)?;
+        for &target in &targets {
+            scene.indirect = Some(IndirectLight::final_gather(target));
+            let mut counts = Counts::default();
+            let mut sums: Option<Vec<Vec<f64>>> = None;
+            let mut of_frames = Vec::new();
+            for seed in 0..SEEDS {
+                let mut options = RenderOptions {
+                    seed,
+                    ..Default::default()
+                };
+                let frame = renderer.render(&scene, &mut options)?;
+                let error = true_error(&frame, &truth)?;
+                counts.add(error, &frame.stats);
+                of_frames.push((error, frame.stats.clone()));
+                let layers = layers(&truth).into_iter().map(|(layer, _)| {
+                    frame.values(layer).map_or_else(Vec::new, |values| {
+                        values.iter().copied().map(f64::from).collect()
+                    })
+                });
+                match &mut sums {
+                    None => sums = Some(layers.collect()),
+                    Some(sums) => {
+                        for (sum, layer) in sums.iter_mut().zip(layers) {
+                            sum.iter_mut()
+                                .zip(layer)
+                                .for_each(|(sum, value)| *sum += value);
+                        }
+                    }
+                }
+            }
+            print_row(name, target, &of_frames, &counts);
+            let means = sums.unwrap_or_default();
+            println!("{}", biases(&scene, &truth, &means));
+            all.join(&counts);
+        }
+    }
+    println!(
+        "{} frames: {} over the bound, {} over 1.1 times the bound, {} without a bound, {} missed the target",
+        all.frames, all.over, all.far_over, all.unbounded, all.missed
+    );
+    Ok(())
+}
+
+/// Frames, and how their true errors compare with their bounds.
+#[derive(Default)]
+struct Counts {
+    frames: u32,
+    over: u32,
+    far_over: u32,
+    unbounded: u32,
+    missed: u32,
+}
+
+impl Counts {
+    fn add(&mut self, error: f64, stats: &FrameStats) {
+        self.frames += 1;
+        self.missed += u32::from(stats.stop != Some(StopReason::TargetMet));
+        match stats.estimated_error_upper {
+            None => self.unbounded += 1,
+            Some(bound) => {
+                self.over += u32::from(error > bound);
+                self.far_over += u32::from(error > 1.1 * bound);
+            }
+        }
+    }
+
+    fn join(&mut self, other: &Counts) {
+        self.frames += other.frames;
+        self.over += other.over;
+        self.far_over += other.far_over;
+        self.unbounded += other.unbounded;
+        self.missed += other.missed;
+    }
+}
+
+fn print_row(name: &str, target: f64, frames: &[(f64, FrameStats)], counts: &Counts) {
+    let count = frames.len() as f64;
+    let rms = |of: &dyn Fn(&(f64, FrameStats)) -> f64| {
+        (frames.iter().map(|frame| of(frame).powi(2)).sum::<f64>() / count).sqrt()
+    };
+    let rays: u64 = frames.iter().map(|(_, stats)| stats.ray_count).sum();
+    let worst = frames.iter().map(|(error, _)| *error).fold(0.0, f64::max);
+    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    print!(
+        "{name:<14} {:>6} {:>9.2} {:>7} {:>7} {:>7} {:>7} {:>8}",
+        format!("{} %", 100.0 * target),
+        rays as f64 / count * 1e-6,
+        percent(rms(&|(error, _)| *error)),
+        percent(worst),
+        percent(rms(&|(_, stats)| stats.estimated_error.unwrap_or_default())),
+        percent(rms(&|(_, stats)| stats
+            .estimated_error_upper
+            .unwrap_or_default())),
+        format!("{}+{}", counts.over, counts.far_over),
+    );
+}
+
+/// The reference image of a scene, from its file if there is one.
+fn reference(scene: &Scene, name: &str) -> Result<Frame, Failure> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/bound");
+    fs::create_dir_all(&folder)?;
+    let path = folder.join(format!("{name}.exr"));
+    let goal = Goal::StandardError(REFERENCE_ERROR);
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let kept = Reference::resume(scene, &path);
+    let mut reference = match kept {
+        Ok(reference) => reference,
+        Err(_) => Reference::start(scene, goal, go_on)?,
+    };
+    if !reference.meets(goal) {
+        while !reference.meets(goal) {
+            reference.add_round(go_on)?;
+        }
+        let file = OutputFile::create(&path)?;
+        write_exr(file, &reference.frame(), &ExrOptions::default())?;
+    }
+    Ok(reference.frame())
+}
+
+/// What the target is about, with its layer of standard errors: light, and Z of each frequency.
+fn layers(frame: &Frame) -> Vec<(Layer, Layer)> {
+    let of_frequency = |frequency| {
+        let layer = |quantity| Layer::Tof(frequency, quantity);
+        (
+            layer(TofQuantity::PhasorIndirect),
+            layer(TofQuantity::PhasorStandardError),
+        )
+    };
+    let phasors = (0..u8::MAX).map(of_frequency);
+    let phasors = phasors.take_while(|&(layer, _)| frame.values(layer).is_some());
+    [(Layer::Indirect, Layer::StandardError)]
+        .into_iter()
+        .chain(phasors)
+        .collect()
+}
+
+/// Pixels that show a surface, and those on edges.
+fn seen(frame: &Frame) -> [Vec<bool>; 2] {
+    [Layer::InstanceId, Layer::Edge].map(|layer| {
+        let ids = frame.ids(layer).unwrap_or_default();
+        ids.iter().map(|&id| id > 0).collect()
+    })
+}
+
+fn compare(image: &[f32], truth: &Frame, of: (Layer, Layer)) -> Result<Comparison, Failure> {
+    let [valid, edges] = seen(truth);
+    let reference = truth.values(of.0).ok_or("the reference lacks a layer")?;
+    Ok(Comparison::new(&Pixels {
+        image,
+        reference,
+        image_standard_error: None,
+        reference_standard_error: truth.values(of.1),
+        valid: &valid,
+        edges: Some(&edges),
+        channels: reference.len() / valid.len(),
+    })?)
+}
+
+/// relRMSE without the noise of the reference; of the worst quantity.
+fn true_error(frame: &Frame, truth: &Frame) -> Result<f64, Failure> {
+    let mut worst: f64 = 0.0;
+    for of in layers(truth) {
+        let image = frame.values(of.0).ok_or("the frame lacks a layer")?;
+        let comparison = compare(image, truth, of)?;
+        let error = comparison.noise.map(|noise| noise.rmse);
+        worst = worst.max(match error {
+            Some(CorrectedRmse::Estimate { value, .. }) => value,
+            // Noise hides it.
+            _ => 0.0,
+        });
+    }
+    Ok(worst)
+}
+
+/// The bias of the mean image: of its light, and of the bounce's path for each frequency.
+fn biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>]) -> String {
+    let [valid, edges] = seen(truth);
+    let counts = |pixel: usize| valid[pixel] && !edges[pixel];
+    let mut text = String::new();
+    for ((layer, _), sum) in layers(truth).into_iter().zip(sums) {
+        let due = truth.values(layer).unwrap_or_default();
+        let channels = due.len() / valid.len();
+        let pixels = sum.chunks_exact(channels).zip(due.chunks_exact(channels));
+        let pixels = pixels.enumerate().filter(|(pixel, _)| counts(*pixel));
+        let pixels = pixels.map(|(_, pair)| pair);
+        if let Layer::Tof(frequency, _) = layer {
+            let turn = pixels.map(|(sum, due)| {
+                let due = [due[0], due[1]].map(f64::from);
+                // Im and Re of sum · conj(due).
+                [
+                    sum[1] * due[0] - sum[0] * due[1],
+                    sum[0] * due[0] + sum[1] * due[1],
+                ]
+            });
+            let [im, re] = turn.fold([0.0; 2], |all, each| [all[0] + each[0], all[1] + each[1]]);
+            let tof = scene.tof.as_ref();
+            let hz = tof.map_or(f64::NAN, |tof| tof.frequencies_hz[usize::from(frequency)]);
+            let path_m = im.atan2(re) * SPEED_OF_LIGHT_M_S / (2.0 * PI * hz);
+            text += &format!("  {:+.2}", 1e3 * path_m);
+        } else {
+            let [sum, due] = pixels.fold([0.0; 2], |all, (sum, due)| {
+                let due = due.iter().copied().map(f64::from);
+                [all[0] + sum.iter().sum::<f64>(), all[1] + due.sum::<f64>()]
+            });
+            let bias = sum / f64::from(SEEDS) / due - 1.0;
+            text += &format!(" {:>8}", format!("{:+.2} %", 100.0 * bias));
+        }
+    }
+    text
+}

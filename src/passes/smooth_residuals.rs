@@ -1,0 +1,34 @@
+//! Smooth-residuals pass: lowers the noise of the gathers on a grid by their models, and removes the bias of these.
+
+use super::{Context, gbuffer::GBuffer, refinement::RefinementImages};
+use crate::{
+    Result,
+    vulkan::{
+        Recorder,
+        shaders::{Key, SmoothResidualsParameters},
+    },
+};
+
+/// Replaces what was gathered at every `stride_px`-th pixel of each row and column that has a model.
+pub(crate) fn smooth(
+    recorder: &mut Recorder,
+    context: &Context,
+    gbuffer: &GBuffer,
+    images: &RefinementImages,
+    stride_px: u32,
+) -> Result<()> {
+    let [columns, rows] = context.plan.resolution_px.map(|px| px.div_ceil(stride_px));
+    let parameters = SmoothResidualsParameters {
+        stride: stride_px,
+        columns,
+        item_count: columns * rows,
+    };
+    let mut resources = gbuffer.resources();
+    resources.extend(images.resources());
+    let key = Key::SmoothResiduals {
+        phasors: context.plan.has_phasors(),
+        brdf: context.plan.brdf(),
+    };
+    let size = [parameters.item_count, 1];
+    context.dispatch(recorder, key, &resources, &parameters, size)
+}
