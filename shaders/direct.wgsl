@@ -20,8 +20,8 @@ fn is_lit(place: vec2<u32>, pixel: Pixel) -> bool {
     }
 }
 
-// Adds the light that an unshadowed pixel sends to C.
-fn add_light(place: vec2<u32>, pixel: Pixel) {
+// Adds the light that a pixel sends to C. For a point of an area, the fourth value is E_P as if nothing blocked it, all bands together.
+fn add_light(place: vec2<u32>, pixel: Pixel, is_lit: bool) {
     var brdf: Brdf;
     brdf.kd = textureLoad(kd_material, place, 0).rgb;
     if (PHONG) {
@@ -31,10 +31,14 @@ fn add_light(place: vec2<u32>, pixel: Pixel) {
     }
     let to_camera = normalize(parameters.camera_position - pixel.position);
     let reflected = parameters.share * (eval_brdf(brdf, pixel.normal, pixel.to_light, to_camera) * pixel.irradiance);
-    let sum = textureLoad(direct_radiance, place).rgb + reflected;
-    textureStore(direct_radiance, place, vec4<f32>(sum, 0.0));
+    let before = textureLoad(direct_radiance, place);
+    var sum = vec4<f32>(before.rgb + reflected, 0.0);
+    if (AREA) {
+        sum = before + vec4<f32>(select(vec3<f32>(0.0), reflected, is_lit), dot(pixel.irradiance, vec3<f32>(1.0)));
+    }
+    textureStore(direct_radiance, place, sum);
     if (PHASORS) {
-        let seen = dot(modulation.band_weights, reflected);
+        let seen = select(0.0, dot(modulation.band_weights, reflected), is_lit);
         let way_to_camera = turns_between(parameters.camera_position, parameters.camera_turns, pixel.position);
         let path = phasors_of(turns_from_light(light, pixel.position) + parameters.has_way_to_camera * way_to_camera);
         for (var layer = 0u; layer < modulation.pair_count; layer++) {
@@ -47,7 +51,10 @@ fn add_light(place: vec2<u32>, pixel: Pixel) {
 fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     let place = place_of(global);
     let pixel = pixel_at(place);
-    if (place.y < parameters.row_end && any(pixel.irradiance > vec3<f32>(0.0)) && is_lit(place, pixel)) {
-        add_light(place, pixel);
+    if (place.y < parameters.row_end && any(pixel.irradiance > vec3<f32>(0.0))) {
+        let lit = is_lit(place, pixel);
+        if (AREA | lit) {
+            add_light(place, pixel, lit);
+        }
     }
 }

@@ -25,7 +25,6 @@ struct SmoothParameters {
 }
 
 var normal_geometric: texture_2d<f32>;
-var gathered: texture_storage_2d_array<rgba32float, read>;
 var modelled: texture_storage_2d_array<rgba32float, write>;
 var<immediate> parameters: SmoothParameters;
 
@@ -262,7 +261,7 @@ fn compute_main(
     let own_sampling = known_sampling(pixel);
     let own_lobe = lobe_at(pixel);
     let spacing = spacing_at(pixel, position, parameters.stride);
-    let is_here = is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE).w));
+    let is_here = textureLoad(samples, pixel, SAMPLING).x > 0.0;
     let end = select(0, POINTS, is_here && spacing.sampled > 0u);
     var neighbours: Neighbours;
     var diffuse_sums: Sums;

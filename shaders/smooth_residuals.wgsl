@@ -17,7 +17,7 @@ struct SmoothResidualsParameters {
 var normal_geometric: texture_2d<f32>;
 var gathered: texture_storage_2d_array<rgba32float, read_write>;
 // In the layout of `gathered`, with the weight of a pixel's own light as the fourth value of light; −1: the pixel has no model.
-var modelled: texture_storage_2d_array<rgba32float, read>;
+var modelled: texture_2d_array<f32>;
 var<immediate> parameters: SmoothResidualsParameters;
 
 // Points of the grid to each side: twice those of the model, so that the residuals' own noise is a twentieth of the model's.
@@ -46,7 +46,7 @@ fn scale_of(weights: Weights) -> f32 {
 }
 
 fn store_lobe(pixel: vec2<u32>, lobe: u32, residual: vec3<f32>, packets: f32) -> vec3<f32> {
-    let model = textureLoad(modelled, pixel, lobe);
+    let model = textureLoad(modelled, pixel, lobe, 0);
     let light = max(mix(model.rgb + residual, sampled_light(pixel, lobe, packets), model.w), vec3<f32>(0.0));
     textureStore(gathered, pixel, lobe, vec4<f32>(light, textureLoad(gathered, pixel, lobe).w));
     return light;
@@ -60,7 +60,7 @@ fn compute_main(
 ) {
     let item = 64u * (group.y * groups.x + group.x) + local;
     let pixel = parameters.stride * vec2<u32>(item % parameters.columns, item / parameters.columns);
-    if (item >= parameters.item_count || textureLoad(modelled, pixel, DIFFUSE).w < 0.0) {
+    if (item >= parameters.item_count || textureLoad(modelled, pixel, DIFFUSE, 0).w < 0.0) {
         return;
     }
     let size = vec2<i32>(textureDimensions(position_mesh));
@@ -81,7 +81,7 @@ fn compute_main(
         let offset = textureLoad(position_mesh, other).xyz - position;
         let turn = textureLoad(normal_geometric, other, 0).xyz - normal;
         let weight = weight_of(turn, offset, DISTANCE, spacing);
-        let model = textureLoad(modelled, other, DIFFUSE);
+        let model = textureLoad(modelled, other, DIFFUSE, 0);
         let is_wanted = is_inside && model.w >= 0.0 && is_one_lobe(own_lobe, lobe_at(other));
         let others_packets = textureLoad(samples, other, SAMPLING).x;
         // What a pixel keeps of its own is not missing.
@@ -90,11 +90,13 @@ fn compute_main(
         of_diffuse.squares += weights[i].x * weights[i].x;
         diffuse += weights[i].x * (sampled_light(other, DIFFUSE, others_packets) - model.rgb);
         if (PHONG) {
-            let specular_model = textureLoad(modelled, other, SPECULAR);
+            let specular_model = textureLoad(modelled, other, SPECULAR, 0);
             weights[i].y = select(0.0, weight * (1.0 - specular_model.w), is_wanted);
             of_specular.sum += weights[i].y;
             of_specular.squares += weights[i].y * weights[i].y;
-            specular += weights[i].y * (sampled_light(other, SPECULAR, others_packets) - specular_model.rgb);
+            let missing = sampled_light(other, SPECULAR, others_packets) - specular_model.rgb;
+            // Without a model, the others were never written and may be NaN.
+            specular += select(vec3<f32>(0.0), weights[i].y * missing, weights[i].y > 0.0);
         }
     }
     let scales = vec2<f32>(scale_of(of_diffuse), scale_of(of_specular));
@@ -112,11 +114,10 @@ fn compute_main(
                     let other = vec2<u32>(clamp(pixel_around(pixel, i), vec2<i32>(0), size - 1));
                     let others_packets = textureLoad(samples, other, SAMPLING).x;
                     let own = sampled_phasors(other, layer, lobe, others_packets);
-                    // Without a model, Z was never written and may be NaN.
-                    residual += select(vec4<f32>(0.0), weights[i][lobe] * (own - textureLoad(modelled, other, index)), weights[i][lobe] > 0.0);
+                    residual += select(vec4<f32>(0.0), weights[i][lobe] * (own - textureLoad(modelled, other, index, 0)), weights[i][lobe] > 0.0);
                 }
-                let model = textureLoad(modelled, pixel, index) + scales[lobe] * residual;
-                let kept = mix(model, sampled_phasors(pixel, layer, lobe, packets), textureLoad(modelled, pixel, lobe).w);
+                let model = textureLoad(modelled, pixel, index, 0) + scales[lobe] * residual;
+                let kept = mix(model, sampled_phasors(pixel, layer, lobe, packets), textureLoad(modelled, pixel, lobe, 0).w);
                 textureStore(gathered, pixel, index, limit_phasors(kept, light[lobe][band_of(layer)]));
             }
         }

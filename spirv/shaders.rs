@@ -29,7 +29,7 @@ keys! {
     VplWrite { brdf: Brdf, sum: Sum, }
     CompactScan { }
     DirectEmit { emission: Emission, }
-    Direct { shadow: Shadow, phasors: bool, emission: Emission, brdf: Brdf, }
+    Direct { shadow: Shadow, phasors: bool, emission: Emission, brdf: Brdf, area: bool, }
     Gather { distribution: Distribution, brdf: Brdf, lobes: Lobes, frequencies: Option<Frequencies>, sum: Sum, }
     PixelFilterDepths { }
     PixelFilterInterpolate { phasors: bool, brdf: Brdf, }
@@ -59,9 +59,10 @@ keys! {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct AreaLightParameters {
     pub share: f32,
+    pub point_count: f32,
     pub pair_count: u32,
 }
-const _: () = assert!(size_of::<AreaLightParameters>() == 8);
+const _: () = assert!(size_of::<AreaLightParameters>() == 12);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -431,6 +432,7 @@ pub mod constants {
     pub const CLAMP_V: u32 = 16;
     pub const COLOR: u32 = 0;
     pub const DIFFUSE: u32 = 0;
+    pub const DISC_EDGES: u32 = 32;
     pub const EDGES: u32 = 1;
     pub const GATHERED_PREDICTED: u32 = 2;
     pub const GATHERED_UNPREDICTED: u32 = 3;
@@ -937,8 +939,7 @@ bindings! {
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (4, "samples", DescriptorType::STORAGE_IMAGE),
         (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (6, "gathered", DescriptorType::STORAGE_IMAGE),
-        (7, "modelled", DescriptorType::STORAGE_IMAGE),
+        (6, "modelled", DescriptorType::STORAGE_IMAGE),
     ];
     SMOOTH_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -946,8 +947,7 @@ bindings! {
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (4, "samples", DescriptorType::STORAGE_IMAGE),
         (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (6, "gathered", DescriptorType::STORAGE_IMAGE),
-        (7, "modelled", DescriptorType::STORAGE_IMAGE),
+        (6, "modelled", DescriptorType::STORAGE_IMAGE),
     ];
     SMOOTH_RESIDUALS_BINDINGS = [
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
@@ -955,7 +955,7 @@ bindings! {
         (4, "samples", DescriptorType::STORAGE_IMAGE),
         (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (6, "gathered", DescriptorType::STORAGE_IMAGE),
-        (7, "modelled", DescriptorType::STORAGE_IMAGE),
+        (7, "modelled", DescriptorType::SAMPLED_IMAGE),
     ];
     SMOOTH_RESIDUALS_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
@@ -964,7 +964,7 @@ bindings! {
         (4, "samples", DescriptorType::STORAGE_IMAGE),
         (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (6, "gathered", DescriptorType::STORAGE_IMAGE),
-        (7, "modelled", DescriptorType::STORAGE_IMAGE),
+        (7, "modelled", DescriptorType::SAMPLED_IMAGE),
     ];
     RESOLVE_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
@@ -990,12 +990,18 @@ bindings! {
         (0, "first_half", DescriptorType::STORAGE_IMAGE),
         (1, "second_half", DescriptorType::STORAGE_IMAGE),
         (2, "differences", DescriptorType::STORAGE_BUFFER),
+        (6, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (7, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (8, "light", DescriptorType::UNIFORM_BUFFER),
     ];
     AREA_LIGHT_ADD_BINDINGS = [
         (0, "first_half", DescriptorType::STORAGE_IMAGE),
         (3, "direct_radiance", DescriptorType::STORAGE_IMAGE),
         (4, "point_phasors", DescriptorType::STORAGE_IMAGE),
         (5, "direct_phasors", DescriptorType::STORAGE_IMAGE),
+        (6, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (7, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (8, "light", DescriptorType::UNIFORM_BUFFER),
     ];
     ERROR_ESTIMATE_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
@@ -1051,13 +1057,13 @@ modules! {
     DIRECT_EMIT: Key::DirectEmit { .. } =>
         "direct_emit" "direct_emit" c"compute_main" [8, 8, 1] 48 DIRECT_EMIT_BINDINGS ["point", "spot", "directional", "pattern", "projector"] [];
     DIRECT_MAP: Key::Direct { shadow: Shadow::Map, phasors: false, .. } =>
-        "direct_map" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [("PAIRS", 2)];
+        "direct_map" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong", "area"] [("PAIRS", 2)];
     DIRECT_MAP_PHASORS: Key::Direct { shadow: Shadow::Map, phasors: true, .. } =>
-        "direct_map_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [("PAIRS", 2)];
+        "direct_map_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong", "area"] [("PAIRS", 2)];
     DIRECT_RAYS: Key::Direct { shadow: Shadow::Rays, phasors: false, .. } =>
-        "direct_rays" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [("PAIRS", 2)];
+        "direct_rays" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong", "area"] [("PAIRS", 2)];
     DIRECT_RAYS_PHASORS: Key::Direct { shadow: Shadow::Rays, phasors: true, .. } =>
-        "direct_rays_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong"] [("PAIRS", 2)];
+        "direct_rays_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "phong", "area"] [("PAIRS", 2)];
     GATHER_BROADCAST8_LAMBERT_MATTE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: None, .. } =>
         "gather_broadcast8_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
     GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
@@ -1199,9 +1205,9 @@ modules! {
     STDERR: Key::Stderr { .. } =>
         "stderr" "stderr" c"compute_main" [8, 8, 1] 8 STDERR_BINDINGS [] [];
     AREA_LIGHT_MERGE: Key::AreaLightMerge { .. } =>
-        "area_light_merge" "area_light" c"compute_main" [8, 8, 1] 0 AREA_LIGHT_MERGE_BINDINGS [] [];
+        "area_light_merge" "area_light" c"compute_main" [8, 8, 1] 12 AREA_LIGHT_MERGE_BINDINGS [] [];
     AREA_LIGHT_ADD: Key::AreaLightAdd { .. } =>
-        "area_light_add" "area_light" c"compute_main" [8, 8, 1] 8 AREA_LIGHT_ADD_BINDINGS ["phasors"] [];
+        "area_light_add" "area_light" c"compute_main" [8, 8, 1] 12 AREA_LIGHT_ADD_BINDINGS ["phasors"] [];
     ERROR_ESTIMATE: Key::ErrorEstimate { phasors: false, .. } =>
         "error_estimate" "error_estimate" c"compute_main" [64, 1, 1] 8 ERROR_ESTIMATE_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2), ("ESTIMATE_VECTORS", 3)];
     ERROR_ESTIMATE_PHASORS: Key::ErrorEstimate { phasors: true, .. } =>

@@ -1,4 +1,5 @@
-//! Direct light of a light with an area: adds more and more of its points, tested with rays, until the target error is met.
+//! Direct light of a light with an area: its light without occlusion, times the share that its points see. Adds more and more points, tested
+//! with rays, until the target error is met.
 
 use std::ops::Range;
 
@@ -63,8 +64,8 @@ pub(super) fn shade(
     let mut before = f64::INFINITY;
     let error = loop {
         shade_points(1, points..2 * points)?;
+        let apart = sums.merge(context, (gbuffer, light), points)?;
         points *= 2;
-        let apart = sums.merge(context)?;
         // Halves may agree by chance. Twice the points at best halve the error.
         let error = CAUTION * apart.max(0.5 * before);
         if error <= target_error || points == MAX_POINTS {
@@ -73,7 +74,7 @@ pub(super) fn shade(
         before = apart;
         progress.ask()?;
     };
-    let share = share.unwrap_or(1.0) / f64::from(points);
-    context.record(|recorder| sums.add_to(recorder, context, direct, share))?;
+    let weight = (points, share.unwrap_or(1.0));
+    context.record(|recorder| sums.add_to(recorder, context, (gbuffer, light), direct, weight))?;
     Ok(error)
 }

@@ -1,6 +1,6 @@
-//! Area light pass: sums the direct light of points on one light's area until two halves of the points agree.
+//! Area light pass: the direct light of one light's area, in closed form times the share that its points see.
 
-use super::{Context, direct::DirectImages};
+use super::{Context, direct::DirectImages, gbuffer::GBuffer, light::DeviceLight};
 use crate::{
     Result,
     plan::{Plan, TofPlan},
@@ -59,18 +59,28 @@ impl AreaLightImages {
         self.halves.iter().chain(&self.phasors)
     }
 
-    /// Merges both halves into the first and returns their relative difference.
-    /// If the halves are independent and have the same number of points, this is the relRMSE of their mean.
-    pub fn merge(&self, context: &Context) -> Result<f64> {
+    /// Merges both halves of so many points into the first and returns their relative difference.
+    /// If the halves are independent, this is the relRMSE of their mean.
+    pub fn merge(
+        &self,
+        context: &Context,
+        (gbuffer, light): (&GBuffer, &DeviceLight),
+        points: u32,
+    ) -> Result<f64> {
         let [first, second] = &self.halves;
-        let resources = [
+        let mut resources = gbuffer.resources();
+        resources.extend([
+            ("light", Resource::Buffer(&light.uniform)),
             ("first_half", Resource::Image(first)),
             ("second_half", Resource::Image(second)),
             ("differences", Resource::Buffer(&self.differences)),
-        ];
+        ]);
         context.submit(|recorder| {
             let size_px = context.plan.resolution_px;
-            let parameters = AreaLightParameters::default();
+            let parameters = AreaLightParameters {
+                point_count: points as f32,
+                ..AreaLightParameters::default()
+            };
             let key = Key::AreaLightMerge {};
             context.dispatch(recorder, key, &resources, &parameters, size_px)
         })?;
@@ -85,18 +95,21 @@ impl AreaLightImages {
         })
     }
 
-    /// Adds the first half to the images of direct light. `share` is the weight of each point.
+    /// Adds the mean of the first half, which has so many points, to the images of direct light, with the weight `share`.
     pub fn add_to(
         &self,
         recorder: &mut Recorder,
         context: &Context,
+        (gbuffer, light): (&GBuffer, &DeviceLight),
         direct: DirectImages,
-        share: f64,
+        (points, share): (u32, f64),
     ) -> Result<()> {
-        let mut resources = vec![
+        let mut resources = gbuffer.resources();
+        resources.extend([
+            ("light", Resource::Buffer(&light.uniform)),
             ("first_half", Resource::Image(&self.halves[0])),
             ("direct_radiance", Resource::Image(direct.radiance)),
-        ];
+        ]);
         let mut key = Key::AreaLightAdd { phasors: false };
         if let (Some(sums), Some(phasors)) = (&self.phasors, direct.phasors) {
             key = Key::AreaLightAdd { phasors: true };
@@ -105,6 +118,7 @@ impl AreaLightImages {
         }
         let parameters = AreaLightParameters {
             share: share as f32,
+            point_count: points as f32,
             pair_count: context.plan.tof.map_or(0, TofPlan::pair_count),
         };
         let size_px = context.plan.resolution_px;

@@ -65,6 +65,7 @@ pub(crate) fn shade(
         phasors: phasors.is_some(),
         emission,
         brdf: plan.brdf(),
+        area: point.is_some(),
     };
     if let Some(phasors) = phasors {
         resources.push(("direct_phasors", Resource::Image(phasors)));
