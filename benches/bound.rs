@@ -103,6 +103,8 @@ fn report() -> Result<(), Failure> {
         let [width, height] = scene.camera.resolution_px.map(f64::from);
         let scale = EDGE_PX / width.max(height);
         scene.camera.resolution_px = [width, height].map(|px| (scale * px).round() as u32);
+        // The estimate is about the light at pixels' centres, not about their samples.
+        scene.camera.pixel_sampling = None;
         let truth = reference(&scene, name)?;
         for &target in &targets {
             scene.indirect = Some(IndirectLight::final_gather(target));
