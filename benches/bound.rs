@@ -137,8 +137,7 @@ fn report() -> Result<(), Failure> {
                 }
             }
             print_row(name, target, &of_frames, &counts);
-            let means = sums.unwrap_or_default();
-            println!("{}", biases(&scene, &truth, &means));
+            println!("{}", biases(&scene, &truth, &sums.unwrap_or_default()));
             all.join(&counts);
         }
     }
@@ -280,7 +279,7 @@ fn true_error(frame: &Frame, truth: &Frame) -> Result<f64, Failure> {
     Ok(worst)
 }
 
-/// The bias of the mean image: of its light, and of the bounce's path for each frequency.
+/// The bias of the mean image, from the sums over all seeds: of its light, and of the bounce's path for each frequency.
 fn biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>]) -> String {
     let [valid, edges] = seen(truth);
     let counts = |pixel: usize| valid[pixel] && !edges[pixel];
