@@ -164,18 +164,13 @@ fn compute_main(
         return;
     }
     let own = facing_at(pixel);
-    var specular_plane: Plane;
-    var diffuse_plane: Plane;
     var normal_plane: Plane;
     var square_plane: Plane;
     // Of what the lobes reflect: diffuse, specular.
     var light_squares = vec2<f32>(0.0);
-    var total = 0.0;
     var near = 0u;
     // Fits a plane over the image to the neighbours' values by least squares. If the nearest four are all on the surface, its value is
     // their mean. At the surface's border the next eight help.
-    var mean = vec2<f32>(0.0);
-    var squares = vec3<f32>(0.0);
     var expected_error = 0.0;
     // Whether the prediction of a neighbour was compared with its gather.
     var has_error = false;
@@ -203,11 +198,7 @@ fn compute_main(
         let at = vec2<f32>(offset);
         let weight = select(0.0, 1.0 / dot(at, at), is_same);
         weights[i] = weight;
-        total += weight;
         near += u32(is_same && i < 4u);
-        mean += weight * at;
-        squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
-        add(&diffuse_plane, known.rgb, weight, at);
         add_place(&moments, weight, at);
         add_curved(&diffuse_curve, known.rgb, weight, at);
         light_squares.x += weight * dot(known.rgb, known.rgb);
@@ -215,7 +206,6 @@ fn compute_main(
         add(&square_plane, vec3<f32>(at * at, 0.0), weight, at);
         if (PHONG) {
             let specular_light = textureLoad(gathered, neighbour, SPECULAR).rgb;
-            add(&specular_plane, specular_light, weight, at);
             add_curved(&specular_curve, specular_light, weight, at);
             light_squares.y += weight * dot(specular_light, specular_light);
         }
@@ -234,6 +224,9 @@ fn compute_main(
         has_error = has_error || (is_same && state.kind != GATHERED_UNPREDICTED);
         end = select(end, NEIGHBOURS, i == 3u && near < 4u);
     }
+    let of_plane = moments;
+    let diffuse_plane = diffuse_curve.plane;
+    let specular_plane = specular_curve.plane;
     for (var i = end; i < NEIGHBOURS; i++) {
         let offset = neighbour_offset(i, is_axial);
         let place = vec2<i32>(pixel) + offset * i32(parameters.reach);
@@ -252,9 +245,9 @@ fn compute_main(
         }
     }
     let curve = fit_curved(moments);
-    let scale = 1.0 / max(total, 1e-6);
-    mean *= scale;
-    let spread = squares * scale - vec3<f32>(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
+    let scale = 1.0 / max(of_plane.weight, 1e-6);
+    let mean = scale * of_plane.place;
+    let spread = scale * of_plane.squares - vec3<f32>(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
     let determinant = spread.x * spread.z - spread.y * spread.y;
     // The plane's value at the pixel is Σ weightᵢ·(1 + pull·(atᵢ − mean))·valueᵢ/Σ weightᵢ.
     let full_pull = -vec2<f32>(spread.z * mean.x - spread.y * mean.y, spread.x * mean.y - spread.y * mean.x) / determinant;
