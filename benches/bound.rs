@@ -2,7 +2,12 @@
 //!
 //! Renders each scene with several target errors and seeds, and compares every image with a path-traced reference, whose noise is
 //! removed. References are kept in `target/bound`. FOLDER: the mesh scenes (`cargo run --release --example generate_scenes -- meshes
-//! FOLDER`). WORD: the name of a scene, such as `knot`, or a target error, such as 0.05; without them, all are rendered.
+//! FOLDER`). WORD: the name of a scene, such as `knot`; a target error, such as 0.05; a limit, such as 100ms or 1e6rays; the longer edge of
+//! the images, such as 320px; or a number of seeds, such as 20seeds. Without names, all scenes are rendered, without target errors and
+//! limits, those of the list. `direct` is direct light alone.
+//!
+//! The times are wall times of frames after the first, on this machine. `foretold` is the time on the device that the renderer predicts for
+//! the first frame of a row from the last of the row before, over the time that it takes.
 //!
 //! The bias is that of the mean over all seeds. With time of flight, the true error is that of the worst quantity, as the target is, and
 //! the bias of the bounce's path follows for each frequency.
@@ -55,9 +60,11 @@ const MESH_SCENES: [&str; 9] = [
     "two_lights",
 ];
 const TARGET_ERRORS: [f64; 4] = [0.1, 0.05, 0.02, 0.01];
+/// With a limit, the target is out of reach.
+const LEAST_TARGET: f64 = 0.002;
 const SEEDS: u32 = 5;
 /// Pixels along the longer edge of the images.
-const EDGE_PX: f64 = 128.0;
+const EDGE_PX: u32 = 128;
 /// relRMSE of the references.
 const REFERENCE_ERROR: f64 = 0.01;
 
@@ -73,16 +80,20 @@ fn report() -> Result<(), Failure> {
         .collect();
     let (folders, words): (Vec<_>, Vec<_>) =
         words.into_iter().partition(|word| Path::new(word).is_dir());
-    let (targets, names): (Vec<_>, Vec<_>) = words
-        .into_iter()
-        .partition(|word| word.parse::<f64>().is_ok());
-    let targets: Vec<f64> = match targets.is_empty() {
-        true => TARGET_ERRORS.into(),
-        false => targets
-            .iter()
-            .filter_map(|word| word.parse().ok())
-            .collect(),
-    };
+    let (mut seeds, mut edge_px) = (SEEDS, EDGE_PX);
+    let (mut all_asked, mut names) = (Vec::new(), Vec::new());
+    for word in words {
+        let number = |unit: &str| word.strip_suffix(unit)?.parse::<f64>().ok();
+        match (number("seeds"), number("px"), Asked::read(&word)) {
+            (Some(count), ..) => seeds = count as u32,
+            (_, Some(px), _) => edge_px = px as u32,
+            (.., Some(asked)) => all_asked.push(asked),
+            _ => names.push(word),
+        }
+    }
+    if all_asked.is_empty() {
+        all_asked = TARGET_ERRORS.map(Asked::Error).into();
+    }
     let scenes = SCENES.map(|name| (name, manifest.join("scenes")));
     let mesh_scenes = MESH_SCENES.map(|name| (name, folders.first().map(PathBuf::from)));
     let mesh_scenes = mesh_scenes
@@ -92,8 +103,18 @@ fn report() -> Result<(), Failure> {
     let mut renderer = Renderer::new(&device)?;
     let mut all = Counts::default();
     println!(
-        "{:<14} {:>6} {:>9} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8}  path bias, mm",
-        "scene", "target", "M rays", "true", "worst", "claimed", "bound", "over", "bias"
+        "{:<14} {:>9} {:>9} {:>7} {:>8} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8}  path bias, mm",
+        "scene",
+        "asked",
+        "M rays",
+        "ms",
+        "foretold",
+        "true",
+        "worst",
+        "claimed",
+        "bound",
+        "over",
+        "bias"
     );
     for (name, folder) in scenes.into_iter().chain(mesh_scenes) {
         if !names.is_empty() && !names.iter().any(|each| each == name) {
@@ -101,17 +122,23 @@ fn report() -> Result<(), Failure> {
         }
         let mut scene = Scene::load(&folder.join(format!("{name}.toml")))?;
         let [width, height] = scene.camera.resolution_px.map(f64::from);
-        let scale = EDGE_PX / width.max(height);
+        let scale = f64::from(edge_px) / width.max(height);
         scene.camera.resolution_px = [width, height].map(|px| (scale * px).round() as u32);
         // The estimate is about the light at pixels' centres, not about their samples.
         scene.camera.pixel_sampling = None;
         let truth = reference(&scene, name)?;
-        for &target in &targets {
-            scene.indirect = Some(IndirectLight::final_gather(target));
+        for asked in &all_asked {
+            scene.indirect = asked.indirect();
+            // Later frames have what this one makes.
+            let foretold = renderer.foretell_ms(&scene);
+            let first = renderer.render(&scene, &mut RenderOptions::default())?;
+            let passes = first.stats.passes.iter();
+            let on_device: f64 = passes.map(|pass| pass.milliseconds).sum();
+            let foretold = foretold.map_or(f64::NAN, |foretold| foretold / on_device);
             let mut counts = Counts::default();
             let mut sums: Option<Vec<Vec<f64>>> = None;
             let mut of_frames = Vec::new();
-            for seed in 0..SEEDS {
+            for seed in 0..seeds {
                 let mut options = RenderOptions {
                     seed,
                     ..Default::default()
@@ -136,8 +163,9 @@ fn report() -> Result<(), Failure> {
                     }
                 }
             }
-            print_row(name, target, &of_frames, &counts);
-            println!("{}", biases(&scene, &truth, &sums.unwrap_or_default()));
+            print_row(name, (asked, foretold), &of_frames, &counts);
+            let sums = sums.unwrap_or_default();
+            println!("{}", biases(&scene, &truth, &sums, seeds));
             all.join(&counts);
         }
     }
@@ -146,6 +174,58 @@ fn report() -> Result<(), Failure> {
         all.frames, all.over, all.far_over, all.unbounded, all.missed
     );
     Ok(())
+}
+
+/// What a frame is asked for.
+enum Asked {
+    Error(f64),
+    Milliseconds(f64),
+    Rays(f64),
+    Direct,
+}
+
+impl Asked {
+    fn read(word: &str) -> Option<Asked> {
+        let number = |unit: &str| word.strip_suffix(unit)?.parse().ok();
+        if word == "direct" {
+            return Some(Asked::Direct);
+        }
+        let limit = number("ms").map(Asked::Milliseconds);
+        let limit = limit.or_else(|| number("rays").map(Asked::Rays));
+        limit.or_else(|| number("").map(Asked::Error))
+    }
+
+    fn indirect(&self) -> Option<IndirectLight> {
+        let target = match self {
+            Asked::Error(target) => *target,
+            _ => LEAST_TARGET,
+        };
+        let mut indirect = IndirectLight::final_gather(target);
+        if let IndirectLight::FinalGather {
+            max_ms, max_rays, ..
+        } = &mut indirect
+        {
+            match self {
+                Asked::Error(_) => (),
+                Asked::Milliseconds(ms) => *max_ms = Some(*ms),
+                Asked::Rays(rays) => *max_rays = Some(*rays as u64),
+                Asked::Direct => return None,
+            }
+        }
+        Some(indirect)
+    }
+}
+
+impl std::fmt::Display for Asked {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let text = match self {
+            Asked::Error(target) => format!("{} %", 100.0 * target),
+            Asked::Milliseconds(ms) => format!("{ms} ms"),
+            Asked::Rays(rays) => format!("{rays:e} rays"),
+            Asked::Direct => "direct".into(),
+        };
+        f.pad(&text)
+    }
 }
 
 /// Frames, and how their true errors compare with their bounds.
@@ -161,7 +241,8 @@ struct Counts {
 impl Counts {
     fn add(&mut self, error: f64, stats: &FrameStats) {
         self.frames += 1;
-        self.missed += u32::from(stats.stop != Some(StopReason::TargetMet));
+        let is_limited = stats.stop == Some(StopReason::BudgetSpent);
+        self.missed += u32::from(!is_limited && stats.stop != Some(StopReason::TargetMet));
         match stats.estimated_error_upper {
             None => self.unbounded += 1,
             Some(bound) => {
@@ -180,18 +261,25 @@ impl Counts {
     }
 }
 
-fn print_row(name: &str, target: f64, frames: &[(f64, FrameStats)], counts: &Counts) {
+fn print_row(
+    name: &str,
+    (asked, foretold): (&Asked, f64),
+    frames: &[(f64, FrameStats)],
+    counts: &Counts,
+) {
     let count = frames.len() as f64;
     let rms = |of: &dyn Fn(&(f64, FrameStats)) -> f64| {
         (frames.iter().map(|frame| of(frame).powi(2)).sum::<f64>() / count).sqrt()
     };
     let rays: u64 = frames.iter().map(|(_, stats)| stats.ray_count).sum();
+    let of_frames = frames.iter();
+    let milliseconds: f64 = of_frames.map(|(_, stats)| stats.wall_milliseconds).sum();
     let worst = frames.iter().map(|(error, _)| *error).fold(0.0, f64::max);
     let percent = |share: f64| format!("{:.2} %", 100.0 * share);
     print!(
-        "{name:<14} {:>6} {:>9.2} {:>7} {:>7} {:>7} {:>7} {:>8}",
-        format!("{} %", 100.0 * target),
+        "{name:<14} {asked:>9} {:>9.2} {:>7.0} {foretold:>8.2} {:>7} {:>7} {:>7} {:>7} {:>8}",
         rays as f64 / count * 1e-6,
+        milliseconds / count,
         percent(rms(&|(error, _)| *error)),
         percent(worst),
         percent(rms(&|(_, stats)| stats.estimated_error.unwrap_or_default())),
@@ -206,7 +294,12 @@ fn print_row(name: &str, target: f64, frames: &[(f64, FrameStats)], counts: &Cou
 fn reference(scene: &Scene, name: &str) -> Result<Frame, Failure> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/bound");
     fs::create_dir_all(&folder)?;
-    let path = folder.join(format!("{name}.exr"));
+    let edge_px = scene.camera.resolution_px.into_iter().max();
+    let size = match edge_px {
+        Some(px) if px != EDGE_PX => format!("_{px}px"),
+        _ => String::new(),
+    };
+    let path = folder.join(format!("{name}{size}.exr"));
     let goal = Goal::StandardError(REFERENCE_ERROR);
     let go_on = &mut |_| ControlFlow::Continue(());
     let kept = Reference::resume(scene, &path);
@@ -267,7 +360,10 @@ fn compare(image: &[f32], truth: &Frame, of: (Layer, Layer)) -> Result<Compariso
 fn true_error(frame: &Frame, truth: &Frame) -> Result<f64, Failure> {
     let mut worst: f64 = 0.0;
     for of in layers(truth) {
-        let image = frame.values(of.0).ok_or("the frame lacks a layer")?;
+        // Direct light alone.
+        let Some(image) = frame.values(of.0) else {
+            return Ok(0.0);
+        };
         let comparison = compare(image, truth, of)?;
         let error = comparison.noise.map(|noise| noise.rmse);
         worst = worst.max(match error {
@@ -280,7 +376,7 @@ fn true_error(frame: &Frame, truth: &Frame) -> Result<f64, Failure> {
 }
 
 /// The bias of the mean image, from the sums over all seeds: of its light, and of the bounce's path for each frequency.
-fn biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>]) -> String {
+fn biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>], seeds: u32) -> String {
     let [valid, edges] = seen(truth);
     let counts = |pixel: usize| valid[pixel] && !edges[pixel];
     let mut text = String::new();
@@ -309,7 +405,7 @@ fn biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>]) -> String {
                 let due = due.iter().copied().map(f64::from);
                 [all[0] + sum.iter().sum::<f64>(), all[1] + due.sum::<f64>()]
             });
-            let bias = sum / f64::from(SEEDS) / due - 1.0;
+            let bias = sum / f64::from(seeds) / due - 1.0;
             text += &format!(" {:>8}", format!("{:+.2} %", 100.0 * bias));
         }
     }

@@ -734,12 +734,13 @@ typedef struct camlux_indirect {
    */
   double interpolation_error;
   /**
-   * CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall-clock time for the indirect light of a frame, milliseconds. If it is reached before
-   * the target error, the result is the best image so far. A first image is always made; least_ms in camlux_frame_stats is its time.
+   * CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall time of a frame from the call on, milliseconds, without compiling. If it is reached
+   * before the target error, the result is the best image so far. The least image with an estimate is always made; least_ms in
+   * camlux_frame_stats is its time.
    * 0: no limit.
    */
   double max_ms;
-  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms; a first image is always made. 0: no limit. */
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms; the least image is always made. 0: no limit. */
   uint64_t max_rays;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR. */
   int32_t stderr_layer;
@@ -1643,8 +1644,12 @@ typedef struct camlux_render_options {
    * (camlux_tof_noise).
    */
   uint32_t seed;
-  /** 0. */
-  uint32_t reserved;
+  /**
+   * 1: a render that is cancelled once it runs returns the best image that it has, with its estimated error, instead of CAMLUX_CANCELLED;
+   * where it has none yet, one of few rays. Direct light is complete in any case. Only with CAMLUX_ESTIMATOR_FINAL_GATHER. 0: there is
+   * no frame.
+   */
+  int32_t keep_partial;
 } camlux_render_options;
 
 /**
@@ -1857,6 +1862,9 @@ camlux_status camlux_job_wait(camlux_job *job,
 
 /** The largest number of samples was reached; target_error was missed. */
 #define CAMLUX_STOP_SAMPLES_EXHAUSTED 3
+
+/** The render was cancelled, and keep_partial of its options is 1: the frame is the best image so far. */
+#define CAMLUX_STOP_CANCELLED 4
 
 /** A layer in the frame's memory. Initialise with CAMLUX_VIEW_INIT. */
 typedef struct camlux_view {

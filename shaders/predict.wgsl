@@ -14,7 +14,8 @@ struct PredictParameters {
     // New points per row, and in total.
     columns: u32,
     item_count: u32,
-    // Largest expected error of an interpolated pixel, over the radiance that errors are relative to; negative: nothing is interpolated.
+    // Largest expected error of an interpolated pixel, over the radiance that errors are relative to; negative: nothing is interpolated; at
+    // least ANY_ERROR: everything is.
     tolerance: f32,
     // Errors are relative to this, W/sr/m², or to own_share times the pixel's own radiance, if that is more.
     least_radiance: f32,
@@ -30,6 +31,12 @@ var<immediate> parameters: PredictParameters;
 // along the axes.
 const CENTRES: u32 = 0u;
 const EDGES: u32 = 1u;
+const ANY_ERROR: f32 = 1.0;
+// Expected error of a prediction where none was tested.
+const UNTESTED: f32 = 0.5;
+// If everything is interpolated: weight of a neighbour on another surface over that of one on the same. It counts only where it is alone.
+const FAINT: f32 = 1e-6;
+const LEAST_WEIGHT: f32 = 1e-12;
 // Largest leverage of a plane through the neighbours.
 const MAX_LEVERAGE: f32 = 2.5;
 // Relative error of an interpolation over the difference between the normal and the interpolated normal. (Measured on the knot: an error of
@@ -105,7 +112,7 @@ struct CurvedFit {
 }
 
 fn fit_curved(moments: Moments) -> CurvedFit {
-    let scale = 1.0 / max(moments.weight, 1e-6);
+    let scale = 1.0 / max(moments.weight, LEAST_WEIGHT);
     let mean = scale * moments.place;
     let spread = scale * moments.squares - vec3<f32>(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
     let determinant = spread.x * spread.z - spread.y * spread.y;
@@ -164,6 +171,7 @@ fn compute_main(
         return;
     }
     let own = facing_at(pixel);
+    let takes_any = parameters.tolerance >= ANY_ERROR;
     var normal_plane: Plane;
     var square_plane: Plane;
     // Of what the lobes reflect: diffuse, specular.
@@ -196,7 +204,7 @@ fn compute_main(
         let is_known = is_gathered(state) || state.kind == INTERPOLATED;
         let is_same = is_inside && is_known && is_one_surface(own, other);
         let at = vec2<f32>(offset);
-        let weight = select(0.0, 1.0 / dot(at, at), is_same);
+        let weight = select(select(0.0, FAINT, takes_any && is_inside && is_known), 1.0, is_same) / dot(at, at);
         weights[i] = weight;
         near += u32(is_same && i < 4u);
         add_place(&moments, weight, at);
@@ -237,7 +245,7 @@ fn compute_main(
         let is_known = is_gathered(state) || state.kind == INTERPOLATED;
         let is_same = is_inside && is_known && is_one_surface(own, facing_at(neighbour));
         let at = vec2<f32>(offset);
-        weights[i] = select(0.0, 1.0 / dot(at, at), is_same);
+        weights[i] = select(select(0.0, FAINT, takes_any && is_inside && is_known), 1.0, is_same) / dot(at, at);
         add_place(&moments, weights[i], at);
         add_curved(&diffuse_curve, known.rgb, weights[i], at);
         if (PHONG) {
@@ -245,7 +253,7 @@ fn compute_main(
         }
     }
     let curve = fit_curved(moments);
-    let scale = 1.0 / max(of_plane.weight, 1e-6);
+    let scale = 1.0 / max(of_plane.weight, LEAST_WEIGHT);
     let mean = scale * of_plane.place;
     let spread = scale * of_plane.squares - vec3<f32>(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
     let determinant = spread.x * spread.z - spread.y * spread.y;
@@ -295,10 +303,17 @@ fn compute_main(
     let scattered = SCATTER * sqrt(reflect_squares(pixel, max(scatter, vec2<f32>(0.0))) / 3.0);
     expected_error = max(expected_error, max(TURNING * turned * radiance, scattered) / relative_to);
     var is_known = has_plane && has_error && expected_error <= parameters.tolerance;
+    if (takes_any) {
+        is_known = of_plane.weight > 0.0;
+        expected_error = max(expected_error, select(UNTESTED, 0.0, has_error));
+    }
+    // No gather, and no prediction: only if nothing around has light.
+    var is_given_up = takes_any && !is_known;
     if (NOISY) {
         let own_packets = textureLoad(samples, pixel, SAMPLING).x;
         // A gathered pixel stays gathered.
         is_known &= own_packets == 0.0;
+        is_given_up &= own_packets == 0.0;
         if (PHASORS) {
             phasor_variances = select(phasor_variances_anyhow / max(sampled_anyhow.w, 1.0), phasor_variances / max(sampled.w, 1.0), sampled.w > 0.0);
             textureStore(samples, pixel, phasor_variances_layer(), vec4<f32>(phasor_variances, 0.0, 0.0));
@@ -313,5 +328,5 @@ fn compute_main(
     let state = encode_state(to_gather);
     let interpolated = encode_state(PixelState(INTERPOLATED, expected_error));
     textureStore(gathered, pixel, DIFFUSE, vec4<f32>(diffuse, select(state, interpolated, is_known)));
-    candidates[item] = select(pixel.x + (pixel.y << 16u), NO_PIXEL, is_known);
+    candidates[item] = select(pixel.x + (pixel.y << 16u), NO_PIXEL, is_known || is_given_up);
 }

@@ -1,7 +1,7 @@
 //! The renderer.
 
 use std::{
-    cell::RefCell,
+    cell::{Cell, RefCell},
     ops::ControlFlow,
     sync::Arc,
     time::{Duration, Instant},
@@ -17,7 +17,7 @@ use crate::{
     output::{Frame, FrameDescription, FrameStats, Layer, PassTime},
     passes::{
         Context,
-        cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES},
+        cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES, Pace},
         modulation,
         trace::RayList,
     },
@@ -44,6 +44,8 @@ pub struct Renderer {
     /// The index of the next frame, unless its options give one.
     next_frame_index: u32,
     last: Option<RenderedFrame>,
+    /// Of the last frame with final gathering.
+    pace: Option<Pace>,
 }
 
 /// Largest width and height of the frame that prepares a renderer.
@@ -59,8 +61,11 @@ fn prepared_px(px: u32) -> u32 {
 
 /// How to render a scene.
 pub struct RenderOptions<'a> {
-    /// Called between submissions; `Break` ends the render with [`Error::Cancelled`](crate::Error::Cancelled).
+    /// Called between submissions; `Break` ends the render with [`Error::Cancelled`](crate::Error::Cancelled), or with what it has.
     pub progress: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
+    /// A render that `progress` ends returns the best image that it has, with its estimated error; where it has none yet, one of few rays.
+    /// Direct light is complete in any case. Only with final gathering.
+    pub keep_partial: bool,
     /// Target GPU time of one submission of the gather.
     pub submission_target: Duration,
     /// The gather kernel; `None`: the fastest for the device.
@@ -83,6 +88,7 @@ impl Default for RenderOptions<'_> {
     fn default() -> Self {
         RenderOptions {
             progress: None,
+            keep_partial: false,
             submission_target: Duration::from_millis(500),
             gather_kernel: None,
             tracer: None,
@@ -110,6 +116,7 @@ impl Renderer {
             timeline: None,
             next_frame_index: 0,
             last: None,
+            pace: None,
         })
     }
 
@@ -144,7 +151,11 @@ impl Renderer {
         let pool = std::mem::take(&mut self.pool);
         let read = drawn.read(&self.device, pool, options.layers);
         let mut frame = read.inspect_err(|_| self.forget())?;
-        frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
+        let wall = start.elapsed().as_secs_f64();
+        frame.stats.wall_milliseconds = wall * 1e3;
+        if let Some(pace) = &mut self.pace {
+            pace.end_seconds += wall - drawn.seconds;
+        }
         self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
     }
@@ -179,10 +190,10 @@ impl Renderer {
         }
         // They belong to the frame before.
         let (images, last) = (std::mem::take(&mut self.cache.images), self.last.take());
-        let next_frame_index = self.next_frame_index;
+        let (next_frame_index, pace) = (self.next_frame_index, self.pace);
         let drawn = self.draw(&small, &mut RenderOptions::default(), false, None);
         self.next_frame_index = next_frame_index;
-        self.last = last;
+        (self.last, self.pace) = (last, pace);
         drop(drawn?);
         self.cache.images = images;
         Ok(start.elapsed().as_secs_f64() * 1e3)
@@ -243,8 +254,11 @@ impl Renderer {
         stays_on_device: bool,
         observe: Option<&mut Observer>,
     ) -> Result<DrawnFrame> {
-        let start = Instant::now();
-        let compiled_before = self.pipelines.making_time();
+        let cost = RefCell::new(Cost::new(
+            options.submission_target,
+            &self.pipelines,
+            self.pace,
+        ));
         let scene = &*scene.in_world();
         self.device.check()?;
         let info = self.device.info();
@@ -259,9 +273,9 @@ impl Renderer {
             plan.trace_by(chosen, info)?;
         }
         let space = LocalSpace::of(scene.bounding_box());
-        let cost = RefCell::new(Cost::new(options.submission_target));
         let recorded = RefCell::default();
         let rays = RefCell::new(self.rays.take());
+        let ends_early = Cell::new(false);
         let modulation = modulation::upload(&self.device, scene, &space, [1.0; MAX_FREQUENCIES])?;
         let context = Context {
             device: &self.device,
@@ -274,12 +288,14 @@ impl Renderer {
             seed: options.seed,
             modulation: modulation.as_ref(),
             cost: &cost,
+            ends_early: &ends_early,
             rays: &rays,
             recorded: &recorded,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
         let mut progress = ProgressReport::new(
             report,
+            (options.keep_partial && plan.has_final_gather()).then_some(&ends_early),
             plan.lights.len(),
             plan.indirect.is_some(),
             plan.pixel_sampling.is_some(),
@@ -296,14 +312,15 @@ impl Renderer {
         self.rays = rays.into_inner();
         let cost = cost.into_inner();
         let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
-        let preparation = self.pipelines.making_time() - compiled_before + cost.copying;
+        let preparation = cost.making(&self.pipelines) + cost.copying;
+        self.pace = cost.pace;
         let stats = FrameStats {
             device: info.name.clone(),
             driver: info.driver.clone(),
             passes: passes_of(&cost.times),
             vpl_count,
             pixel_vpl_pairs: cost.work_of("gather"),
-            ray_count: cost.work_of("final_gather") + cost.work_of("light_rays"),
+            ray_count: cost.ray_count(),
             estimated_error: estimates.error,
             estimated_error_upper: estimates.error_upper,
             stop: estimates.stop,
@@ -312,7 +329,7 @@ impl Renderer {
             estimated_interpolation_error: estimates.interpolation_error,
             estimated_area_light_error: estimates.area_light_error,
             submissions: cost.submissions,
-            wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
+            wall_milliseconds: cost.wall().as_secs_f64() * 1e3,
             preparation_milliseconds: preparation.as_secs_f64() * 1e3,
         };
         self.last = Some(RenderedFrame::new(
@@ -321,12 +338,17 @@ impl Renderer {
             cost.work_of(FIRST_ESTIMATE),
             cost.work_of(FURTHER_ESTIMATES),
         ));
+        let seconds = cost.wall().as_secs_f64();
+        if let Some(pace) = &mut self.pace {
+            pace.end_seconds = cost.seconds(&self.pipelines) - cost.gathered_at;
+        }
         let index = options.frame_index.unwrap_or(self.next_frame_index);
         self.next_frame_index = self.next_frame_index.max(index.wrapping_add(1));
         Ok(DrawnFrame {
             images,
             space,
             stats,
+            seconds,
             description: FrameDescription {
                 key: FrameKey {
                     index,

@@ -67,6 +67,8 @@ struct render_options {
     camlux::cancel_token cancel_token = {};
     /** Where layers go; empty: they stay with the frame. */
     std::vector<target> targets = {};
+    /** A render that is cancelled once it runs returns the best image that it has, with its estimated error. */
+    bool keep_partial = false;
 };
 
 namespace detail {
@@ -98,6 +100,7 @@ inline camlux_render_options raw_of(const render_options &options) noexcept
     raw.cancel_token = options.cancel_token.get();
     raw.targets = options.targets.data();
     raw.target_count = options.targets.size();
+    raw.keep_partial = options.keep_partial ? 1 : 0;
     if (options.progress) {
         raw.progress = report;
         raw.progress_user = const_cast<progress_function *>(&options.progress);

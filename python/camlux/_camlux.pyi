@@ -189,6 +189,7 @@ class Renderer:
         frame_index: Whole | None = None,
         layers: str | Sequence[str] | None = None,
         progress: Callable[[Progress], object] | bool | None = None,
+        keep_partial: bool = False,
     ) -> Frame: ...
     def __reduce__(self) -> NoReturn: ...
 

@@ -137,7 +137,8 @@ impl Watch {
             bar.call_method1(py, "close", (result.is_ok(),))?;
         }
         match (result, self.raised) {
-            (Err(camlux::Error::Cancelled), Some(error)) => Err(error),
+            // A render may keep what it has.
+            (Err(camlux::Error::Cancelled) | Ok(_), Some(error)) => Err(error),
             (result, _) => result.map_err(raised),
         }
     }

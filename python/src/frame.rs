@@ -244,7 +244,7 @@ impl FrameStats {
         self.0.least_rays
     }
 
-    /// Why final gathering stopped: target-met, budget-spent or samples-exhausted.
+    /// Why final gathering stopped: target-met, budget-spent, samples-exhausted or cancelled.
     #[getter]
     fn stop(&self) -> Option<&'static str> {
         self.0.stop.map(output::StopReason::name)

@@ -103,14 +103,15 @@ impl Renderer {
     /// samples of indirect light and other sensor noise. frame_index: the number in a series; each has other sensor noise; None: the
     /// renderer counts, and Frame.frame_index tells the number. layers: copies only this or these from the device, which is faster; None:
     /// all. progress: called from time to time with a Progress; if it returns False, Cancelled is raised. True shows a bar, for which tqdm
-    /// must be installed.
+    /// must be installed. keep_partial: a render that progress ends returns the best image that it has, with its estimated error; only with
+    /// final gathering.
     ///
     /// Raises SceneError for a scene that cannot be rendered, DeviceError for one that the device cannot hold. Shows a CamluxWarning for a
     /// frame that is probably a mistake, such as a black one.
     #[allow(clippy::too_many_arguments, reason = "Python's have names")]
     #[pyo3(
-        signature = (scene, *, target_error=None, seed=None, frame_index=None, layers=None, progress=None, **others),
-        text_signature = "($self, scene, *, target_error=None, seed=0, frame_index=None, layers=None, progress=None)"
+        signature = (scene, *, target_error=None, seed=None, frame_index=None, layers=None, progress=None, keep_partial=false, **others),
+        text_signature = "($self, scene, *, target_error=None, seed=0, frame_index=None, layers=None, progress=None, keep_partial=False)"
     )]
     fn render(
         &self,
@@ -121,6 +122,7 @@ impl Renderer {
         frame_index: Option<Bound<'_, PyAny>>,
         layers: Option<Bound<'_, PyAny>>,
         progress: Option<Bound<'_, PyAny>>,
+        keep_partial: bool,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Py<Frame>> {
         refuse("Renderer.render", others)?;
@@ -160,6 +162,7 @@ impl Renderer {
                 &scene,
                 &mut RenderOptions {
                     progress: Some(&mut ask),
+                    keep_partial,
                     seed,
                     frame_index,
                     layers: wanted.as_deref(),

@@ -28,6 +28,8 @@ pub const CAMLUX_STOP_TARGET_MET: i32 = 1;
 pub const CAMLUX_STOP_BUDGET_SPENT: i32 = 2;
 /// The largest number of samples was reached; target_error was missed.
 pub const CAMLUX_STOP_SAMPLES_EXHAUSTED: i32 = 3;
+/// The render was cancelled, and keep_partial of its options is 1: the frame is the best image so far.
+pub const CAMLUX_STOP_CANCELLED: i32 = 4;
 
 /// What a frame has cost: times, counts and estimated errors. Initialise with CAMLUX_FRAME_STATS_INIT.
 #[repr(C)]
@@ -139,6 +141,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                     Some(StopReason::TargetMet) => CAMLUX_STOP_TARGET_MET,
                     Some(StopReason::BudgetSpent) => CAMLUX_STOP_BUDGET_SPENT,
                     Some(StopReason::SamplesExhausted) => CAMLUX_STOP_SAMPLES_EXHAUSTED,
+                    Some(StopReason::Cancelled) => CAMLUX_STOP_CANCELLED,
                 },
                 device: object.device.as_ptr(),
                 driver: object.driver.as_ptr(),

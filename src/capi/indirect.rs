@@ -35,11 +35,12 @@ pub struct camlux_indirect {
     /// CAMLUX_ESTIMATOR_RSM_AVERAGE only: relative error (relRMSE), against the sum at every pixel, that interpolation between
     /// pixels may cause, 0.002 to 0.5; 0: no interpolation, the sum at every pixel.
     pub interpolation_error: f64,
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall-clock time for the indirect light of a frame, milliseconds. If it is reached before
-    /// the target error, the result is the best image so far. A first image is always made; least_ms in camlux_frame_stats is its time.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the wall time of a frame from the call on, milliseconds, without compiling. If it is reached
+    /// before the target error, the result is the best image so far. The least image with an estimate is always made; least_ms in
+    /// camlux_frame_stats is its time.
     /// 0: no limit.
     pub max_ms: f64,
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms; a first image is always made. 0: no limit.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: limit of the number of rays, like max_ms; the least image is always made. 0: no limit.
     pub max_rays: u64,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR.
     pub stderr_layer: i32,

@@ -55,8 +55,10 @@ pub struct camlux_render_options {
     /// Seed of the random numbers. Another seed gives other samples of indirect light, with another error, and other noise
     /// (camlux_tof_noise).
     pub seed: u32,
-    /// 0.
-    pub reserved: u32,
+    /// 1: a render that is cancelled once it runs returns the best image that it has, with its estimated error, instead of CAMLUX_CANCELLED;
+    /// where it has none yet, one of few rays. Direct light is complete in any case. Only with CAMLUX_ESTIMATOR_FINAL_GATHER. 0: there is
+    /// no frame.
+    pub keep_partial: i32,
 }
 
 c_struct!(
@@ -101,6 +103,7 @@ pub extern "C" fn camlux_cancel_token_cancel(token: *mut camlux_cancel_token) ->
 pub(super) struct Request {
     pub options: camlux_render_options,
     pub stays_on_device: bool,
+    pub keeps_partial: bool,
     pub targets: Vec<Target>,
     token: Arc<CancelToken>,
     /// Cancelled when nobody waits for the frame any more.
@@ -114,11 +117,11 @@ impl Request {
     /// # Safety
     /// There are `target_count` targets.
     pub unsafe fn read(options: camlux_render_options) -> Outcome<Request> {
-        args::reserved(camlux_render_options::NAME, options.reserved)?;
         if options.submission_target_ms == 0 {
             let problem = "submission_target_ms is 0; give milliseconds, such as 500";
             return Err(Failure::argument(problem));
         }
+        let keeps_partial = args::flag("keep_partial", options.keep_partial)?;
         let stays_on_device = args::flag("on_device", options.on_device)?;
         let targets = match options.target_count {
             0 => Vec::new(),
@@ -142,6 +145,7 @@ impl Request {
         Ok(Request {
             options,
             stays_on_device,
+            keeps_partial,
             targets,
             token,
             abandoned: Arc::default(),

@@ -280,6 +280,7 @@ fn draw(
     let layers: Vec<Layer> = request.targets.iter().map(|target| target.layer).collect();
     let mut render_options = RenderOptions {
         progress: Some(&mut report),
+        keep_partial: request.keeps_partial,
         layers: (!layers.is_empty()).then_some(&layers[..]),
         submission_target: Duration::from_millis(options.submission_target_ms.into()),
         seed: options.seed,

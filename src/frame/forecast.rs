@@ -5,10 +5,12 @@ use crate::{Scene, output::FrameStats, scene::IndirectLight};
 /// Rays of final gathering, except those of the error estimate, grow with this power of the pixels. Smooth light needs hardly more
 /// for a larger image; for fine detail, the rays grow with the pixels (measured: 0 to 0.5 from 128 to 256 pixels, to 1 for larger images).
 const PIXELS_POWER: f64 = 0.35;
-/// Those of the first image grow with this power, because a larger image begins with a coarser grid (measured: -0.2 to 0.3).
-const LEAST_PIXELS_POWER: f64 = 0.15;
-/// They fall with this power of the allowed error (measured: 0.7 to 1.75).
+/// The time of the least frame grows with this power: its gathers do not grow, its passes over the pixels do.
+const LEAST_PIXELS_POWER: f64 = 0.7;
+/// They fall with this power of the allowed error (measured: 0.7 to 1.75); for previews with the other (0.5 to 1).
 const ERROR_POWER: f64 = -1.3;
+const PREVIEW_POWER: f64 = -0.7;
+const PREVIEW_ERROR: f64 = 0.05;
 /// Usual estimated error of a frame, over its target (measured: 0.5 to 0.8).
 const USUAL_ERROR: f64 = 0.7;
 
@@ -24,8 +26,8 @@ pub(crate) struct RenderedFrame {
     further_share: f64,
     /// Only of final gathering.
     estimated_error: Option<f64>,
-    /// The least that a gather takes, over this one.
-    least_share: f64,
+    /// The least frame with an estimate, milliseconds; 0 without final gathering.
+    least_ms: f64,
     ray_count: u64,
 }
 
@@ -54,7 +56,7 @@ impl RenderedFrame {
             estimate_share: share(estimate_rays),
             further_share: share(further_rays),
             estimated_error: stats.estimated_error,
-            least_share: share(stats.least_rays.unwrap_or(0)),
+            least_ms: stats.least_milliseconds.unwrap_or_default(),
             ray_count: stats.ray_count,
         }
     }
@@ -79,27 +81,19 @@ impl RenderedFrame {
             }
             _ => return None,
         };
-        let gather_ms = self.gather_ms * self.within_limits(scene, work, pixels);
-        is_alike.then_some(self.other_ms * pixels + gather_ms)
-    }
-
-    /// That much work, but at least what the first image takes, and no more than the limits allow beyond that.
-    fn within_limits(&self, scene: &Scene, work: f64, pixels: f64) -> f64 {
-        let Some(indirect) = &scene.indirect else {
-            return work;
+        let limits = scene.indirect.as_ref();
+        let max_rays = limits.and_then(|limits| limits.max_rays());
+        let of_rays = max_rays.map(|rays| rays as f64 / self.ray_count.max(1) as f64);
+        let work = of_rays.map_or(work, |most| work.min(most));
+        let most = limits.and_then(|limits| limits.max_ms());
+        let most = most.unwrap_or(f64::INFINITY);
+        // Few rays leave the time of the passes over the pixels.
+        let least = match scene.indirect {
+            Some(_) => self.least_ms * pixels.powf(LEAST_PIXELS_POWER),
+            None => 0.0,
         };
-        let power = if pixels > 1.0 {
-            LEAST_PIXELS_POWER
-        } else {
-            PIXELS_POWER
-        };
-        let least = self.least_share * pixels.powf(power);
-        let of_ms = indirect.max_ms().map(|ms| ms / self.gather_ms);
-        let of_rays = indirect.max_rays();
-        let of_rays = of_rays.map(|rays| rays as f64 / self.ray_count.max(1) as f64);
-        let limits = of_ms.into_iter().chain(of_rays);
-        let most = limits.fold(f64::INFINITY, f64::min);
-        work.min(most).max(least)
+        let ms = self.other_ms * pixels + self.gather_ms * work;
+        is_alike.then_some(ms.min(most).max(least))
     }
 
     /// Work for indirect light, over that of this frame.
@@ -110,11 +104,17 @@ impl RenderedFrame {
             let of_image = share + of_rest * pixels.powf(PIXELS_POWER);
             // By chance this frame may have done more than requested, or less.
             let met = self.estimated_error.map(|error| error / USUAL_ERROR);
-            return Some(of_image * (now / met.unwrap_or(before)).powf(ERROR_POWER));
+            return Some(of_image * effort(now) / effort(met.unwrap_or(before)));
         }
         let [before, now] = [before, now].map(|indirect| indirect.rsm_size().map(f64::from));
         Some(pixels * (now? / before?).powi(2))
     }
+}
+
+/// Rays for an error, up to a factor.
+fn effort(error: f64) -> f64 {
+    let for_preview = (error / PREVIEW_ERROR).max(1.0).powf(PREVIEW_POWER);
+    error.min(PREVIEW_ERROR).powf(ERROR_POWER) * for_preview
 }
 
 fn pixels(scene: &Scene) -> f64 {

@@ -1,6 +1,6 @@
 //! Progress and cancelling of a frame.
 
-use std::ops::ControlFlow;
+use std::{cell::Cell, ops::ControlFlow};
 
 use crate::{Error, Result};
 
@@ -16,6 +16,8 @@ pub struct Progress {
 /// Turns the progress of passes into that of the frame.
 pub(crate) struct ProgressReport<'a> {
     report: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
+    /// Set instead of an error if the frame is to end with what it has.
+    ends_early: Option<&'a Cell<bool>>,
     light: usize,
     light_count: usize,
     /// Share of the work that is done light by light.
@@ -38,12 +40,14 @@ const FAILED_ATTEMPTS: f64 = 0.2;
 impl<'a> ProgressReport<'a> {
     pub fn new(
         report: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
+        ends_early: Option<&'a Cell<bool>>,
         light_count: usize,
         has_indirect: bool,
         has_samples: bool,
     ) -> Self {
         ProgressReport {
             report,
+            ends_early,
             light: 0,
             light_count,
             lights_share: if has_indirect {
@@ -138,9 +142,11 @@ impl<'a> ProgressReport<'a> {
             pass,
         };
         self.last = progress;
-        match report(progress) {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(Error::Cancelled),
+        if self.ends_early.is_some_and(Cell::get) || report(progress).is_continue() {
+            return Ok(());
         }
+        let ends_early = self.ends_early.ok_or(Error::Cancelled)?;
+        ends_early.set(true);
+        Ok(())
     }
 }

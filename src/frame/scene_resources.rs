@@ -7,7 +7,7 @@ use crate::{
     Error, LocalSpace, Result, Tracer,
     geometry::{Geometry, are_shared},
     passes::{
-        Context,
+        Context, final_gather,
         hits::HitSurfaces,
         instances::Instances,
         materials::Materials,
@@ -18,7 +18,7 @@ use crate::{
     },
     ray_tree::MeshTrees,
     scene::{Instance, Lens, Material, Shared, Texture, TextureLookup},
-    vulkan::Buffer,
+    vulkan::{Buffer, TexelList},
 };
 
 /// Surfaces as the passes see them, in parts that change independently.
@@ -36,6 +36,8 @@ pub(crate) struct SceneResources {
     hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
     /// Only if the camera's lens distorts the image.
     lens_rays: Cached<(Lens, [u32; 2]), Arc<Buffer>>,
+    /// Only if final gathering draws from it.
+    lattice: Option<TexelList>,
     /// Generation of the surfaces. Another number means other surfaces.
     pub generation: u64,
 }
@@ -212,6 +214,11 @@ impl SceneResources {
             Surfaces::upload(commands, scene, plan, space, shown, instanced)
         })?;
         surfaces.instances = instances;
+        if !plan.has_final_gather() {
+            self.lattice = None;
+        } else if self.lattice.is_none() {
+            self.lattice = Some(final_gather::upload_lattice(commands)?);
+        }
         let mut is_changed = is_new || are_moved;
         self.generation += u64::from(is_changed);
         if plan.has_distortion {
@@ -241,6 +248,12 @@ impl SceneResources {
     /// The rays of the camera's lens, if it distorts the image.
     pub fn lens_rays(&self) -> Option<&Buffer> {
         self.lens_rays.get().map(Arc::as_ref)
+    }
+
+    /// The points that final gathering draws from.
+    pub fn lattice(&self) -> Result<&TexelList> {
+        let lattice = self.lattice.as_ref();
+        lattice.ok_or_else(|| Error::internal("the lattice is not on the device"))
     }
 
     pub fn hit_surfaces(&self) -> Result<&HitSurfaces> {

@@ -1,7 +1,7 @@
 //! Many rays from points of surfaces: the trace pass alone, for tests and benches.
 
 use std::{
-    cell::RefCell,
+    cell::{Cell, RefCell},
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -226,7 +226,7 @@ impl RayProbe {
     fn probe(&self, find: Find, rays: &[Ray]) -> Result<Probed<u32>> {
         let mut plan = self.plan.clone();
         plan.rays_at_once = rays.len() as u32;
-        let cost = RefCell::new(Cost::new(Duration::MAX));
+        let cost = RefCell::new(Cost::new(Duration::MAX, &self.pipelines, None));
         let list = RefCell::new(RayList::for_plan(&self.device, &plan)?);
         let context = Context {
             device: &self.device,
@@ -239,6 +239,7 @@ impl RayProbe {
             seed: 0,
             modulation: None,
             cost: &cost,
+            ends_early: &Cell::new(false),
             rays: &list,
             recorded: &RefCell::default(),
         };

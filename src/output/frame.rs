@@ -246,6 +246,8 @@ pub enum StopReason {
     BudgetSpent,
     /// No further samples are available.
     SamplesExhausted,
+    /// The caller ended the render, and keeps what it has.
+    Cancelled,
 }
 
 impl StopReason {
@@ -255,6 +257,7 @@ impl StopReason {
             StopReason::TargetMet => "target-met",
             StopReason::BudgetSpent => "budget-spent",
             StopReason::SamplesExhausted => "samples-exhausted",
+            StopReason::Cancelled => "cancelled",
         }
     }
 }
@@ -320,13 +323,16 @@ impl FrameStats {
                 let sent = self.ray_count;
                 let least = match (self.least_rays, self.least_milliseconds) {
                     (Some(rays), Some(ms)) => format!(
-                        "; no limit lowers the {rays} rays and {ms:.0} ms of the first image and its estimate"
+                        "; no limit lowers the {rays} rays and {ms:.0} ms of the least image and its estimate"
                     ),
                     _ => String::new(),
                 };
                 format!(
                     "the budget ({budget}) was spent on {sent} rays before the target error was met: {error}{least}; give more, or raise target_error"
                 )
+            }
+            StopReason::Cancelled => {
+                format!("the render was ended before the target error was met: {error}")
             }
             StopReason::SamplesExhausted => format!(
                 "the target error was missed with the maximum number of samples: {error}; set a larger rsm_size, or raise target_error"

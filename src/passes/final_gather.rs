@@ -10,7 +10,7 @@ use super::{
     gbuffer::GBuffer,
     hits::HitSurfaces,
     light::DeviceLight,
-    light_rays::{LightRays, MAX_RAYS},
+    light_rays::LightRays,
     packets::{Chunk, ChunkLimits, chunks},
     random::hash,
     rays::RayTriangles,
@@ -26,7 +26,7 @@ use crate::{
     parallel::for_each_at_once,
     plan::Plan,
     vulkan::{
-        Allocate, Buffer, BufferUse, Resource, TexelList, groups_in_rows,
+        Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList, groups_in_rows,
         shaders::{self, Brdf, FinalGatherParameters, Key, Packet, PilotSample, Receiver, Span},
     },
 };
@@ -36,15 +36,6 @@ const FIRST_SUBMISSION_RAYS: f64 = 5e5;
 
 /// Most samples of a receiver.
 pub(crate) const MAX_SAMPLES: u32 = 1 << 16;
-/// Rays from the lights per VPL sample of a receiver. With this many, the error that receivers share is small compared with
-/// the error of each receiver alone.
-const LIGHT_RAYS_PER_SAMPLE: u32 = 128;
-/// The same for each set, if there are several sets.
-const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
-/// Least number of rays in a set, so that the cells that matter get some.
-const MIN_SET_SIZE: u32 = 1 << 11;
-/// Least number of rays in a set of the pilot, so that it distinguishes parts of cells.
-const PILOT_SET_SIZE: u32 = 1 << 15;
 /// Seed of the light rays for light without occlusion, different from those of images and estimates.
 const UNOCCLUDED_SEED: u32 = 0x3000_0000;
 /// Share of the loop iterations allowed by the driver that an invocation uses.
@@ -69,7 +60,7 @@ pub(crate) struct FinalGather<'b> {
     /// What each ray to a VPL finds; only during a pilot.
     pilot_samples: Option<Buffer>,
     nothing: Buffer,
-    lattice: TexelList,
+    lattice: &'b TexelList,
 }
 
 /// How the lights are sampled.
@@ -120,6 +111,13 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
     TexelList::declare(allocate, "lights", texels)
 }
 
+/// The points that samples are drawn from.
+pub(crate) fn upload_lattice(commands: &CommandPool) -> Result<TexelList> {
+    let points = lattice::sequence(MAX_SAMPLES).into_iter();
+    let points = points.map(|[x, y]| [x, y, 0.0, 0.0]);
+    TexelList::new(commands, "lattice", points.collect())
+}
+
 /// The texels of `shaders/shared/lights.wgsl`: the lights in the layout of a buffer, then their patterns.
 fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
     let mut parameters: Vec<shaders::Light> = lights.iter().map(|l| l.parameters).collect();
@@ -142,12 +140,10 @@ fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
 impl<'b> FinalGather<'b> {
     pub fn new(
         context: &'b Context<'b>,
-        (tree, surfaces): (&'b RayTriangles, &'b HitSurfaces),
+        (tree, surfaces, lattice): (&'b RayTriangles, &'b HitSurfaces, &'b TexelList),
         lights: Vec<&'b DeviceLight>,
     ) -> Result<FinalGather<'b>> {
         let device = context.device;
-        let points = lattice::sequence(MAX_SAMPLES).into_iter();
-        let points = points.map(|[x, y]| [x, y, 0.0, 0.0]);
         Ok(FinalGather {
             context,
             tree,
@@ -160,7 +156,7 @@ impl<'b> FinalGather<'b> {
             sends_to_vpls: true,
             pilot_samples: None,
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
-            lattice: TexelList::new(context.commands, "lattice", points.collect())?,
+            lattice,
         })
     }
 
@@ -171,18 +167,11 @@ impl<'b> FinalGather<'b> {
             return Ok(0);
         }
         let sampling = &mut self.sampling[wanted.gathered_for as usize];
-        let per_sample = match wanted.set_count {
-            1 => LIGHT_RAYS_PER_SAMPLE,
-            _ => LIGHT_RAYS_PER_SAMPLE_OF_A_SET,
-        };
-        let at_least = if self.pilot_samples.is_some() {
+        let is_pilot = self.pilot_samples.is_some();
+        if is_pilot {
             sampling.pilot_rays.push((first_result, wanted.seed));
-            PILOT_SET_SIZE
-        } else {
-            MIN_SET_SIZE
-        };
-        let set_size = wanted.samples.saturating_mul(per_sample).max(at_least);
-        let set_size = set_size.min(MAX_RAYS / wanted.set_count);
+        }
+        let set_size = wanted.set_size(is_pilot);
         let table = match sampling.table.take() {
             Some(table) if table.is_for(set_size) => table,
             _ => sampling.sampler.table(self.context.commands, set_size)?,
@@ -358,6 +347,7 @@ impl Gatherer for FinalGather<'_> {
             seed: UNOCCLUDED_SEED ^ hash(self.context.seed),
             gathered_for: GatheredFor::Image,
             samples: 0,
+            receivers: u32::MAX,
             set_count: 1,
         };
         self.send_light_rays(few, 0)?;

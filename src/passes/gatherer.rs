@@ -17,6 +17,19 @@ use crate::{
 const MAX_SHARING_RECEIVERS: u32 = 4096;
 const MAX_SHARED_SAMPLES: u32 = 32 * MAX_RAYS;
 
+/// Rays from the lights per VPL sample of a receiver. With this many, the error that receivers share is small compared with
+/// the error of each receiver alone.
+const LIGHT_RAYS_PER_SAMPLE: u32 = 128;
+/// The same for each set, if there are several sets.
+const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
+/// Least number of rays in a set, so that the cells that matter get some; and in a set of the pilot, so that it distinguishes parts of cells.
+const MIN_SET_SIZE: u32 = 1 << 11;
+const PILOT_SET_SIZE: u32 = 1 << 15;
+/// The same for few receivers, and the rays for each of them.
+const MIN_SET_SIZE_OF_FEW: u32 = 1 << 8;
+const PILOT_SET_SIZE_OF_FEW: u32 = 1 << 12;
+const RAYS_PER_RECEIVER: u32 = 128;
+
 /// Gathers indirect light.
 pub(crate) trait Gatherer {
     /// The name of the gatherer's pass.
@@ -110,6 +123,8 @@ pub(crate) struct LightRaySets {
     pub gathered_for: GatheredFor,
     /// Approximate number of samples of a receiver.
     pub samples: u32,
+    /// Most receivers, of all sets together.
+    pub receivers: u32,
     /// Receivers whose indices in their list differ modulo this number have no samples in common.
     pub set_count: u32,
 }
@@ -123,6 +138,24 @@ pub(crate) enum GatheredFor {
 }
 
 impl LightRaySets {
+    /// Rays of a set, about.
+    pub fn set_size(&self, is_pilot: bool) -> u32 {
+        let per_sample = match self.set_count {
+            1 => LIGHT_RAYS_PER_SAMPLE,
+            _ => LIGHT_RAYS_PER_SAMPLE_OF_A_SET,
+        };
+        let (few, enough) = match is_pilot {
+            true => (PILOT_SET_SIZE_OF_FEW, PILOT_SET_SIZE),
+            false => (MIN_SET_SIZE_OF_FEW, MIN_SET_SIZE),
+        };
+        let receivers = self.receivers.div_ceil(self.set_count);
+        let at_least = receivers.saturating_mul(RAYS_PER_RECEIVER);
+        let set_size = self.samples.saturating_mul(per_sample);
+        set_size
+            .max(at_least.clamp(few, enough))
+            .min(MAX_RAYS / self.set_count)
+    }
+
     /// Most receivers that may share a set, with `samples` samples each. With more, the set's own noise would show.
     pub fn max_receivers(samples: u32) -> u32 {
         (MAX_SHARED_SAMPLES / samples.max(1)).clamp(1, MAX_SHARING_RECEIVERS)

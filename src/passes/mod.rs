@@ -1,6 +1,6 @@
 //! The passes of a frame: one file each, named like its shader and its timestamp. `frame` puts them in order.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
 use bytemuck::Pod;
 
@@ -71,6 +71,8 @@ pub(crate) struct Context<'c> {
     /// Only with time of flight.
     pub modulation: Option<&'c Buffer>,
     pub cost: &'c RefCell<Cost>,
+    /// Whether the frame is to end with what it has.
+    pub ends_early: &'c Cell<bool>,
     /// The rays in memory; `None` if nothing casts rays.
     pub rays: &'c RefCell<Option<RayList>>,
     /// Passes that are recorded but not yet submitted.
@@ -102,7 +104,8 @@ impl Context<'_> {
     pub fn finish_work(&self, work: Work) -> Result<()> {
         let recorded = self.recorded.take();
         let recorder = recorded.ok_or_else(|| Error::internal("work was not recorded"))?;
-        self.cost.borrow_mut().submit_work(recorder, work)
+        let mut cost = self.cost.borrow_mut();
+        cost.submit_work(recorder, work, self.pipelines)
     }
 
     /// Submits what was recorded and waits.

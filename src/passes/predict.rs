@@ -46,7 +46,7 @@ pub(crate) fn predict(
         pattern,
         columns,
         item_count: columns * rows,
-        tolerance: criteria.tolerance.unwrap_or(-1.0) as f32,
+        tolerance: criteria.tolerance.unwrap_or(-1.0).min(f32::MAX.into()) as f32,
         least_radiance: criteria.least_radiance(),
         own_share: criteria.own_share(),
     };

@@ -138,7 +138,24 @@ pub(crate) struct SampleAllocation {
     pub least_variance: f64,
 }
 
+/// Largest tolerance of criteria that are relaxed. A little more, and every pixel would be interpolated.
+const MAX_RELAXED: f64 = 0.9;
+
 impl RefinementCriteria {
+    /// With this many times the tolerance, and a part of the samples.
+    pub fn relaxed(mut self, factor: f64) -> RefinementCriteria {
+        self.allocation.packets_scale /= factor;
+        let relaxed = |tolerance: f64| tolerance.max((factor * tolerance).min(MAX_RELAXED));
+        self.tolerance = self.tolerance.map(relaxed);
+        self
+    }
+
+    /// Pixels without samples are interpolated, the others take no more.
+    pub fn without_rays(mut self) -> RefinementCriteria {
+        self.allocation.packets_scale = 0.0;
+        self.tolerance = Some(f64::INFINITY);
+        self
+    }
     /// Least radiance that errors are relative to, W/sr/m².
     pub fn least_radiance(&self) -> f32 {
         let share = if self.is_local { LOCAL_FLOOR } else { 1.0 };

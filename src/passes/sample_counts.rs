@@ -17,6 +17,9 @@ use crate::{
 /// Samples come in packets of this many rays.
 pub(crate) const PACKET_SAMPLES: u32 = 64;
 
+/// Least scale of packets. Its powers are finite in f32.
+const LEAST_SCALE: f64 = 1e-9;
+
 /// The packets that each receiver of a list takes: the first one, plus 65536 times the one after the last.
 pub(crate) struct SampleCounts<A: Allocate = Device> {
     pub ranges: A::Buffer,
@@ -89,7 +92,7 @@ impl SampleCounts {
             continues: u32::from(!self.of_estimate),
             max_packets: allocation.max_packets,
             is_smoothed: u32::from(!self.of_estimate),
-            packets_scale: allocation.packets_scale as f32,
+            packets_scale: allocation.packets_scale.max(LEAST_SCALE) as f32,
             variance_rate: allocation.variance_rate as f32,
             packet_variance: allocation.packet_variance as f32,
             mean_variance: allocation.mean_variance as f32,

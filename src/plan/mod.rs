@@ -29,8 +29,8 @@ const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
 const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
 /// Least sub-pixel bits of the rasterisers of GPUs.
 const FINE_SUB_PIXEL_BITS: u32 = 8;
-/// Points of the coarsest grid along the shorter edge of the image.
-const GRID_POINTS: u32 = 25;
+/// From this target error on, points of the coarsest grid along the shorter edge of the image, and its largest stride.
+const GRIDS: [(f64, u32, u32); 4] = [(0.0, 25, 16), (0.05, 16, 16), (0.1, 12, 32), (0.2, 6, 64)];
 /// Texels along the edge of a tile, if the scene sets the size of the RSM for final gathering.
 const RSM_TEXELS_PER_TILE: u32 = 8;
 /// Most rays in memory at a time. More do not make a device faster, but a CPU loses them from its caches.
@@ -180,7 +180,7 @@ pub struct RefinementPlan {
     pub target_error: Option<f64>,
     /// The norm of this error; [`ErrorNorm::Image`] for sums.
     pub error_norm: ErrorNorm,
-    /// Wall-clock time for the indirect light of a frame, milliseconds; `None`: no limit.
+    /// Wall time of a frame from the call on, milliseconds; `None`: no limit.
     pub max_ms: Option<f64>,
     /// Rays for the indirect light of a frame; `None`: no limit.
     pub max_rays: Option<u64>,
@@ -452,14 +452,22 @@ fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> Refin
         error_norm: indirect.error_norm().unwrap_or_default(),
         max_ms: indirect.max_ms(),
         max_rays: indirect.max_rays(),
-        coarsest_stride: target_error.map_or(1, |_| coarsest_stride(resolution_px)),
+        coarsest_stride: match target_error {
+            None => 1,
+            // Sums differ little in time.
+            Some(_) if indirect.sum().is_some() => coarsest_stride(resolution_px, 0.0),
+            Some(target) => coarsest_stride(resolution_px, target),
+        },
     }
 }
 
-/// Stride of the pixels that are gathered in any case. About [`GRID_POINTS`] of them along the shorter edge show what the image is like.
-fn coarsest_stride(resolution_px: [u32; 2]) -> u32 {
+/// Stride of the pixels that are gathered in any case: a few of them along the shorter edge show what the image is like.
+fn coarsest_stride(resolution_px: [u32; 2], target_error: f64) -> u32 {
     let [width, height] = resolution_px;
-    let stride = (width.min(height) / GRID_POINTS).clamp(2, 16);
+    let mut grids = GRIDS.into_iter().rev();
+    let grid = grids.find(|&(least, ..)| target_error >= least);
+    let (_, points, most) = grid.unwrap_or(GRIDS[0]);
+    let stride = (width.min(height) / points).clamp(2, most);
     1 << stride.ilog2()
 }
 

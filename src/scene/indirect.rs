@@ -28,8 +28,9 @@ pub enum IndirectLight {
         error_norm: ErrorNorm,
         /// `None`: camlux chooses.
         rsm_size: Option<u32>,
-        /// Wall-clock limit for the indirect light of a frame, milliseconds, above 0. If it expires before the target error is met, the
-        /// result is the best image so far. A first image is always made. The image then depends on the speed of the device. `None`: no limit.
+        /// Limit on the wall time of a frame from the call on, milliseconds, above 0, without compiling. If it expires before the target error is
+        /// met, the result is the best image so far. The least image and its estimate are always made. The image then depends on the speed of
+        /// the device. `None`: no limit.
         max_ms: Option<f64>,
         /// Limit on the rays for the indirect light of a frame, above 0. The image does not depend on the speed of the device. `None`: no
         /// limit.

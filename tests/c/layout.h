@@ -386,8 +386,8 @@ CHECK(camlux_render_options_target_count_offset, offsetof(camlux_render_options,
 CHECK(camlux_render_options_target_count_size, sizeof(((camlux_render_options *)0)->target_count) == 8);
 CHECK(camlux_render_options_seed_offset, offsetof(camlux_render_options, seed) == 56);
 CHECK(camlux_render_options_seed_size, sizeof(((camlux_render_options *)0)->seed) == 4);
-CHECK(camlux_render_options_reserved_offset, offsetof(camlux_render_options, reserved) == 60);
-CHECK(camlux_render_options_reserved_size, sizeof(((camlux_render_options *)0)->reserved) == 4);
+CHECK(camlux_render_options_keep_partial_offset, offsetof(camlux_render_options, keep_partial) == 60);
+CHECK(camlux_render_options_keep_partial_size, sizeof(((camlux_render_options *)0)->keep_partial) == 4);
 
 CHECK(size_of_camlux_vulkan_device, sizeof(camlux_vulkan_device) == 80);
 CHECK(camlux_vulkan_device_struct_size_offset, offsetof(camlux_vulkan_device, struct_size) == 0);

@@ -65,7 +65,9 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) ->
     // Much less error than requested means wasted work.
     assert!(error >= asked / 3.0, "{name}: {error} for {asked}");
     assert!(error <= 1.3 * asked, "{name}: {error} for {asked}");
-    assert!(bias.abs() <= 0.01, "{name}: bias {bias}");
+    // The mean of one image has noise too.
+    let most = (0.15 * asked).max(0.01);
+    assert!(bias.abs() <= most, "{name}: bias {bias}");
     assert!(
         estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005,
         "{name}: {estimated} for {error}"
@@ -184,7 +186,7 @@ fn the_local_norm_counts_dark_parts() {
     assert!((*dark as f64) < 0.002 * reference.len() as f64, "{dark}");
 }
 
-/// If the rays run out before the target is met, the frame is the best image so far: every ray is in it, and its estimated error is right.
+/// If the rays run out before the target is met, the frame is the best image that they allow, and its estimated error is right.
 #[test]
 fn a_budget_ends_with_an_honest_image() {
     let mut gpu = Gpu::open();
@@ -192,7 +194,7 @@ fn a_budget_ends_with_an_honest_image() {
         let mut scene = demo_scene(name, [96, 96]);
         let truth = reference_of(&scene, 512);
         let mut last: Option<FrameStats> = None;
-        for max_rays in [1, 6_000_000, 9_000_000, 14_000_000, 20_000_000] {
+        for max_rays in [1, 100_000, 300_000, 1_000_000, 5_000_000, 20_000_000] {
             scene.indirect = Some(IndirectLight::FinalGather {
                 target_error: 0.002,
                 error_norm: ErrorNorm::Image,
@@ -210,10 +212,14 @@ fn a_budget_ends_with_an_honest_image() {
                 "{name}: {max_rays} rays allowed, {rays} sent: estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}"
             );
             assert_eq!(stats.stop, Some(StopReason::BudgetSpent));
-            assert!(estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005);
+            // A small budget leaves few pixels for the estimate.
+            let slack = if max_rays < 1_000_000 { 2.5 } else { 1.5 };
+            assert!(estimated <= slack * error + 0.005 && error <= slack * estimated + 0.005);
             let least = stats.least_rays.expect("there was a first image");
-            assert!(least < 6_000_000 && least <= rays, "{least} of {rays}");
-            assert!(rays <= least.max(max_rays * 13 / 10), "{rays}");
+            assert!(least < 120_000, "{least}");
+            assert!(rays <= least.max(max_rays * 105 / 100), "{rays}");
+            // Neither are they left unused.
+            assert!(max_rays < least || rays > max_rays / 2, "{rays}");
             if let Some(last) = &last {
                 assert!(rays > last.ray_count);
                 assert_ne!(stats.estimated_error, last.estimated_error);
@@ -365,6 +371,65 @@ fn progress_and_cancelling() {
     let cancelled = gpu.renderer.render(&scene, &mut options);
     assert!(matches!(cancelled, Err(Error::Cancelled)));
     gpu.render(&scene);
+}
+
+/// Whenever it is ended, a frame has all its direct light, and a bounce whose error it knows.
+#[test]
+fn a_frame_that_is_ended_keeps_what_it_has() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell_spot", [96, 96]);
+    let truth = reference_of(&scene, 256);
+    scene.indirect = Some(IndirectLight::final_gather(0.01));
+    let mut reports = 0;
+    let mut count = |_| {
+        reports += 1;
+        ControlFlow::Continue(())
+    };
+    let mut options = RenderOptions {
+        progress: Some(&mut count),
+        ..RenderOptions::default()
+    };
+    let whole = gpu.renderer.render(&scene, &mut options);
+    let whole = whole.expect("it renders");
+    let mut last_rays = 0;
+    for share in [0.0, 0.1, 0.4, 0.7] {
+        let mut left = (share * f64::from(reports)) as u32;
+        let mut end = |_| {
+            let ends = left == 0;
+            left = left.saturating_sub(1);
+            match ends {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        };
+        let mut options = RenderOptions {
+            progress: Some(&mut end),
+            keep_partial: true,
+            ..RenderOptions::default()
+        };
+        let frame = gpu.renderer.render(&scene, &mut options);
+        let frame = frame.expect("it ends with what it has");
+        let stats = &frame.stats;
+        let (error, _) = error_and_bias(&frame, &truth);
+        let estimated = stats.estimated_error.expect("it is estimated");
+        println!(
+            "ended after {share} of {reports} reports: estimated {estimated:.4}, true {error:.4}, {} rays",
+            stats.ray_count
+        );
+        assert_eq!(stats.stop, Some(StopReason::Cancelled));
+        assert_eq!(frame.values(Layer::Direct), whole.values(Layer::Direct));
+        assert!(estimated <= 2.5 * error + 0.005 && error <= 2.5 * estimated + 0.005);
+        assert!(stats.ray_count >= last_rays && stats.ray_count < whole.stats.ray_count);
+        last_rays = stats.ray_count;
+        assert!(
+            frame
+                .warnings()
+                .iter()
+                .any(|text| text.contains("was ended"))
+        );
+    }
+    let next = gpu.renderer.render(&scene, &mut RenderOptions::default());
+    assert_eq!(next.expect("it renders").layers, whole.layers);
 }
 
 /// The lamp is in the next room. The light through the slit is hard to find from either side.

@@ -5,12 +5,12 @@
 //! gathers that share no samples with the image's. If the upper bound is too large, more pixels are sampled if that may decide it;
 //! else another attempt follows.
 
-use std::time::Instant;
-
 use super::{
     ErrorEstimates,
+    error_estimate::ErrorEstimate,
     image_estimate::ImageEstimate,
     judge::Judge,
+    limits::{Limits, Spent, pixels_for, rays_of_pixel},
     pixel_sample::{FEW_PIXELS, PixelSample, SAMPLE_PIXELS},
     refine::{Attempt, Refiner},
     sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, SampleBudget, next_aim},
@@ -36,6 +36,10 @@ const MAX_PACKETS_OF_ROUGH_IMAGE: f64 = 1.1;
 /// Limits must leave room for this many more pilots, to take pilots of more pixels, or another one.
 const LEAST_ROOM_FOR_MORE: f64 = 40.0;
 const LEAST_ROOM_FOR_PILOTS: f64 = 10.0;
+/// Least room for further attempts that makes the light of VPLs without occlusion worth its time.
+const LEAST_ROOM_FOR_RATIO: f64 = 1.0;
+/// Growth of the error that an estimate is made for, until enough pixels fit the limits.
+const COARSER_ESTIMATE: f64 = 1.3;
 /// Seed of the pixels of pilots for a rough image.
 const ROUGH_SEED: u32 = 1 << 10;
 /// Pilots are repeated until one moves less than this share of the samples elsewhere.
@@ -71,11 +75,9 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         gather_every_pixel(refiner)?;
         return Ok(ErrorEstimates::default());
     };
-    let start = Spent::so_far(refiner);
-    let limits = Limits::new(plan);
+    let mut limits = Limits::new(refiner.context, plan);
     let mut resources = refiner.resources(plan.coarsest_stride)?;
-    let limited = (limits.as_ref(), &start);
-    let (mut sample, mut pilot) = pilot(refiner, &resources.images, plan, limited)?;
+    let (mut sample, mut pilot) = pilot(refiner, &resources.images, plan, &limits)?;
     if pilot.is_dark() {
         if is_exact {
             gather_every_pixel(refiner)?;
@@ -91,18 +93,16 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
             &resources.images,
             &mut sample,
             (FIRST_AIM * target, &pilot),
+            &limits,
         )?,
     };
     let mut judge = Judge::new(is_exact.then_some(sample));
-    let of_pilots = Spent::so_far(refiner).since(&start);
     let mut found = ErrorEstimates::default();
     let mut aim = if is_exact { target } else { FIRST_AIM * target };
-    if limits.is_some() {
+    if limits.are_set() {
         // Go from coarse to fine, so that there is an image at any time.
         aim = aim.max(SampleBudget::coarsest_aim(pilot.hardest()));
     }
-    // The limits of an attempt, which leave what the last one took to be judged.
-    let mut limits_of_attempt = Limits::new(plan);
     let mut attempt = 0;
     // The last estimate, and how much of its error is to remain.
     let mut last: Option<(ImageEstimate, f64)> = None;
@@ -112,7 +112,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         } else {
             MAX_ATTEMPTS_OF_RAYS
         };
-        let is_last = attempt + 1 == most && limits.is_none();
+        let is_last = attempt + 1 == most && !limits.are_set();
         refiner.progress.begin_attempt(attempt, is_last);
         let of_image = alone.as_ref().unwrap_or(&pilot);
         let budget = match &last {
@@ -123,11 +123,16 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 SampleBudget::for_more_rays((aim, *shrink), of_image.hardest(), estimate)
             }
         };
-        let of_estimate = match is_exact {
-            true => SampleAllocation::default(),
-            false => SampleBudget::of_estimate(aim.max(target), pilot.hardest()),
+        let spent_before = Spent::so_far(refiner.context);
+        let (of_estimate, packets_of_estimate) = match is_exact {
+            true => (SampleAllocation::default(), 0.0),
+            false => allocation_of_estimate(aim.max(target), pilot.hardest(), &limits),
         };
-        let spent_before = Spent::so_far(refiner);
+        let planned = limits.estimate_pixels(packets_of_estimate);
+        let reserve = limits.reserve(planned, packets_of_estimate, budget.samples());
+        if attempt == 0 && limits.rays_left(1.0).is_finite() {
+            resources.begin_with(limits.stride(reserve, plan.coarsest_stride));
+        }
         let criteria = budget.criteria(pilot.light().radiance, plan.error_norm, of_estimate);
         let took_all_samples = refiner.refine(
             &mut resources,
@@ -135,22 +140,24 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 samples: budget.samples(),
                 criteria,
                 number: attempt,
-                limits: limits_of_attempt.as_ref().map(|limits| (limits, &start)),
+                limits: &limits,
+                reserve,
             },
         )?;
         let is_cut_short = !took_all_samples && attempt > 0;
-        let judging = Spent::so_far(refiner);
+        let pixels_to_judge = limits.pixels_to_judge(planned, packets_of_estimate);
         let mut estimate = judge.judge(
             refiner,
-            (plan, attempt),
+            (plan, attempt, pixels_to_judge),
             &resources.images,
             (criteria, budget.samples()),
         )?;
-        let of_judging = Spent::so_far(refiner).since(&judging);
-        limits_of_attempt = limits.as_ref().map(|limits| limits.without(&of_judging));
+        let of_attempt = Spent::so_far(refiner.context).since(&spent_before);
+        limits.learn(&of_attempt);
         // Worth its time where more samples would follow.
         let tries_ratio = attempt == 0
             && estimate.upper_bound() > target
+            && limits.room(&of_attempt, packets_of_estimate) > LEAST_ROOM_FOR_RATIO
             && refiner.gathers_most_pixels()
             && refiner.fill_unoccluded(&resources)?;
         if tries_ratio {
@@ -175,20 +182,15 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
             aim = next_aim(aim, target, error, is_exact);
         } else {
             refiner.fill_stderr(estimate.light().error_factors())?;
+            found.least = Some(limits.least());
             found.error = Some(error);
             found.error_upper = Some(upper);
-            if attempt == 0 {
-                // The coarsest image has one packet of samples a pixel.
-                let of_image = Spent::so_far(refiner).since(&spent_before);
-                let least = of_pilots.plus(&of_image, 1.0 / budget.mean_packets.max(1.0));
-                found.least = Some((least.rays as u64, 1e3 * least.seconds));
-            }
             if upper <= target {
                 found.stop = Some(StopReason::TargetMet);
                 return Ok(found);
             }
-            if is_cut_short {
-                found.stop = Some(StopReason::BudgetSpent);
+            if is_cut_short || limits.reason() == StopReason::Cancelled {
+                found.stop = Some(limits.reason());
                 return Ok(found);
             }
             if is_last || budget.is_largest() {
@@ -207,11 +209,11 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
             }
             let next = next_aim(aim, target, upper.min(4.0 * error), is_exact);
             let mut shrink = next / aim;
-            if let Some(limits) = &limits {
-                let spent = Spent::so_far(refiner).since(&spent_before);
-                let room = limits.room(refiner, &start, &spent);
+            if limits.are_set() {
+                let spent = Spent::so_far(refiner.context).since(&spent_before);
+                let room = limits.room(&spent, packets_of_estimate);
                 if room < LEAST_GROWTH {
-                    found.stop = Some(StopReason::BudgetSpent);
+                    found.stop = Some(limits.reason());
                     return Ok(found);
                 }
                 // The samples taken so far still count.
@@ -227,12 +229,30 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     }
 }
 
+/// How gathers are sampled that an image of this error is compared with, and their mean packets. If the limits leave few pixels, these take
+/// fewer packets: pixels tell more of an image than packets do.
+fn allocation_of_estimate(
+    error: f64,
+    pilot: &ErrorEstimate,
+    limits: &Limits,
+) -> (SampleAllocation, f64) {
+    let mut error = error;
+    loop {
+        let allocation = SampleBudget::of_estimate(error, pilot);
+        let packets = pilot.mean_packets_of(&allocation);
+        if packets <= 1.0 || limits.estimate_pixels(packets) >= FEW_PIXELS {
+            return (allocation, packets);
+        }
+        error *= COARSER_ESTIMATE;
+    }
+}
+
 /// Gathers at a sample of pixels, and lets the gatherer learn from the result. Begins with few pixels, which are enough for a rough image.
 fn pilot(
     refiner: &mut Refiner,
     images: &RefinementImages,
     plan: RefinementPlan,
-    (limits, start): (Option<&Limits>, &Spent),
+    limits: &Limits,
 ) -> Result<(PixelSample, ImageEstimate)> {
     let aim = FIRST_AIM * plan.target_error.unwrap_or_default();
     let for_both = [GatheredFor::Image, GatheredFor::Estimate];
@@ -241,7 +261,8 @@ fn pilot(
         let pilot = sample.pilot(refiner, images, (0, for_both))?;
         return Ok((sample, pilot));
     }
-    let mut sample = PixelSample::new(refiner, plan.error_norm, (FEW_PIXELS, ROUGH_SEED))?;
+    let few = limits.pilot_pixels(pixels_for(plan, FEW_PIXELS));
+    let mut sample = PixelSample::new(refiner, plan.error_norm, (few, ROUGH_SEED))?;
     let mut is_rough = true;
     // One pilot finds a narrow feature; those that follow find its shape.
     let mut variances = [f64::INFINITY; 3];
@@ -250,7 +271,7 @@ fn pilot(
         round += 1;
         let is_in_the_dark = variances[0].is_infinite();
         let results = 2 * sample.count;
-        let before = Spent::so_far(refiner);
+        let before = Spent::so_far(refiner.context);
         let is_last = match is_in_the_dark {
             true => round == MAX_PILOTS_IN_THE_DARK,
             false => round == MAX_PILOTS,
@@ -277,10 +298,7 @@ fn pilot(
             false => SampleBudget::for_rays(aim, pilot.hardest()).mean_packets,
         };
         // How many such pilots the limits leave room for.
-        let room = limits.map_or(f64::INFINITY, |limits| {
-            let spent = Spent::so_far(refiner).since(&before);
-            limits.room(refiner, start, &spent)
-        });
+        let room = limits.room_for_pilots(&Spent::so_far(refiner.context).since(&before));
         let needs_more = mean_packets > MAX_PACKETS_OF_ROUGH_IMAGE && pixels > FEW_PIXELS;
         if is_rough && needs_more && room >= LEAST_ROOM_FOR_MORE {
             let more = PixelSample::new(refiner, plan.error_norm, (SAMPLE_PIXELS, 0))?;
@@ -305,12 +323,15 @@ fn try_directions_alone(
     images: &RefinementImages,
     sample: &mut PixelSample,
     (aim, both): (f64, &ImageEstimate),
+    limits: &Limits,
 ) -> Result<Option<ImageEstimate>> {
     let plan = refiner.context.plan;
     let mean_packets =
         |pilot: &ImageEstimate| SampleBudget::for_rays(aim, pilot.hardest()).mean_packets;
     let pixels: u32 = plan.resolution_px.iter().product();
-    if mean_packets(both) * f64::from(pixels) < TRIAL_SHARE * f64::from(2 * sample.count) {
+    let packets = mean_packets(both) * f64::from(pixels);
+    let fitting = limits.rays_left(1.0) / rays_of_pixel(plan);
+    if packets.min(fitting) < TRIAL_SHARE * f64::from(2 * sample.count) {
         return Ok(None);
     }
     refiner.gatherer.send_to_vpls(false);
@@ -329,83 +350,14 @@ fn try_directions_alone(
 fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
     refiner.progress.begin_attempt(0, true);
     let mut resources = refiner.resources(1)?;
+    let limits = Limits::none(refiner.context);
     let budget = SampleBudget::for_sums(1.0, true);
     let attempt = Attempt {
         samples: budget.samples(),
         criteria: budget.criteria(1.0, Default::default(), Default::default()),
         number: 0,
-        limits: None,
+        limits: &limits,
+        reserve: 0.0,
     };
     refiner.refine(&mut resources, attempt).map(|_| ())
-}
-
-/// Limits of the cost of indirect light.
-pub(super) struct Limits {
-    seconds: f64,
-    rays: f64,
-}
-
-/// The cost of indirect light.
-pub(super) struct Spent {
-    at: Instant,
-    seconds: f64,
-    rays: f64,
-}
-
-impl Limits {
-    fn new(plan: RefinementPlan) -> Option<Limits> {
-        (plan.max_ms.is_some() || plan.max_rays.is_some()).then(|| Limits {
-            seconds: plan.max_ms.map_or(f64::INFINITY, |ms| ms * 1e-3),
-            rays: plan.max_rays.map_or(f64::INFINITY, |rays| rays as f64),
-        })
-    }
-
-    /// What they leave if that is spent later.
-    fn without(&self, spent: &Spent) -> Limits {
-        Limits {
-            seconds: self.seconds - spent.seconds,
-            rays: self.rays - spent.rays,
-        }
-    }
-
-    /// Whether a limit is reached.
-    pub fn are_reached(&self, refiner: &Refiner, start: &Spent) -> bool {
-        let all = Spent::so_far(refiner).since(start);
-        all.seconds > self.seconds || all.rays > self.rays
-    }
-
-    /// What the limits leave, over what was spent on an attempt.
-    fn room(&self, refiner: &Refiner, start: &Spent, spent: &Spent) -> f64 {
-        let all = Spent::so_far(refiner).since(start);
-        let of_seconds = (self.seconds - all.seconds) / spent.seconds;
-        let of_rays = (self.rays - all.rays) / spent.rays;
-        of_seconds.min(of_rays)
-    }
-}
-
-impl Spent {
-    fn so_far(refiner: &Refiner) -> Spent {
-        let cost = refiner.context.cost.borrow();
-        Spent {
-            at: Instant::now(),
-            seconds: 0.0,
-            rays: (cost.work_of("final_gather") + cost.work_of("light_rays")) as f64,
-        }
-    }
-
-    fn since(&self, earlier: &Spent) -> Spent {
-        Spent {
-            at: self.at,
-            seconds: (self.at - earlier.at).as_secs_f64(),
-            rays: self.rays - earlier.rays,
-        }
-    }
-
-    fn plus(&self, other: &Spent, times: f64) -> Spent {
-        Spent {
-            at: self.at,
-            seconds: self.seconds + times * other.seconds,
-            rays: self.rays + times * other.rays,
-        }
-    }
 }

@@ -2,10 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use crate::{metrics, passes::sample_counts::PACKET_SAMPLES};
+use crate::{
+    metrics,
+    passes::{refinement::SampleAllocation, sample_counts::PACKET_SAMPLES},
+};
 
 /// With fewer pixels of a kind, it is unknown how right the errors are that are expected of this kind.
 const MIN_KIND_PIXELS: u32 = 64;
+/// Fewer pixels than that hide how skewed errors are, and the bound's distance grows with this power of their lack (measured: `cargo bench
+/// --bench bound` with limits of 30 ms to 1 s and 1e5 rays).
+const ENOUGH_PIXELS: f64 = 256.0;
+const FEW_POWER: f64 = 0.75;
 /// Least error over the expected error: few pixels may show none by chance.
 const MIN_FACTOR: f64 = 0.1;
 /// The variance of a gather falls with these powers of its packets. The first is for packets that scatter like random samples, because
@@ -186,6 +193,11 @@ impl ErrorEstimate {
         let quantile = student_quantile(0.05 / f64::from(self.looks.max(1)), freedom);
         let skewness = self.cubes / self.squares.powf(1.5).max(f64::MIN_POSITIVE);
         let quantile = quantile + skewness.max(0.0) / 6.0 * (1.0 + 2.0 * quantile.powi(2));
+        // Few pixels do not show how skewed it is.
+        let quantile = quantile
+            * (ENOUGH_PIXELS / self.scatter.len() as f64)
+                .max(1.0)
+                .powf(FEW_POWER);
         ((self.error / self.signal).max(0.0) + quantile * self.standard_error()).sqrt()
     }
 
@@ -289,6 +301,11 @@ impl ErrorEstimate {
         let of_pixel = |pixel: &Scatter| packets(pixel.relative, packets_scale, power, max_packets);
         let sum: f64 = self.scatter.iter().map(of_pixel).sum();
         sum / self.scatter.len().max(1) as f64
+    }
+
+    /// The same for an allocation.
+    pub fn mean_packets_of(&self, allocation: &SampleAllocation) -> f64 {
+        self.mean_packets(allocation.packets_scale, allocation.max_packets)
     }
 
     /// Mean variance of a pixel's sample, over the square of the radiance that errors are relative to.

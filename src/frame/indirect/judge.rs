@@ -2,6 +2,7 @@
 
 use super::{
     image_estimate::ImageEstimate,
+    limits::pixels_for,
     pixel_sample::{FEW_PIXELS, PixelSample, SAMPLE_PIXELS},
     refine::Refiner,
 };
@@ -40,7 +41,7 @@ impl Judge {
     pub fn judge(
         &mut self,
         refiner: &mut Refiner,
-        (plan, attempt): (RefinementPlan, u32),
+        (plan, attempt, pixels): (RefinementPlan, u32, u32),
         images: &RefinementImages,
         (criteria, samples_per_pixel): (RefinementCriteria, u32),
     ) -> Result<ImageEstimate> {
@@ -63,19 +64,26 @@ impl Judge {
             samples.push(sample);
             estimate
         };
-        let mut estimate = estimate_next(FEW_PIXELS)?;
+        // Two samples take twice the rays from the lights.
+        let few = match pixels < SAMPLE_PIXELS {
+            true => pixels,
+            false => pixels_for(plan, FEW_PIXELS),
+        };
+        let mut estimate = estimate_next(few)?;
         estimate.set_looks(*looks + 1);
         // A tile would have too few of them.
         let may_be_few = plan.error_norm == ErrorNorm::Image;
-        if may_be_few && estimate.upper_bound() <= MAX_BOUND_OF_FEW * target {
+        let is_enough = may_be_few && estimate.upper_bound() <= MAX_BOUND_OF_FEW * target;
+        if is_enough || few == pixels {
+            *looks += 1;
             return Ok(estimate);
         }
-        estimate.add(estimate_next(SAMPLE_PIXELS - FEW_PIXELS)?);
+        estimate.add(estimate_next(SAMPLE_PIXELS - few)?);
         *looks += 1;
         let enough = f64::from(SAMPLE_PIXELS) * estimate.growth_to_decide(target);
         if estimate.relative_error() < target
             && estimate.upper_bound() > target
-            && enough <= f64::from(MAX_PIXELS)
+            && enough <= f64::from(MAX_PIXELS.min(pixels))
         {
             let more = (enough as u32 - SAMPLE_PIXELS).max(FEW_PIXELS);
             estimate.add(estimate_next(more)?);

@@ -4,6 +4,7 @@ mod adaptive;
 mod error_estimate;
 mod image_estimate;
 mod judge;
+mod limits;
 mod pixel_sample;
 mod pixel_samples;
 mod refine;
@@ -11,7 +12,7 @@ mod sample_budget;
 
 pub(crate) use pixel_samples::SampleResources;
 pub(crate) use refine::RefinementResources;
-use refine::Refiner;
+use refine::{Refiner, SharedLightRays};
 
 use super::{FrameImages, ProgressReport, lights::Lights, scene_resources::SceneResources};
 use crate::{
@@ -30,7 +31,7 @@ pub(crate) struct ErrorEstimates {
     pub error_upper: Option<f64>,
     /// Why final gathering stopped; `None` if the light is too dark to be estimated.
     pub stop: Option<StopReason>,
-    /// Rays and milliseconds of pilots, one packet of samples a pixel, and the estimate: no limit lowers them.
+    /// Rays and milliseconds of the least frame with an estimate: no limit lowers them.
     pub least: Option<(u64, f64)>,
     /// Error of interpolation against the sum at every pixel, if a target was requested for it.
     pub interpolation_error: Option<f64>,
@@ -70,10 +71,13 @@ pub(super) fn gather(
             samples_of_pixel: None,
             gathered_pixels: 0,
             smooths_ratio: false,
+            light_rays: SharedLightRays::default(),
             gatherer,
             progress,
         };
         let estimates = adaptive::gather(&mut refiner, plan.refinement)?;
+        let gathered_at = limits::Spent::so_far(context).seconds;
+        context.cost.borrow_mut().gathered_at = gathered_at;
         if let Some(averaged) = gathered.zip(images.indirect.as_ref()) {
             pixel_samples::average(&mut refiner, scene, images, averaged)?;
         }
@@ -107,7 +111,7 @@ pub(super) fn gather(
             })
         }
         GatherPlan::FinalGather => {
-            let rays = (scene.ray_tree()?, scene.hit_surfaces()?);
+            let rays = (scene.ray_tree()?, scene.hit_surfaces()?, scene.lattice()?);
             let lights = lights.on_device();
             let mut gatherer = FinalGather::new(context, rays, lights)?;
             run(&mut gatherer)

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{
     error_estimate::{ErrorEstimate, PixelEstimate},
     image_estimate::{ImageEstimate, settle_signals},
-    refine::Refiner,
+    refine::{Refiner, SharedLightRays},
 };
 use crate::{
     Result, metrics,
@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Groups of pixels that have no samples in common.
-const GROUPS: u32 = 16;
+pub(super) const GROUPS: u32 = 16;
 /// Pixels of a sample, and of one that is enough for a rough image.
 pub(super) const SAMPLE_PIXELS: u32 = 1024;
 pub(super) const FEW_PIXELS: u32 = 256;
@@ -244,15 +244,18 @@ impl PixelSample {
         let parts = self.ranges.into_iter().flat_map(|range| range.split(most));
         for gather in 0..if with.is_some() { 2 } else { 1 } {
             self.gathers += 1;
-            for (part, range) in parts.clone().enumerate() {
+            let mut light_rays = SharedLightRays::default();
+            for range in parts.clone() {
+                let set = light_rays.set_for(range.count, most);
                 let samples = with.map(|with| Samples {
                     counts: with.counts,
                     seed: with.seed + gather,
                     light_rays: LightRaySets {
-                        // Different from the seeds of any other gather, and of its other parts.
-                        seed: FIRST_SEED + 1000 * self.seed + self.gathers + ((part as u32) << 16),
+                        // Different from the seeds of any other gather, and of its other sets.
+                        seed: FIRST_SEED + 1000 * self.seed + self.gathers + (set << 16),
                         gathered_for: with.gathered_for[gather as usize],
                         samples: with.samples,
+                        receivers: self.count,
                         set_count: with.set_count,
                     },
                 });

@@ -91,6 +91,7 @@ pub(super) fn average(
                     seed: seed + part as u32,
                     gathered_for: GatheredFor::Image,
                     samples: PACKET_SAMPLES * packets,
+                    receivers: most,
                     set_count: 1,
                 },
             });

@@ -3,7 +3,7 @@
 //! A gathered pixel shows how wrong its prediction from coarser pixels was. Where the prediction was good, the finer pixels around it
 //! are interpolated. If the grid's stride is 1, every pixel is gathered.
 
-use super::adaptive::{Limits, Spent};
+use super::limits::{self, Limits, rays_of_pixel};
 use crate::{
     Result,
     frame::ProgressReport,
@@ -15,17 +15,21 @@ use crate::{
         receivers::{self, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
         resolve,
-        sample_counts::{PACKET_SAMPLES, SampleCounts},
+        sample_counts::SampleCounts,
         scatter, smooth, smooth_residuals, stderr,
     },
     plan::{GridStep, Plan},
     scene::MAX_FREQUENCIES,
-    vulkan::{Allocate, Device, Image},
+    vulkan::{Allocate, Device, Image, Recorder},
 };
 
 /// Steps whose pixels are gathered for any light. The coarsest grid and the first refinement between its pixels show what to
 /// expect.
 const GRID_STEPS: usize = 3;
+/// If a step does not fit the limits, its tolerance and the inverse of its samples grow by these factors, unless it takes so many times what
+/// fits. In the end every pixel is interpolated.
+const RELAXATIONS: [f64; 3] = [1.0, 2.0, 6.0];
+const MAX_EXCESS: f64 = 5.0;
 /// Most vectors of results that there is room for.
 pub(super) const MAX_RESULT_VECTORS: u32 = 1 << 21;
 
@@ -44,8 +48,17 @@ pub(super) struct Refiner<'a, 'p> {
     pub gathered_pixels: u32,
     /// Whether the light over that of VPLs without occlusion is smoothed.
     pub smooths_ratio: bool,
+    pub light_rays: SharedLightRays,
     pub gatherer: &'a mut dyn Gatherer,
     pub progress: &'a mut ProgressReport<'p>,
+}
+
+/// Which pixels of a step are listed for the gather, of those that should be.
+#[derive(PartialEq)]
+enum Listed {
+    All,
+    Fewer,
+    None,
 }
 
 /// One attempt at the image.
@@ -54,8 +67,37 @@ pub(super) struct Attempt<'l> {
     pub samples: u32,
     pub criteria: RefinementCriteria,
     pub number: u32,
-    /// With what was spent before the gather; `None` if there are no limits.
-    pub limits: Option<(&'l Limits, &'l Spent)>,
+    pub limits: &'l Limits<'l>,
+    /// Rays to leave for the estimate.
+    pub reserve: f64,
+}
+
+/// A step has light rays of its own if all its rays are this many times as many.
+const OWN_LIGHT_RAYS: f64 = 16.0;
+
+/// The light rays that receivers of an attempt share, also in steps of few receivers.
+#[derive(Default)]
+pub(super) struct SharedLightRays {
+    /// How many sets the attempt had before, and how many receivers share this one.
+    set: u32,
+    receivers: u32,
+}
+
+impl SharedLightRays {
+    /// Begins another set with the next receivers.
+    fn begin(&mut self) {
+        self.receivers = u32::MAX;
+    }
+
+    /// The number of the set for so many more receivers, of which `most` may share one.
+    pub fn set_for(&mut self, receivers: u32, most: u32) -> u32 {
+        if self.receivers.saturating_add(receivers) > most {
+            self.set += 1;
+            self.receivers = 0;
+        }
+        self.receivers += receivers;
+        self.set
+    }
 }
 
 /// The images, lists and buffers of the refinement.
@@ -95,6 +137,13 @@ impl<A: Allocate> RefinementResources<A> {
             max_results,
             steps,
         })
+    }
+}
+
+impl<A: Allocate> RefinementResources<A> {
+    /// From here on, begins with another stride, no less than the one that there is room for.
+    pub fn begin_with(&mut self, stride: u32) {
+        self.steps = GridStep::all(stride);
     }
 }
 
@@ -139,8 +188,7 @@ impl Refiner<'_, '_> {
 
     /// Gathers and interpolates all pixels. Samples of earlier attempts still count; exact gathers are kept.
     ///
-    /// Returns whether all samples were taken. Once the limits are reached, pixels keep the samples that they have, and the others are
-    /// interpolated. So every sample counts.
+    /// Returns whether all samples were taken. A step that does not fit the limits gathers what fits, and the others are interpolated.
     pub fn refine(
         &mut self,
         resources: &mut RefinementResources,
@@ -158,31 +206,87 @@ impl Refiner<'_, '_> {
         }
         // Every pixel of these steps is gathered.
         let grid_steps = resources.steps.len().min(GRID_STEPS);
-        let mut is_spent = false;
+        let mut took_all = true;
+        // Pixels that had been gathered when the last grid was smoothed.
+        let mut smoothed = 0;
         self.gathered_pixels = 0;
+        self.light_rays = SharedLightRays::default();
         for index in usize::from(!starts_anew)..resources.steps.len() {
-            is_spent = is_spent
-                || attempt
-                    .limits
-                    .is_some_and(|(limits, start)| limits.are_reached(self, start));
-            let mut criteria = criteria;
-            let mut samples = attempt.samples;
-            if is_spent {
-                criteria.tolerance = Some(f64::INFINITY);
-                // A pixel without samples that cannot be interpolated takes one packet.
-                criteria.allocation.packets_scale = 0.0;
-                samples = PACKET_SAMPLES;
+            let mut of_step = criteria;
+            of_step.tolerance = criteria.tolerance.filter(|_| index >= grid_steps);
+            let listed = self.list_what_fits(resources, index, of_step, &attempt)?;
+            took_all &= listed == Listed::All;
+            if listed != Listed::None {
+                took_all &= self.gather(resources, index, criteria, (&attempt, true))?;
             }
-            criteria.tolerance = criteria.tolerance.filter(|_| index >= grid_steps);
-            self.list(resources, index, criteria)?;
-            self.gather(resources, index, (attempt.number, samples), criteria)?;
-            if [grid_steps, resources.steps.len()].contains(&(index + 1)) {
+            let is_grid = index + 1 == grid_steps;
+            let is_last = index + 1 == resources.steps.len();
+            if is_grid || is_last && self.gathered_pixels > smoothed {
                 self.smooth(resources, index, criteria)?;
+                smoothed = self.gathered_pixels;
             }
         }
         self.resolve(resources, attempt.criteria)?;
         self.samples_of_pixel = Some(attempt.samples);
-        Ok(!is_spent)
+        Ok(took_all)
+    }
+
+    /// Lists the pixels of a step as the criteria say, or fewer of them if the limits leave no room.
+    fn list_what_fits(
+        &self,
+        resources: &mut RefinementResources,
+        step: usize,
+        criteria: RefinementCriteria,
+        attempt: &Attempt,
+    ) -> Result<Listed> {
+        let fitting = self.rays_for(attempt, step, resources);
+        if fitting == f64::INFINITY {
+            self.list(resources, step, criteria)?;
+            return Ok(Listed::All);
+        }
+        for factor in RELAXATIONS {
+            if fitting < rays_of_pixel(self.context.plan) {
+                break;
+            }
+            self.list(resources, step, criteria.relaxed(factor))?;
+            let listed = self.listed_rays(resources)?;
+            if listed <= fitting {
+                return Ok(match factor {
+                    1.0 => Listed::All,
+                    _ => Listed::Fewer,
+                });
+            }
+            if listed > MAX_EXCESS * fitting {
+                break;
+            }
+        }
+        let criteria = criteria.without_rays();
+        if attempt.number == 0 && step > 0 {
+            // No pixel of the step has samples.
+            self.context
+                .record(|recorder| self.predict(recorder, resources, step, criteria))?;
+            return Ok(Listed::None);
+        }
+        self.list(resources, step, criteria)?;
+        Ok(Listed::Fewer)
+    }
+
+    /// Rays that the limits leave for a step.
+    fn rays_for(&self, attempt: &Attempt, step: usize, resources: &RefinementResources) -> f64 {
+        let to_come = 1.0 - 0.5 * step as f64 / resources.steps.len() as f64;
+        attempt.limits.rays_left(to_come) - attempt.reserve
+    }
+
+    /// Most rays for the receivers of the list.
+    fn listed_rays(&self, resources: &RefinementResources) -> Result<f64> {
+        let mut packets = 0;
+        for range in resources.receivers.ranges()? {
+            let counts = resources.counts.as_ref();
+            let ranges = counts.map(|counts| counts.ranges(range)).transpose()?;
+            let of_range = ranges.unwrap_or_default().into_iter();
+            packets += of_range.map(|(first, end)| end - first).sum::<u32>();
+        }
+        Ok(f64::from(packets) * rays_of_pixel(self.context.plan))
     }
 
     fn resolve(&self, resources: &RefinementResources, criteria: RefinementCriteria) -> Result<()> {
@@ -246,6 +350,24 @@ impl Refiner<'_, '_> {
         })
     }
 
+    /// Interpolates the pixels of a step that may be interpolated; the others become candidates.
+    fn predict(
+        &self,
+        recorder: &mut Recorder,
+        resources: &RefinementResources,
+        step: usize,
+        criteria: RefinementCriteria,
+    ) -> Result<()> {
+        let RefinementResources {
+            images, receivers, ..
+        } = resources;
+        let step = resources.steps[step];
+        let (context, gbuffer) = (self.context, self.gbuffer);
+        predict::predict(
+            recorder, context, gbuffer, images, receivers, step, criteria,
+        )
+    }
+
     /// Interpolates the pixels of a step that may be interpolated, and lists the others with the samples that they take.
     fn list(
         &self,
@@ -254,18 +376,16 @@ impl Refiner<'_, '_> {
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let (context, gbuffer) = (self.context, self.gbuffer);
-        let step = resources.steps[step];
-        let count = step.pixel_count(context.plan.resolution_px);
+        let grid_step = resources.steps[step];
+        let count = grid_step.pixel_count(context.plan.resolution_px);
         resources.receivers.set_candidate_count(count)?;
-        let grid_stride = match step {
+        let grid_stride = match grid_step {
             GridStep::Base { stride } => Some(stride),
             GridStep::Centres { .. } | GridStep::Edges { .. } => None,
         };
         let (images, receivers) = (&resources.images, &resources.receivers);
         context.submit(|recorder| {
-            predict::predict(
-                recorder, context, gbuffer, images, receivers, step, criteria,
-            )?;
+            self.predict(recorder, resources, step, criteria)?;
             receivers::list(recorder, context, gbuffer, receivers, grid_stride)?;
             if let Some(counts) = &resources.counts {
                 counts.count(recorder, context, gbuffer, images, receivers, criteria)?;
@@ -274,39 +394,51 @@ impl Refiner<'_, '_> {
         })
     }
 
-    /// Gathers at the receivers and scatters the results to their pixels.
+    /// Gathers at the receivers and scatters the results to their pixels. Returns whether all fit the limits. Those that do not keep their
+    /// predictions.
     fn gather(
         &mut self,
-        resources: &RefinementResources,
+        resources: &mut RefinementResources,
         step: usize,
-        (attempt, samples_each): (u32, u32),
         criteria: RefinementCriteria,
-    ) -> Result<()> {
+        (attempt, may_stop): (&Attempt, bool),
+    ) -> Result<bool> {
         let (context, gbuffer) = (self.context, self.gbuffer);
         let RefinementResources {
             images,
             receivers,
             counts,
             ..
-        } = resources;
+        } = &*resources;
         let ranges = receivers.ranges()?;
         let total: u32 = ranges.iter().map(|range| range.count).sum();
-        self.gathered_pixels += total;
+        let samples_each = attempt.samples;
+        let from_lights = limits::light_rays_of_image(samples_each);
+        if self.listed_rays(resources)? >= OWN_LIGHT_RAYS * from_lights {
+            self.light_rays.begin();
+        }
         let pass = self.gatherer.pass();
         let most = match counts {
             Some(_) => LightRaySets::max_receivers(samples_each).min(resources.max_results),
             None => resources.max_results,
         };
-        let parts = ranges.into_iter().flat_map(|range| range.split(most));
-        for (part, range) in parts.enumerate() {
+        for range in ranges.into_iter().flat_map(|range| range.split(most)) {
+            if may_stop && self.rays_for(attempt, step, resources) <= 0.0 {
+                self.list(resources, step, criteria.without_rays())?;
+                self.gather(resources, step, criteria, (attempt, false))?;
+                return Ok(false);
+            }
+            self.gathered_pixels += range.count;
+            let set = self.light_rays.set_for(range.count, most);
             let samples = counts.as_ref().map(|counts| Samples {
                 counts,
                 seed: 0,
                 light_rays: LightRaySets {
-                    // Different from the seeds of other parts, steps and attempts.
-                    seed: part as u32 + ((step as u32 + (attempt << 4)) << 16),
+                    // Different from the seeds of other sets and attempts.
+                    seed: set + (attempt.number << 20),
                     gathered_for: GatheredFor::Image,
                     samples: samples_each,
+                    receivers: most,
                     set_count: 1,
                 },
             });
@@ -331,6 +463,6 @@ impl Refiner<'_, '_> {
                 )
             })?;
         }
-        Ok(())
+        Ok(true)
     }
 }

@@ -27,8 +27,9 @@ const LEAST_NOISE: f64 = 0.1;
 /// Largest error of an interpolated pixel over the error aimed at (measured for sums: the image's error is then 0.2 to 0.7 of the
 /// error aimed at; half of this takes a tenth more pixels).
 const TOLERANCE_OVER_AIM: f64 = 1.6;
-/// Upper limit of the error of an interpolated pixel.
+/// Upper limit of the error of an interpolated pixel, unless the image is a preview: from this aim on.
 const MAX_TOLERANCE: f64 = 0.2;
+const ROUGH_AIM: f64 = 0.2;
 
 /// The effort of an attempt.
 pub(super) struct SampleBudget {
@@ -63,7 +64,7 @@ impl SampleBudget {
         let most = MAX_GROWTH * last.mean_smoothed_packets(None);
         let scale = scale_for(|scale| error(scale) <= wanted || mean_packets(scale) > most);
         SampleBudget {
-            mean_packets: mean_packets(scale),
+            mean_packets: mean_packets(scale).max(1.0),
             ..SampleBudget::with_scale(scale, aim, pilot)
         }
     }
@@ -84,7 +85,10 @@ impl SampleBudget {
                 mean_variance: pilot.mean_variance(),
                 least_variance: LEAST_NOISE * LEAST_NOISE * pilot.relative_variance(),
             },
-            tolerance: Some((TOLERANCE_OVER_AIM * aim).min(MAX_TOLERANCE)),
+            tolerance: Some(match aim > ROUGH_AIM {
+                true => TOLERANCE_OVER_AIM * aim,
+                false => (TOLERANCE_OVER_AIM * aim).min(MAX_TOLERANCE),
+            }),
         }
     }
 
@@ -124,23 +128,12 @@ impl SampleBudget {
         most_packets: f64,
         (pilot, last): (&ErrorEstimate, &ErrorEstimate),
     ) -> f64 {
-        let fits = |shrink| {
-            let budget = SampleBudget::for_more_rays((1.0, shrink), pilot, last);
-            budget.mean_packets <= most_packets
-        };
-        let (mut low, mut high) = (shrink, 1.0);
-        if shrink >= 1.0 || fits(low) {
-            return shrink;
-        }
-        for _ in 0..20 {
-            let middle = 0.5 * (low + high);
-            if fits(middle) {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
-        high
+        let with = |scale| SampleBudget::with_scale(scale, 1.0, pilot).distribution();
+        let mean_packets = |scale| last.mean_smoothed_packets(Some(with(scale)));
+        let scale = scale_for(|scale| mean_packets(scale) > most_packets);
+        let error = |to| last.smoothed_error(to, with(1.0));
+        let fitting = (error(Some(with(scale))) / error(None)).sqrt();
+        shrink.max(fitting.min(1.0))
     }
 
     /// The budget for sums, which have no noise.
