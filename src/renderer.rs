@@ -154,7 +154,7 @@ impl Renderer {
         let wall = start.elapsed().as_secs_f64();
         frame.stats.wall_milliseconds = wall * 1e3;
         if let Some(pace) = &mut self.pace {
-            pace.end_seconds += wall - drawn.seconds;
+            pace.end_seconds += wall - 1e-3 * drawn.stats.wall_milliseconds;
         }
         self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
@@ -338,7 +338,6 @@ impl Renderer {
             cost.work_of(FIRST_ESTIMATE),
             cost.work_of(FURTHER_ESTIMATES),
         ));
-        let seconds = cost.wall().as_secs_f64();
         if let Some(pace) = &mut self.pace {
             pace.end_seconds = cost.seconds(&self.pipelines) - cost.gathered_at;
         }
@@ -348,7 +347,6 @@ impl Renderer {
             images,
             space,
             stats,
-            seconds,
             description: FrameDescription {
                 key: FrameKey {
                     index,

@@ -13,8 +13,6 @@ use crate::{
 
 /// What `draw` has made, with its statistics and description.
 pub(crate) struct DrawnFrame {
-    /// Time that it took.
-    pub seconds: f64,
     pub images: FrameImages,
     pub space: LocalSpace,
     pub stats: FrameStats,

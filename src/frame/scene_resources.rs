@@ -36,7 +36,7 @@ pub(crate) struct SceneResources {
     hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
     /// Only if the camera's lens distorts the image.
     lens_rays: Cached<(Lens, [u32; 2]), Arc<Buffer>>,
-    /// Only if final gathering draws from it.
+    /// The points that final gathering draws from; only if it does.
     lattice: Option<TexelList>,
     /// Generation of the surfaces. Another number means other surfaces.
     pub generation: u64,

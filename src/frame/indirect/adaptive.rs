@@ -40,6 +40,8 @@ const LEAST_ROOM_FOR_PILOTS: f64 = 10.0;
 const LEAST_ROOM_FOR_RATIO: f64 = 1.0;
 /// Growth of the error that an estimate is made for, until enough pixels fit the limits.
 const COARSER_ESTIMATE: f64 = 1.3;
+/// Beyond this error there are no fewer packets.
+const COARSEST_ESTIMATE: f64 = 100.0;
 /// Seed of the pixels of pilots for a rough image.
 const ROUGH_SEED: u32 = 1 << 10;
 /// Pilots are repeated until one moves less than this share of the samples elsewhere.
@@ -240,7 +242,8 @@ fn allocation_of_estimate(
     loop {
         let allocation = SampleBudget::of_estimate(error, pilot);
         let packets = pilot.mean_packets_of(&allocation);
-        if packets <= 1.0 || limits.estimate_pixels(packets) >= FEW_PIXELS {
+        let is_enough = packets <= 1.0 || limits.estimate_pixels(packets) >= FEW_PIXELS;
+        if is_enough || error > COARSEST_ESTIMATE {
             return (allocation, packets);
         }
         error *= COARSER_ESTIMATE;
