@@ -2,7 +2,7 @@
 //!
 //! Renders each scene with several target errors and seeds, and compares every image with a path-traced reference, whose noise is
 //! removed. References are kept in `target/bound`. FOLDER: the mesh scenes (`cargo run --release --example generate_scenes -- meshes
-//! FOLDER`). WORD: the name of a scene, such as `knot`; a target error, such as 0.05; a limit, such as 100ms or 1e6rays; the longer edge of
+//! FOLDER`). WORD: the name of a scene, such as `knot`; a target error, such as 0.05 or, of the range, 5mm; a limit, such as 100ms or 1e6rays; the longer edge of
 //! the images, such as 320px; or a number of seeds, such as 20seeds. Without names, all scenes are rendered, without target errors and
 //! limits, those of the list. `direct` is direct light alone.
 //!
@@ -10,7 +10,8 @@
 //! the first frame of a row from the last of the row before, over the time that it takes.
 //!
 //! The bias is that of the mean over all seeds. With time of flight, the true error is that of the worst quantity, as the target is, and
-//! the bias of the bounce's path follows for each frequency.
+//! the bias of the bounce's path follows for each frequency, and the rms of the range error of the worst one. With a target of the range,
+//! all errors are those of the range; a frame is also over the bound if its light is.
 
 #[path = "two_threads.rs"]
 mod two_threads;
@@ -25,13 +26,13 @@ use std::{
 
 use camlux::{
     Device, DeviceOptions, RenderOptions, Renderer, Scene,
-    metrics::{Comparison, CorrectedRmse, Pixels},
+    metrics::{Comparison, CorrectedRmse, Pixels, range_error_m},
     model::SPEED_OF_LIGHT_M_S,
     output::{
         ExrOptions, Frame, FrameStats, Layer, OutputFile, StopReason, TofQuantity, write_exr,
     },
     reference::{Goal, Reference},
-    scene::IndirectLight,
+    scene::{DEFAULT_TARGET_ERROR, IndirectLight},
 };
 use two_threads::Failure;
 
@@ -95,6 +96,7 @@ fn report() -> Result<(), Failure> {
         all_asked = TARGET_ERRORS.map(Asked::Error).into();
     }
     let scenes = SCENES.map(|name| (name, manifest.join("scenes")));
+    let rooms = [("tof_room", manifest.join("tests/data"))];
     let mesh_scenes = MESH_SCENES.map(|name| (name, folders.first().map(PathBuf::from)));
     let mesh_scenes = mesh_scenes
         .into_iter()
@@ -103,7 +105,7 @@ fn report() -> Result<(), Failure> {
     let mut renderer = Renderer::new(&device)?;
     let mut all = Counts::default();
     println!(
-        "{:<14} {:>9} {:>9} {:>7} {:>8} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8}  path bias, mm",
+        "{:<14} {:>9} {:>9} {:>7} {:>8} {:>7} {:>7} {:>7} {:>7} {:>8} {:>8}  range, mm; path bias, mm",
         "scene",
         "asked",
         "M rays",
@@ -116,7 +118,7 @@ fn report() -> Result<(), Failure> {
         "over",
         "bias"
     );
-    for (name, folder) in scenes.into_iter().chain(mesh_scenes) {
+    for (name, folder) in scenes.into_iter().chain(rooms).chain(mesh_scenes) {
         if !names.is_empty() && !names.iter().any(|each| each == name) {
             continue;
         }
@@ -129,6 +131,9 @@ fn report() -> Result<(), Failure> {
         let truth = reference(&scene, name)?;
         for asked in &all_asked {
             scene.indirect = asked.indirect();
+            if scene.tof.is_none() && matches!(asked, Asked::Range(_)) {
+                continue;
+            }
             // Later frames have what this one makes.
             let foretold = renderer.foretell_ms(&scene);
             let first = renderer.render(&scene, &mut RenderOptions::default())?;
@@ -138,15 +143,19 @@ fn report() -> Result<(), Failure> {
             let mut counts = Counts::default();
             let mut sums: Option<Vec<Vec<f64>>> = None;
             let mut of_frames = Vec::new();
+            let mut range_squares = 0.0;
             for seed in 0..seeds {
                 let mut options = RenderOptions {
                     seed,
                     ..Default::default()
                 };
                 let frame = renderer.render(&scene, &mut options)?;
-                let error = true_error(&frame, &truth)?;
-                counts.add(error, &frame.stats);
-                of_frames.push((error, frame.stats.clone()));
+                let of_light = Judged::of_light(&frame, &truth)?;
+                let of_range = Judged::of_range(&frame, &truth)?;
+                let asked_range = of_range.filter(|range| range.claimed.is_some());
+                counts.add(&frame.stats, [Some(of_light), asked_range]);
+                of_frames.push((asked_range.unwrap_or(of_light), frame.stats.clone()));
+                range_squares += of_range.map_or(0.0, |range| range.error.powi(2));
                 let layers = layers(&truth).into_iter().map(|(layer, _)| {
                     frame.values(layer).map_or_else(Vec::new, |values| {
                         values.iter().copied().map(f64::from).collect()
@@ -165,7 +174,16 @@ fn report() -> Result<(), Failure> {
             }
             print_row(name, (asked, foretold), &of_frames, &counts);
             let sums = sums.unwrap_or_default();
-            println!("{}", biases(&scene, &truth, &sums, seeds));
+            let range_mm = scene
+                .tof
+                .as_ref()
+                .map(|_| (range_squares / f64::from(seeds)).sqrt());
+            let range = range_mm.map_or(String::new(), |mm| format!("  {mm:>8.2};"));
+            println!(
+                "{}{range}{}",
+                bias(&truth, &sums, seeds),
+                path_biases(&scene, &truth, &sums)
+            );
             all.join(&counts);
         }
     }
@@ -179,6 +197,8 @@ fn report() -> Result<(), Failure> {
 /// What a frame is asked for.
 enum Asked {
     Error(f64),
+    /// Of the range, mm.
+    Range(f64),
     Milliseconds(f64),
     Rays(f64),
     Direct,
@@ -191,6 +211,7 @@ impl Asked {
             return Some(Asked::Direct);
         }
         let limit = number("ms").map(Asked::Milliseconds);
+        let limit = limit.or_else(|| number("mm").map(Asked::Range));
         let limit = limit.or_else(|| number("rays").map(Asked::Rays));
         limit.or_else(|| number("").map(Asked::Error))
     }
@@ -198,15 +219,20 @@ impl Asked {
     fn indirect(&self) -> Option<IndirectLight> {
         let target = match self {
             Asked::Error(target) => *target,
+            Asked::Range(_) => DEFAULT_TARGET_ERROR,
             _ => LEAST_TARGET,
         };
         let mut indirect = IndirectLight::final_gather(target);
         if let IndirectLight::FinalGather {
-            max_ms, max_rays, ..
+            max_ms,
+            max_rays,
+            target_range_error_mm,
+            ..
         } = &mut indirect
         {
             match self {
                 Asked::Error(_) => (),
+                Asked::Range(mm) => *target_range_error_mm = Some(*mm),
                 Asked::Milliseconds(ms) => *max_ms = Some(*ms),
                 Asked::Rays(rays) => *max_rays = Some(*rays as u64),
                 Asked::Direct => return None,
@@ -220,6 +246,7 @@ impl std::fmt::Display for Asked {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
         let text = match self {
             Asked::Error(target) => format!("{} %", 100.0 * target),
+            Asked::Range(mm) => format!("{mm} mm"),
             Asked::Milliseconds(ms) => format!("{ms} ms"),
             Asked::Rays(rays) => format!("{rays:e} rays"),
             Asked::Direct => "direct".into(),
@@ -239,17 +266,17 @@ struct Counts {
 }
 
 impl Counts {
-    fn add(&mut self, error: f64, stats: &FrameStats) {
+    fn add(&mut self, stats: &FrameStats, judged: [Option<Judged>; 2]) {
         self.frames += 1;
         let is_limited = stats.stop == Some(StopReason::BudgetSpent);
         self.missed += u32::from(!is_limited && stats.stop != Some(StopReason::TargetMet));
-        match stats.estimated_error_upper {
-            None => self.unbounded += 1,
-            Some(bound) => {
-                self.over += u32::from(error > bound);
-                self.far_over += u32::from(error > 1.1 * bound);
-            }
-        }
+        self.unbounded += u32::from(stats.estimated_error_upper.is_none());
+        let is_over = |factor: f64| {
+            let mut judged = judged.iter().flatten();
+            judged.any(|each| each.error > factor * each.bound.unwrap_or(f64::INFINITY))
+        };
+        self.over += u32::from(is_over(1.0));
+        self.far_over += u32::from(is_over(1.1));
     }
 
     fn join(&mut self, other: &Counts) {
@@ -264,28 +291,31 @@ impl Counts {
 fn print_row(
     name: &str,
     (asked, foretold): (&Asked, f64),
-    frames: &[(f64, FrameStats)],
+    frames: &[(Judged, FrameStats)],
     counts: &Counts,
 ) {
     let count = frames.len() as f64;
-    let rms = |of: &dyn Fn(&(f64, FrameStats)) -> f64| {
-        (frames.iter().map(|frame| of(frame).powi(2)).sum::<f64>() / count).sqrt()
+    let rms = |of: &dyn Fn(&Judged) -> f64| {
+        let squares = frames.iter().map(|(judged, _)| of(judged).powi(2));
+        (squares.sum::<f64>() / count).sqrt()
     };
     let rays: u64 = frames.iter().map(|(_, stats)| stats.ray_count).sum();
     let of_frames = frames.iter();
     let milliseconds: f64 = of_frames.map(|(_, stats)| stats.wall_milliseconds).sum();
-    let worst = frames.iter().map(|(error, _)| *error).fold(0.0, f64::max);
-    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    let worst = frames.iter().map(|(judged, _)| judged.error);
+    let worst = worst.fold(0.0, f64::max);
+    let in_unit = |value: f64| match asked {
+        Asked::Range(_) => format!("{value:.2} mm"),
+        _ => format!("{:.2} %", 100.0 * value),
+    };
     print!(
         "{name:<14} {asked:>9} {:>9.2} {:>7.0} {foretold:>8.2} {:>7} {:>7} {:>7} {:>7} {:>8}",
         rays as f64 / count * 1e-6,
         milliseconds / count,
-        percent(rms(&|(error, _)| *error)),
-        percent(worst),
-        percent(rms(&|(_, stats)| stats.estimated_error.unwrap_or_default())),
-        percent(rms(&|(_, stats)| stats
-            .estimated_error_upper
-            .unwrap_or_default())),
+        in_unit(rms(&|judged| judged.error)),
+        in_unit(worst),
+        in_unit(rms(&|judged| judged.claimed.unwrap_or_default())),
+        in_unit(rms(&|judged| judged.bound.unwrap_or_default())),
         format!("{}+{}", counts.over, counts.far_over),
     );
 }
@@ -356,10 +386,65 @@ fn compare(image: &[f32], truth: &Frame, of: (Layer, Layer)) -> Result<Compariso
     })?)
 }
 
+/// A true error, and what the engine says of it.
+#[derive(Clone, Copy)]
+struct Judged {
+    error: f64,
+    claimed: Option<f64>,
+    bound: Option<f64>,
+}
+
+impl Judged {
+    /// What `target_error` is about.
+    fn of_light(frame: &Frame, truth: &Frame) -> Result<Judged, Failure> {
+        let stats = &frame.stats;
+        let all = layers(truth);
+        let count = match stats.estimated_range_error_mm {
+            Some(_) => 1,
+            None => all.len(),
+        };
+        Ok(Judged {
+            error: true_error(frame, truth, &all[..count])?,
+            claimed: stats.estimated_error,
+            bound: stats.estimated_error_upper,
+        })
+    }
+
+    /// Of the range, mm, of the worst frequency; `None` without time of flight. Nothing is claimed without a target for it.
+    fn of_range(frame: &Frame, truth: &Frame) -> Result<Option<Judged>, Failure> {
+        let stats = &frame.stats;
+        let Some(tof) = &frame.description.tof else {
+            return Ok(None);
+        };
+        let [valid, edges] = seen(truth);
+        let mut worst_m: f64 = 0.0;
+        for (frequency, &hz) in tof.frequencies_hz.iter().enumerate() {
+            let layer = |quantity| Layer::Tof(frequency as u8, quantity);
+            let of = |frame: &Frame, quantity| {
+                let values = frame.values(layer(quantity)).map(<[f32]>::to_vec);
+                values.ok_or("a frame lacks phasors")
+            };
+            let error_m = range_error_m(
+                &of(frame, TofQuantity::Phasor)?,
+                &of(truth, TofQuantity::Phasor)?,
+                &of(truth, TofQuantity::PhasorStandardError)?,
+                hz,
+                |pixel| valid[pixel] && !edges[pixel],
+            );
+            worst_m = worst_m.max(error_m);
+        }
+        Ok(Some(Judged {
+            error: 1e3 * worst_m,
+            claimed: stats.estimated_range_error_mm,
+            bound: stats.estimated_range_error_upper_mm,
+        }))
+    }
+}
+
 /// relRMSE without the noise of the reference; of the worst quantity.
-fn true_error(frame: &Frame, truth: &Frame) -> Result<f64, Failure> {
+fn true_error(frame: &Frame, truth: &Frame, of: &[(Layer, Layer)]) -> Result<f64, Failure> {
     let mut worst: f64 = 0.0;
-    for of in layers(truth) {
+    for &of in of {
         // Direct light alone.
         let Some(image) = frame.values(of.0) else {
             return Ok(0.0);
@@ -375,39 +460,53 @@ fn true_error(frame: &Frame, truth: &Frame) -> Result<f64, Failure> {
     Ok(worst)
 }
 
-/// The bias of the mean image, from the sums over all seeds: of its light, and of the bounce's path for each frequency.
-fn biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>], seeds: u32) -> String {
+/// The pixels of a layer that count: sums over all seeds, and what the reference has.
+fn counted<'p>(
+    truth: &'p Frame,
+    (layer, sums): (Layer, &'p [f64]),
+) -> impl Iterator<Item = (&'p [f64], &'p [f32])> {
     let [valid, edges] = seen(truth);
-    let counts = |pixel: usize| valid[pixel] && !edges[pixel];
+    let due = truth.values(layer).unwrap_or_default();
+    let channels = due.len() / valid.len();
+    let pixels = sums.chunks_exact(channels).zip(due.chunks_exact(channels));
+    let pixels = pixels.enumerate();
+    pixels.filter_map(move |(pixel, pair)| (valid[pixel] && !edges[pixel]).then_some(pair))
+}
+
+/// The bias of the light of the mean image.
+fn bias(truth: &Frame, sums: &[Vec<f64>], seeds: u32) -> String {
+    let Some(of_light) = sums.first() else {
+        return String::new();
+    };
+    let pixels = counted(truth, (Layer::Indirect, of_light));
+    let [sum, due] = pixels.fold([0.0; 2], |all, (sum, due)| {
+        let due = due.iter().copied().map(f64::from);
+        [all[0] + sum.iter().sum::<f64>(), all[1] + due.sum::<f64>()]
+    });
+    let bias = sum / f64::from(seeds) / due - 1.0;
+    format!(" {:>8}", format!("{:+.2} %", 100.0 * bias))
+}
+
+/// The bias of the bounce's path in the mean image, mm, for each frequency.
+fn path_biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>]) -> String {
     let mut text = String::new();
     for ((layer, _), sum) in layers(truth).into_iter().zip(sums) {
-        let due = truth.values(layer).unwrap_or_default();
-        let channels = due.len() / valid.len();
-        let pixels = sum.chunks_exact(channels).zip(due.chunks_exact(channels));
-        let pixels = pixels.enumerate().filter(|(pixel, _)| counts(*pixel));
-        let pixels = pixels.map(|(_, pair)| pair);
-        if let Layer::Tof(frequency, _) = layer {
-            let turn = pixels.map(|(sum, due)| {
-                let due = [due[0], due[1]].map(f64::from);
-                // Im and Re of sum · conj(due).
-                [
-                    sum[1] * due[0] - sum[0] * due[1],
-                    sum[0] * due[0] + sum[1] * due[1],
-                ]
-            });
-            let [im, re] = turn.fold([0.0; 2], |all, each| [all[0] + each[0], all[1] + each[1]]);
-            let tof = scene.tof.as_ref();
-            let hz = tof.map_or(f64::NAN, |tof| tof.frequencies_hz[usize::from(frequency)]);
-            let path_m = im.atan2(re) * SPEED_OF_LIGHT_M_S / (2.0 * PI * hz);
-            text += &format!("  {:+.2}", 1e3 * path_m);
-        } else {
-            let [sum, due] = pixels.fold([0.0; 2], |all, (sum, due)| {
-                let due = due.iter().copied().map(f64::from);
-                [all[0] + sum.iter().sum::<f64>(), all[1] + due.sum::<f64>()]
-            });
-            let bias = sum / f64::from(seeds) / due - 1.0;
-            text += &format!(" {:>8}", format!("{:+.2} %", 100.0 * bias));
-        }
+        let Layer::Tof(frequency, _) = layer else {
+            continue;
+        };
+        let turn = counted(truth, (layer, sum)).map(|(sum, due)| {
+            let due = [due[0], due[1]].map(f64::from);
+            // Im and Re of sum · conj(due).
+            [
+                sum[1] * due[0] - sum[0] * due[1],
+                sum[0] * due[0] + sum[1] * due[1],
+            ]
+        });
+        let [im, re] = turn.fold([0.0; 2], |all, each| [all[0] + each[0], all[1] + each[1]]);
+        let tof = scene.tof.as_ref();
+        let hz = tof.map_or(f64::NAN, |tof| tof.frequencies_hz[usize::from(frequency)]);
+        let path_m = im.atan2(re) * SPEED_OF_LIGHT_M_S / (2.0 * PI * hz);
+        text += &format!("  {:+.2}", 1e3 * path_m);
     }
     text
 }

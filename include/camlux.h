@@ -746,6 +746,11 @@ typedef struct camlux_indirect {
   int32_t stderr_layer;
   /** 0. */
   uint32_t reserved;
+  /**
+   * CAMLUX_ESTIMATOR_FINAL_GATHER only, with time of flight: target of the range error that the error of the bounce causes, rms over pixels,
+   * millimetres, 0.1 to 1000; target_error is then for the light alone. 0: target_error is for the phasors, too.
+   */
+  double target_range_error_mm;
 } camlux_indirect;
 
 /** How direct light is computed. Initialise with CAMLUX_DIRECT_INIT: CAMLUX_SHADOW_DEFAULT. */
@@ -1973,6 +1978,13 @@ typedef struct camlux_frame_stats {
   uint32_t frame_index;
   /** Index of the frame's camera in camlux_renderer_render_cameras; otherwise 0. */
   uint32_t camera_index;
+  /**
+   * Range error that the error of the bounce causes, rms over pixels, of the worst frequency, millimetres; estimated as estimated_error is.
+   * NaN if no target_range_error_mm was requested.
+   */
+  double estimated_range_error_mm;
+  /** Upper bound (95 %) of that error; NaN if there is none. */
+  double estimated_range_error_upper_mm;
 } camlux_frame_stats;
 
 /** GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT. */
@@ -2291,7 +2303,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_TOF_INIT { CAMLUX_INITIALISED + sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
 
-#define CAMLUX_INDIRECT_INIT { CAMLUX_INITIALISED + sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
+#define CAMLUX_INDIRECT_INIT { CAMLUX_INITIALISED + sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0 }
 
 #define CAMLUX_DIRECT_INIT { CAMLUX_INITIALISED + sizeof(camlux_direct), 0 }
 
@@ -2327,7 +2339,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_EXR_OPTIONS_INIT { CAMLUX_INITIALISED + sizeof(camlux_exr_options), 0, NULL, 0, 0, 0 }
 
-#define CAMLUX_FRAME_STATS_INIT { CAMLUX_INITIALISED + sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0, 0.0, 0, 0 }
+#define CAMLUX_FRAME_STATS_INIT { CAMLUX_INITIALISED + sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0, 0.0, 0, 0, 0.0, 0.0 }
 
 #define CAMLUX_PASS_TIME_INIT { CAMLUX_INITIALISED + sizeof(camlux_pass_time), 0, 0.0, NULL }
 

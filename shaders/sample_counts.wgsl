@@ -66,14 +66,15 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let counted = max(parameters.own_share * radiance, 1.7320508 * parameters.least_radiance);
     let around = textureLoad(samples, pixel, SAMPLING);
     // Not from the pixel's own samples: if they missed light, their number would stay low, and the pixel too dark.
-    let known = reflect_variances(pixel, sampling_around(pixel));
+    let sampling = sampling_around(pixel);
+    let known = reflect_variances(pixel, sampling);
     let variance = select(parameters.mean_variance, max(known, parameters.least_variance * radiance * radiance) / (counted * counted), known > 0.0);
     let unmodelled = parameters.packets_scale * pow(variance, 1.0 / (1.0 + parameters.variance_rate));
     var packets = u32(ceil(min(unmodelled, f32(parameters.max_packets))));
     let model = model_at(pixel);
     if (parameters.is_smoothed == 1u && model.is_known) {
         let unit = counted * counted * parameters.packet_variance;
-        packets = packets_for_model(variance, reflect_squares(pixel, model.errors) / unit, model.leverage);
+        packets = packets_for_model(variance, reflect_model_errors(pixel, model, sampling) / unit, model.leverage);
     }
     let first = select(0u, u32(around.x), parameters.continues == 1u);
     sample_ranges[index] = first + (max(max(packets, 1u), first) << 16u);

@@ -25,6 +25,9 @@ var<immediate> parameters: ScatterParameters;
 
 // Part of a prediction's squared error that chance explains, over the variance of the gather: two standard deviations.
 const NOISE_SQUARED: f32 = 4.0;
+// Interpolated pixels may have so many times the error of range as of light: few pixels have most of it, and gathering many more of them
+// takes more samples than it saves. (Measured in a room, 5 and 2 mm: 24 and 126 M rays with 1, 20 and 56 M with 3.)
+const RANGE_SLACK: f32 = 3.0;
 
 // Adds to the sums of earlier samples.
 fn add_phasor_sums(pixel: vec2<u32>, first: u32) {
@@ -59,7 +62,10 @@ fn worst_phasor_deviation(pixel: vec2<u32>, first: u32, sample_count: f32) -> f3
                 deviation += shares[lobe] * (gathered_phasor(pixel, first, i, lobe, sample_count) - predicted);
             }
         }
-        worst = max(worst, worst_error_squared(pair, deviation));
+        worst = max(worst, worst_error_squared(pixel, pair, deviation));
+    }
+    if (RANGE) {
+        worst /= RANGE_SLACK * RANGE_SLACK;
     }
     return sqrt(worst);
 }

@@ -43,8 +43,8 @@ keys! {
     FinalGatherShade { phasors: bool, receiver: Receiver, surface: Surface, instanced: bool, }
     FinalGatherSum { phasors: bool, receiver: Receiver, }
     SampleCounts { phasors: bool, brdf: Brdf, }
-    Predict { phasors: bool, brdf: Brdf, noisy: bool, }
-    Scatter { phasors: bool, brdf: Brdf, noisy: bool, }
+    Predict { phasors: bool, brdf: Brdf, noisy: bool, range: bool, }
+    Scatter { phasors: bool, brdf: Brdf, noisy: bool, range: bool, }
     Unoccluded { brdf: Brdf, }
     Smooth { phasors: bool, brdf: Brdf, }
     SmoothResiduals { phasors: bool, brdf: Brdf, }
@@ -52,7 +52,8 @@ keys! {
     Stderr { }
     AreaLightMerge { }
     AreaLightAdd { phasors: bool, }
-    ErrorEstimate { phasors: bool, brdf: Brdf, noisy: bool, }
+    RangeWeights { }
+    ErrorEstimate { phasors: bool, brdf: Brdf, noisy: bool, range: bool, }
 }
 
 #[repr(C)]
@@ -107,8 +108,9 @@ const _: () = assert!(size_of::<Draw>() == 80);
 pub struct ErrorEstimateParameters {
     pub receiver_count: u32,
     pub second_result: u32,
+    pub is_pilot: u32,
 }
-const _: () = assert!(size_of::<ErrorEstimateParameters>() == 8);
+const _: () = assert!(size_of::<ErrorEstimateParameters>() == 12);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -218,9 +220,11 @@ pub struct Modulation {
     pub band_count: u32,
     pub is_seen: [f32; 3],
     pub _pad0: [u32; 1],
+    pub metres_per_radian: [f32; 4],
+    pub turning_shares: [f32; 4],
     pub error_scales: [f32; 4],
 }
-const _: () = assert!(size_of::<Modulation>() == 96);
+const _: () = assert!(size_of::<Modulation>() == 128);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -280,6 +284,15 @@ pub struct PrimaryRayParameters {
     pub row_end: u32,
 }
 const _: () = assert!(size_of::<PrimaryRayParameters>() == 32);
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct RangeWeightParameters {
+    pub least_squares: [f32; 4],
+    pub has_bounce: u32,
+    pub _pad0: [u32; 3],
+}
+const _: () = assert!(size_of::<RangeWeightParameters>() == 32);
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
@@ -688,46 +701,46 @@ bindings! {
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (7, "centre_position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (8, "centre_normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (9, "centre_ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (10, "gathered", DescriptorType::SAMPLED_IMAGE),
-        (11, "candidates", DescriptorType::STORAGE_BUFFER),
+        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (8, "centre_position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (9, "centre_normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (10, "centre_ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (11, "gathered", DescriptorType::SAMPLED_IMAGE),
+        (12, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_INTERPOLATE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (6, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
-        (7, "centre_position_mesh", DescriptorType::SAMPLED_IMAGE),
-        (8, "centre_normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (9, "centre_ks_shininess", DescriptorType::SAMPLED_IMAGE),
-        (10, "gathered", DescriptorType::SAMPLED_IMAGE),
-        (11, "candidates", DescriptorType::STORAGE_BUFFER),
+        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (7, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
+        (8, "centre_position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (9, "centre_normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (10, "centre_ks_shininess", DescriptorType::SAMPLED_IMAGE),
+        (11, "gathered", DescriptorType::SAMPLED_IMAGE),
+        (12, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_GATHERED_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (7, "receivers", DescriptorType::STORAGE_BUFFER),
-        (8, "results", DescriptorType::STORAGE_BUFFER),
-        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (8, "receivers", DescriptorType::STORAGE_BUFFER),
+        (9, "results", DescriptorType::STORAGE_BUFFER),
+        (10, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_GATHERED_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (6, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
-        (7, "receivers", DescriptorType::STORAGE_BUFFER),
-        (8, "results", DescriptorType::STORAGE_BUFFER),
-        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (7, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
+        (8, "receivers", DescriptorType::STORAGE_BUFFER),
+        (9, "results", DescriptorType::STORAGE_BUFFER),
+        (10, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     SENSOR_BINDINGS = [
         (0, "direct_radiance", DescriptorType::SAMPLED_IMAGE),
@@ -874,113 +887,115 @@ bindings! {
     SAMPLE_COUNTS_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "gathered", DescriptorType::STORAGE_IMAGE),
-        (6, "receivers", DescriptorType::STORAGE_BUFFER),
-        (7, "lengths", DescriptorType::STORAGE_BUFFER),
-        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
+        (8, "lengths", DescriptorType::STORAGE_BUFFER),
+        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     SAMPLE_COUNTS_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "gathered", DescriptorType::STORAGE_IMAGE),
-        (6, "receivers", DescriptorType::STORAGE_BUFFER),
-        (7, "lengths", DescriptorType::STORAGE_BUFFER),
-        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
+        (8, "lengths", DescriptorType::STORAGE_BUFFER),
+        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     PREDICT_BINDINGS = [
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (6, "gathered", DescriptorType::STORAGE_IMAGE),
-        (7, "candidates", DescriptorType::STORAGE_BUFFER),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (7, "gathered", DescriptorType::STORAGE_IMAGE),
+        (8, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     PREDICT_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (6, "gathered", DescriptorType::STORAGE_IMAGE),
-        (7, "candidates", DescriptorType::STORAGE_BUFFER),
+        (4, "range_weights", DescriptorType::SAMPLED_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (7, "gathered", DescriptorType::STORAGE_IMAGE),
+        (8, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     SCATTER_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "gathered", DescriptorType::STORAGE_IMAGE),
-        (6, "receivers", DescriptorType::STORAGE_BUFFER),
-        (7, "results", DescriptorType::STORAGE_BUFFER),
-        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
+        (8, "results", DescriptorType::STORAGE_BUFFER),
+        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     SCATTER_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "gathered", DescriptorType::STORAGE_IMAGE),
-        (6, "receivers", DescriptorType::STORAGE_BUFFER),
-        (7, "results", DescriptorType::STORAGE_BUFFER),
-        (8, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (4, "range_weights", DescriptorType::SAMPLED_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "receivers", DescriptorType::STORAGE_BUFFER),
+        (8, "results", DescriptorType::STORAGE_BUFFER),
+        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     UNOCCLUDED_BINDINGS = [
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "vpls", DescriptorType::STORAGE_IMAGE),
-        (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "vpls", DescriptorType::STORAGE_IMAGE),
+        (7, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
     ];
     SMOOTH_BINDINGS = [
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (6, "modelled", DescriptorType::STORAGE_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (7, "modelled", DescriptorType::STORAGE_IMAGE),
     ];
     SMOOTH_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (6, "modelled", DescriptorType::STORAGE_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (7, "modelled", DescriptorType::STORAGE_IMAGE),
     ];
     SMOOTH_RESIDUALS_BINDINGS = [
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (6, "gathered", DescriptorType::STORAGE_IMAGE),
-        (7, "modelled", DescriptorType::SAMPLED_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (7, "gathered", DescriptorType::STORAGE_IMAGE),
+        (8, "modelled", DescriptorType::SAMPLED_IMAGE),
     ];
     SMOOTH_RESIDUALS_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
-        (6, "gathered", DescriptorType::STORAGE_IMAGE),
-        (7, "modelled", DescriptorType::SAMPLED_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
+        (7, "gathered", DescriptorType::STORAGE_IMAGE),
+        (8, "modelled", DescriptorType::SAMPLED_IMAGE),
     ];
     RESOLVE_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "gathered", DescriptorType::STORAGE_IMAGE),
-        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "gathered", DescriptorType::STORAGE_IMAGE),
+        (7, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
     ];
     RESOLVE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "gathered", DescriptorType::SAMPLED_IMAGE),
-        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (7, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "gathered", DescriptorType::SAMPLED_IMAGE),
+        (7, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (8, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
     ];
     STDERR_BINDINGS = [
         (0, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
@@ -1003,27 +1018,35 @@ bindings! {
         (7, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (8, "light", DescriptorType::UNIFORM_BUFFER),
     ];
+    RANGE_WEIGHTS_BINDINGS = [
+        (0, "modulation", DescriptorType::UNIFORM_BUFFER),
+        (1, "direct_phasors", DescriptorType::SAMPLED_IMAGE),
+        (2, "indirect_phasors", DescriptorType::SAMPLED_IMAGE),
+        (3, "range_weights", DescriptorType::STORAGE_IMAGE),
+    ];
     ERROR_ESTIMATE_BINDINGS = [
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (7, "receivers", DescriptorType::STORAGE_BUFFER),
-        (8, "results", DescriptorType::STORAGE_BUFFER),
-        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
-        (10, "estimates", DescriptorType::STORAGE_BUFFER),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (9, "receivers", DescriptorType::STORAGE_BUFFER),
+        (10, "results", DescriptorType::STORAGE_BUFFER),
+        (11, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (12, "estimates", DescriptorType::STORAGE_BUFFER),
     ];
     ERROR_ESTIMATE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
-        (4, "samples", DescriptorType::STORAGE_IMAGE),
-        (5, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (6, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
-        (7, "receivers", DescriptorType::STORAGE_BUFFER),
-        (8, "results", DescriptorType::STORAGE_BUFFER),
-        (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
-        (10, "estimates", DescriptorType::STORAGE_BUFFER),
+        (4, "range_weights", DescriptorType::SAMPLED_IMAGE),
+        (5, "samples", DescriptorType::STORAGE_IMAGE),
+        (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
+        (7, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
+        (8, "direct_phasors", DescriptorType::SAMPLED_IMAGE),
+        (9, "receivers", DescriptorType::STORAGE_BUFFER),
+        (10, "results", DescriptorType::STORAGE_BUFFER),
+        (11, "sample_ranges", DescriptorType::STORAGE_BUFFER),
+        (12, "estimates", DescriptorType::STORAGE_BUFFER),
     ];
 }
 
@@ -1181,13 +1204,13 @@ modules! {
     SAMPLE_COUNTS_PHASORS: Key::SampleCounts { phasors: true, .. } =>
         "sample_counts_phasors" "sample_counts" c"compute_main" [64, 1, 1] 40 SAMPLE_COUNTS_PHASORS_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 16)];
     PREDICT: Key::Predict { phasors: false, .. } =>
-        "predict" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
+        "predict" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_BINDINGS ["lambert", "phong", "noisy", "range"] [("RESULT_VECTORS", 2)];
     PREDICT_PHASORS: Key::Predict { phasors: true, .. } =>
-        "predict_phasors" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16)];
+        "predict_phasors" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_PHASORS_BINDINGS ["lambert", "phong", "noisy", "range"] [("RESULT_VECTORS", 16)];
     SCATTER: Key::Scatter { phasors: false, .. } =>
-        "scatter" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2)];
+        "scatter" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_BINDINGS ["lambert", "phong", "noisy", "range"] [("RESULT_VECTORS", 2)];
     SCATTER_PHASORS: Key::Scatter { phasors: true, .. } =>
-        "scatter_phasors" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16)];
+        "scatter_phasors" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_PHASORS_BINDINGS ["lambert", "phong", "noisy", "range"] [("RESULT_VECTORS", 16)];
     UNOCCLUDED: Key::Unoccluded { .. } =>
         "unoccluded" "unoccluded" c"compute_main" [64, 1, 1] 8 UNOCCLUDED_BINDINGS ["lambert", "phong"] [("RESULT_VECTORS", 2), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
     SMOOTH: Key::Smooth { phasors: false, .. } =>
@@ -1208,8 +1231,10 @@ modules! {
         "area_light_merge" "area_light" c"compute_main" [8, 8, 1] 12 AREA_LIGHT_MERGE_BINDINGS [] [];
     AREA_LIGHT_ADD: Key::AreaLightAdd { .. } =>
         "area_light_add" "area_light" c"compute_main" [8, 8, 1] 12 AREA_LIGHT_ADD_BINDINGS ["phasors"] [];
+    RANGE_WEIGHTS: Key::RangeWeights { .. } =>
+        "range_weights" "range_weights" c"compute_main" [8, 8, 1] 32 RANGE_WEIGHTS_BINDINGS [] [];
     ERROR_ESTIMATE: Key::ErrorEstimate { phasors: false, .. } =>
-        "error_estimate" "error_estimate" c"compute_main" [64, 1, 1] 8 ERROR_ESTIMATE_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 2), ("ESTIMATE_VECTORS", 3)];
+        "error_estimate" "error_estimate" c"compute_main" [64, 1, 1] 12 ERROR_ESTIMATE_BINDINGS ["lambert", "phong", "noisy", "range"] [("RESULT_VECTORS", 2), ("ESTIMATE_VECTORS", 3)];
     ERROR_ESTIMATE_PHASORS: Key::ErrorEstimate { phasors: true, .. } =>
-        "error_estimate_phasors" "error_estimate" c"compute_main" [64, 1, 1] 8 ERROR_ESTIMATE_PHASORS_BINDINGS ["lambert", "phong", "noisy"] [("RESULT_VECTORS", 16), ("ESTIMATE_VECTORS", 7)];
+        "error_estimate_phasors" "error_estimate" c"compute_main" [64, 1, 1] 12 ERROR_ESTIMATE_PHASORS_BINDINGS ["lambert", "phong", "noisy", "range"] [("RESULT_VECTORS", 16), ("ESTIMATE_VECTORS", 7)];
 }

@@ -276,7 +276,13 @@ impl Renderer {
         let recorded = RefCell::default();
         let rays = RefCell::new(self.rays.take());
         let ends_early = Cell::new(false);
-        let modulation = modulation::upload(&self.device, scene, &space, [1.0; MAX_FREQUENCIES])?;
+        let modulation = modulation::upload(
+            &self.device,
+            scene,
+            &space,
+            [1.0; MAX_FREQUENCIES],
+            [modulation::USUAL_TURNING_SHARE; MAX_FREQUENCIES],
+        )?;
         let context = Context {
             device: &self.device,
             pipelines: &self.pipelines,
@@ -323,6 +329,8 @@ impl Renderer {
             ray_count: cost.ray_count(),
             estimated_error: estimates.error,
             estimated_error_upper: estimates.error_upper,
+            estimated_range_error_mm: estimates.range_errors_m.map(|[m, _]| 1e3 * m),
+            estimated_range_error_upper_mm: estimates.range_errors_m.map(|[_, m]| 1e3 * m),
             stop: estimates.stop,
             least_rays: estimates.least.map(|(rays, _)| rays),
             least_milliseconds: estimates.least.map(|(_, milliseconds)| milliseconds),

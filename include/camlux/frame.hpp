@@ -77,6 +77,7 @@ struct frame_stats {
     double least_ms = 0;
     std::uint64_t least_rays = 0;
     double estimated_error = 0, estimated_error_upper = 0, estimated_interpolation_error = 0, estimated_area_light_error = 0;
+    double estimated_range_error_mm = 0, estimated_range_error_upper_mm = 0;
     std::uint32_t submissions = 0;
     stop_reason stop = stop_reason::none;
     std::string device = {}, driver = {};
@@ -112,6 +113,8 @@ inline frame_stats frame_stats_of(const camlux_frame_stats &from)
     to.estimated_error_upper = from.estimated_error_upper;
     to.estimated_interpolation_error = from.estimated_interpolation_error;
     to.estimated_area_light_error = from.estimated_area_light_error;
+    to.estimated_range_error_mm = from.estimated_range_error_mm;
+    to.estimated_range_error_upper_mm = from.estimated_range_error_upper_mm;
     to.frame_index = from.frame_index;
     to.camera_index = from.camera_index;
     to.submissions = from.submissions;

@@ -103,12 +103,16 @@ def _errors(image: Layered) -> list[tuple[str, str]]:
     known = [
         ("error of the indirect light", "estimated_error"),
         ("below, with 95 % confidence", "estimated_error_upper"),
+        ("error of the range", "estimated_range_error_mm"),
+        ("below, with 95 % confidence", "estimated_range_error_upper_mm"),
         ("error of the area lights", "estimated_area_light_error"),
         ("error of the interpolation", "estimated_interpolation_error"),
     ]
-    if isinstance(image, Frame):
-        values = [(name, getattr(image.stats, key)) for name, key in known]
-    else:
-        header = image.attributes
-        values = [(name, header.get(f"camlux.{key}")) for name, key in known]
-    return [(name, f"{100 * float(value):.3g} %") for name, value in values if value is not None]
+
+    def value_of(key: str) -> float | str | None:
+        return getattr(image.stats, key) if isinstance(image, Frame) else image.attributes.get(f"camlux.{key}")
+
+    def shown(key: str, value: float) -> str:
+        return f"{value:.3g} mm" if key.endswith("_mm") else f"{100 * value:.3g} %"
+
+    return [(name, shown(key, float(value))) for name, key in known if (value := value_of(key)) is not None]

@@ -385,6 +385,8 @@ class FinalGather(Fields):
         `stats.least_ms` is its time.
     max_rays: limit of the number of rays; None: no limit.
     stderr_layer: whether frames have the layer `stderr`.
+    target_range_error_mm: with time of flight, the range error that the error of the bounce may cause, rms over pixels, mm, 0.1 to 1000;
+        target_error is then for the light alone. None: target_error is for the phasors, too.
     """
 
     estimator: ClassVar[str] = "final-gather"
@@ -394,6 +396,7 @@ class FinalGather(Fields):
     max_ms: Number | None = None
     max_rays: Whole | None = None
     stderr_layer: bool = False
+    target_range_error_mm: Number | None = None
 
 
 @dataclass(slots=True, eq=False)

@@ -188,7 +188,12 @@ class DatasetWriter:
             "warnings": texts,
             **ending,
         }
-        for key in ["estimated_interpolation_error", "estimated_area_light_error"]:
+        for key in [
+            "estimated_range_error_mm",
+            "estimated_range_error_upper_mm",
+            "estimated_interpolation_error",
+            "estimated_area_light_error",
+        ]:
             if (error := getattr(stats, key)) is not None:
                 line[key] = error
         if self._flow:

@@ -220,6 +220,19 @@ impl FrameStats {
         self.0.estimated_error_upper
     }
 
+    /// Estimated range error that the error of the bounce causes, rms over pixels, of the worst frequency, mm; None unless a
+    /// target_range_error_mm was requested.
+    #[getter]
+    fn estimated_range_error_mm(&self) -> Option<f64> {
+        self.0.estimated_range_error_mm
+    }
+
+    /// Upper bound of that error with a confidence of 95 %.
+    #[getter]
+    fn estimated_range_error_upper_mm(&self) -> Option<f64> {
+        self.0.estimated_range_error_upper_mm
+    }
+
     /// Estimated relRMSE against the sum over VPLs at every pixel; None unless an interpolation error was requested.
     #[getter]
     fn estimated_interpolation_error(&self) -> Option<f64> {

@@ -304,6 +304,7 @@ impl<'py> Classes<'py> {
                 max_ms,
                 max_rays,
                 stderr_layer,
+                target_range_error_mm,
             } => object!(self, "FinalGather",
                 target_error: target_error,
                 error_norm: error_norm.name(),
@@ -311,6 +312,7 @@ impl<'py> Classes<'py> {
                 max_ms: max_ms,
                 max_rays: max_rays,
                 stderr_layer: stderr_layer,
+                target_range_error_mm: target_range_error_mm,
             ),
             IndirectLight::RsmAverage {
                 rsm_size,

@@ -359,6 +359,7 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
             max_ms: part.optional_number("max_ms")?,
             max_rays: part.optional("max_rays", "give a whole number, or None")?,
             stderr_layer: part.flag("stderr_layer")?,
+            target_range_error_mm: part.optional_number("target_range_error_mm")?,
         },
         Ok("rsm-average") => IndirectLight::RsmAverage {
             rsm_size: part.count("rsm_size")?,

@@ -171,3 +171,14 @@ def test_time_of_flight_has_its_layers(renderer, scene):
     path_m = np.linalg.norm(frame["P"] - light, axis=-1) + frame["range"]
     lit = seen & (frame["direct"][..., 0] > 0)
     np.testing.assert_allclose(frame["tof0.range"][lit], path_m[lit] / 2, atol=1e-4)
+
+
+def test_a_target_of_the_range(renderer, scene):
+    scene.tof = camlux.TimeOfFlight([20e6, 100e6])
+    scene.sensor = scene.sensor or camlux.Sensor()
+    scene.indirect = camlux.FinalGather(0.5, target_range_error_mm=20)
+    frame = renderer.render(scene)
+    assert 0 < frame.stats.estimated_range_error_mm <= frame.stats.estimated_range_error_upper_mm <= 20
+    assert " mm" in str(frame)
+    scene.indirect.target_range_error_mm = None
+    assert renderer.render(scene).stats.estimated_range_error_mm is None

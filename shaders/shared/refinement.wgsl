@@ -36,7 +36,7 @@ fn phasor_layer(index: u32, lobe: u32) -> u32 {
 
 // Limits Z of two frequencies to the light that it belongs to.
 fn limit_phasors(phasors: vec4<f32>, light: f32) -> vec4<f32> {
-    let magnitudes = sqrt(vec2<f32>(dot(phasors.xy, phasors.xy), dot(phasors.zw, phasors.zw)));
+    let magnitudes = sqrt(squared_magnitudes(phasors));
     return phasors * min(vec2<f32>(1.0), light / max(magnitudes, vec2<f32>(1e-37))).xxyy;
 }
 

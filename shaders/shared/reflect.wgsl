@@ -9,6 +9,8 @@
 var position_mesh: texture_storage_2d<rgba32float, read>;
 var kd_material: texture_2d<f32>;
 var ks_shininess: texture_storage_2d<rgba32float, read>;
+// As the range_weights pass stores them; only if the target is an error of range.
+var range_weights: texture_2d<f32>;
 
 // k_s and s of what a pixel shows; 0 without materials that have a lobe.
 fn lobe_at(pixel: vec2<u32>) -> vec4<f32> {
@@ -62,10 +64,21 @@ fn reflect_phasor_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
     return reflected / f32(modulation.band_count);
 }
 
+// Factors from squared errors of Z, each frequency, to those of light.
+fn error_scales_at(pixel: vec2<u32>) -> vec4<f32> {
+    if (RANGE) {
+        return textureLoad(range_weights, pixel, 0);
+    } else {
+        return modulation.error_scales;
+    }
+}
+
 // The largest of the squared errors of Z, two frequencies, as an error of light.
-fn worst_error_squared(pair: u32, difference: vec4<f32>) -> f32 {
-    let scales = select(modulation.error_scales.xy, modulation.error_scales.zw, pair == 1u);
-    return max(scales.x * dot(difference.xy, difference.xy), scales.y * dot(difference.zw, difference.zw));
+fn worst_error_squared(pixel: vec2<u32>, pair: u32, difference: vec4<f32>) -> f32 {
+    let of_pixel = error_scales_at(pixel);
+    let scales = select(of_pixel.xy, of_pixel.zw, pair == 1u);
+    let scaled = scales * squared_magnitudes(difference);
+    return max(scaled.x, scaled.y);
 }
 
 fn worst_of(scaled: vec4<f32>) -> f32 {

@@ -66,9 +66,10 @@ fn known_sampling(pixel: vec2<u32>) -> Sampling {
     sampling.packets = select(around.w, around.x, is_own);
     sampling.variances = select(around.yz, scale * squares, is_own);
     if (PHASORS) {
-        var phasor_squares = vec2<f32>(worst_of(modulation.error_scales * textureLoad(samples, pixel, phasor_squares_layer(0u))), 0.0);
+        let scales = error_scales_at(pixel);
+        var phasor_squares = vec2<f32>(worst_of(scales * textureLoad(samples, pixel, phasor_squares_layer(0u))), 0.0);
         if (PHONG) {
-            phasor_squares.y = worst_of(modulation.error_scales * textureLoad(samples, pixel, phasor_squares_layer(1u)));
+            phasor_squares.y = worst_of(scales * textureLoad(samples, pixel, phasor_squares_layer(1u)));
         }
         sampling.phasor_variances = select(textureLoad(samples, pixel, phasor_variances_layer()).xy, scale * phasor_squares, is_own);
     }
@@ -82,6 +83,17 @@ fn reflect_variances(pixel: vec2<u32>, sampling: Sampling) -> f32 {
         variance = max(variance, reflect_phasor_squares(pixel, sampling.phasor_variances));
     }
     return variance;
+}
+
+// Squared error of the model of what the pixel reflects. The smooth pass measures it against the noise of light; with phasors, it is as many
+// times the noise of the worst of light and Z.
+fn reflect_model_errors(pixel: vec2<u32>, model: Model, sampling: Sampling) -> f32 {
+    var error = reflect_squares(pixel, model.errors);
+    if (PHASORS) {
+        let of_light = reflect_squares(pixel, sampling.variances);
+        error *= select(1.0, reflect_variances(pixel, sampling) / of_light, of_light > 0.0);
+    }
+    return error;
 }
 
 // The sampling known from the pixels around.

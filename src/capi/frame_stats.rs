@@ -83,6 +83,11 @@ pub struct camlux_frame_stats {
     pub frame_index: u32,
     /// Index of the frame's camera in camlux_renderer_render_cameras; otherwise 0.
     pub camera_index: u32,
+    /// Range error that the error of the bounce causes, rms over pixels, of the worst frequency, millimetres; estimated as estimated_error is.
+    /// NaN if no target_range_error_mm was requested.
+    pub estimated_range_error_mm: f64,
+    /// Upper bound (95 %) of that error; NaN if there is none.
+    pub estimated_range_error_upper_mm: f64,
 }
 
 /// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
@@ -147,6 +152,10 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 driver: object.driver.as_ptr(),
                 frame_index: key.index,
                 camera_index: key.camera,
+                estimated_range_error_mm: found.estimated_range_error_mm.unwrap_or(f64::NAN),
+                estimated_range_error_upper_mm: found
+                    .estimated_range_error_upper_mm
+                    .unwrap_or(f64::NAN),
                 ..Default::default()
             })
         };

@@ -46,6 +46,9 @@ pub struct camlux_indirect {
     pub stderr_layer: i32,
     /// 0.
     pub reserved: u32,
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only, with time of flight: target of the range error that the error of the bounce causes, rms over pixels,
+    /// millimetres, 0.1 to 1000; target_error is then for the light alone. 0: target_error is for the phasors, too.
+    pub target_range_error_mm: f64,
 }
 
 /// By rays if indirect light casts rays, a surface has cut-outs or a light has an area; otherwise from maps.
@@ -170,6 +173,7 @@ fn indirect_to_c(indirect: &IndirectLight) -> camlux_indirect {
             max_ms,
             max_rays,
             stderr_layer,
+            target_range_error_mm,
         } => camlux_indirect {
             estimator: CAMLUX_ESTIMATOR_FINAL_GATHER,
             rsm_size: rsm_size.unwrap_or(0),
@@ -181,6 +185,7 @@ fn indirect_to_c(indirect: &IndirectLight) -> camlux_indirect {
             max_ms: max_ms.unwrap_or(0.0),
             max_rays: max_rays.unwrap_or(0),
             stderr_layer: stderr_layer.into(),
+            target_range_error_mm: target_range_error_mm.unwrap_or(0.0),
             ..init
         },
         IndirectLight::RsmAverage {
@@ -205,6 +210,7 @@ fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
     let stderr_layer = args::flag("stderr_layer", raw.stderr_layer)?;
     let given = |value: f64| (value != 0.0).then_some(value);
     let (target, interpolation) = (given(raw.target_error), given(raw.interpolation_error));
+    let range_error = given(raw.target_range_error_mm);
     let (max_ms, max_rays) = (
         given(raw.max_ms),
         (raw.max_rays > 0).then_some(raw.max_rays),
@@ -226,6 +232,7 @@ fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
             max_ms,
             max_rays,
             stderr_layer,
+            target_range_error_mm: range_error,
         },
         CAMLUX_ESTIMATOR_RSM_AVERAGE => IndirectLight::RsmAverage {
             rsm_size,
@@ -242,6 +249,11 @@ fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
             "interpolation_error",
             interpolation,
             indirect.interpolation_error(),
+        ),
+        (
+            "target_range_error_mm",
+            range_error,
+            indirect.target_range_error_mm(),
         ),
         ("max_ms", max_ms, indirect.max_ms()),
         ("max_rays", rays(max_rays), rays(indirect.max_rays())),

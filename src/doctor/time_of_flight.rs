@@ -246,6 +246,7 @@ fn many_waves(exam: &mut Examiner) -> Result<()> {
         max_ms: None,
         max_rays: Some(2_000_000),
         stderr_layer: false,
+        target_range_error_mm: None,
     });
     let truth = exam.sampled_enough(&scene)?;
     for seed in 0..4 {

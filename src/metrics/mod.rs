@@ -11,13 +11,59 @@ mod noise;
 pub use noise::{CorrectedRmse, NoiseCorrection, ZScores};
 
 use crate::error::{Error, Result};
-use crate::model::CompensatedSum;
+use std::f64::consts::PI;
+
+use crate::model::{CompensatedSum, Phasor, SPEED_OF_LIGHT_M_S, multipath_error_m};
 
 /// Tiles of an image along its shorter edge. The local norm is a mean over these tiles.
 const LOCAL_TILES: u32 = 8;
 /// A tile darker than this, relative to the root mean square of the image, counts as if it were this bright: its error is not visible
 /// beside the rest.
 pub(crate) const LOCAL_FLOOR: f64 = 1e-3;
+
+/// Least |Z| of a pixel whose range counts, over the root mean square of |Z|. |Z| is that of all light, at one frequency.
+pub const LEAST_RANGE_SIGNAL: f64 = 0.01;
+
+/// Root mean square of the differences of range between an image and a reference, metres, without the noise of the reference. It is over all
+/// pixels that count and whose |Z| in the reference is at least [`LEAST_RANGE_SIGNAL`] of its root mean square over them. 0 if noise hides
+/// the differences.
+///
+/// The slices hold re and im of Z for each pixel, and of its standard error.
+pub fn range_error_m(
+    image: &[f32],
+    reference: &[f32],
+    standard_error: &[f32],
+    frequency_hz: f64,
+    counts: impl Fn(usize) -> bool,
+) -> f64 {
+    let phasors = |values: &[f32]| -> Vec<Phasor> {
+        let (pairs, _) = values.as_chunks::<2>();
+        let phasor = |&[re, im]: &[f32; 2]| Phasor {
+            re: re.into(),
+            im: im.into(),
+        };
+        pairs.iter().map(phasor).collect()
+    };
+    let [image, due, deviations] = [image, reference, standard_error].map(phasors);
+    let counted: Vec<usize> = (0..due.len()).filter(|&pixel| counts(pixel)).collect();
+    let squares = counted.iter().map(|&pixel| due[pixel].magnitude().powi(2));
+    let mean_square = squares.sum::<f64>() / counted.len().max(1) as f64;
+    let least = LEAST_RANGE_SIGNAL * mean_square.sqrt();
+    let has_signal = |pixel: &&usize| due[**pixel].magnitude() >= least.max(f64::MIN_POSITIVE);
+    let metres_per_radian = SPEED_OF_LIGHT_M_S / (4.0 * PI * frequency_hz);
+    let mut sum = CompensatedSum::default();
+    let mut count = 0.0;
+    for &pixel in counted.iter().filter(has_signal) {
+        let (z, deviation) = (due[pixel], deviations[pixel]);
+        let error_m = multipath_error_m(image[pixel], z, frequency_hz);
+        let noise_rad = (z.im * deviation.re).hypot(z.re * deviation.im) / z.magnitude().powi(2);
+        // A pixel without Z is off by any phase.
+        let error_m = error_m.unwrap_or(PI * metres_per_radian);
+        sum.add(error_m.powi(2) - (noise_rad * metres_per_radian).powi(2));
+        count += 1.0;
+    }
+    (sum.value() / f64::max(count, 1.0)).max(0.0).sqrt()
+}
 
 /// Edge of the tiles of the local norm, pixels.
 pub(crate) fn local_tile_px([width, height]: [u32; 2]) -> u32 {

@@ -217,6 +217,11 @@ pub struct FrameStats {
     pub estimated_error: Option<f64>,
     /// 95 % upper bound of that error, from the estimate's own uncertainty; `None` if there is no such bound.
     pub estimated_error_upper: Option<f64>,
+    /// Error of range, millimetres, as [`IndirectLight::FinalGather`] defines it, of the worst frequency; also estimated. `None` if no target was
+    /// requested for it.
+    pub estimated_range_error_mm: Option<f64>,
+    /// 95 % upper bound of that error.
+    pub estimated_range_error_upper_mm: Option<f64>,
     /// Why final gathering stopped; `None` for sums, and where the indirect light is dark.
     pub stop: Option<StopReason>,
     /// Rays of the least image with an estimate, which final gathering makes whatever its limits are, as far as this frame tells.
@@ -283,6 +288,14 @@ impl FrameStats {
         worse(&mut self.estimated_error, part.estimated_error);
         worse(&mut self.estimated_error_upper, part.estimated_error_upper);
         worse(
+            &mut self.estimated_range_error_mm,
+            part.estimated_range_error_mm,
+        );
+        worse(
+            &mut self.estimated_range_error_upper_mm,
+            part.estimated_range_error_upper_mm,
+        );
+        worse(
             &mut self.estimated_interpolation_error,
             part.estimated_interpolation_error,
         );
@@ -307,12 +320,28 @@ impl FrameStats {
         format!("estimated {}{upper}", percent(error))
     }
 
+    /// The estimated error of range and its upper bound: "estimated 3.1 mm, below 3.6 mm with 95 % confidence"; `None` without one.
+    pub fn range_error_text(&self) -> Option<String> {
+        let error = self.estimated_range_error_mm?;
+        let upper = self.estimated_range_error_upper_mm?;
+        let mm = |mm: f64| format!("{mm:.2} mm");
+        Some(format!(
+            "estimated {}, below {} with 95 % confidence",
+            mm(error),
+            mm(upper)
+        ))
+    }
+
     /// Warns that the target error was missed, and says why.
     pub(crate) fn missed_target(&self, description: &FrameDescription) -> Option<String> {
         let indirect = description.indirect?;
         let requested = 100.0 * indirect.target_error()?;
         let estimated = self.estimated_error_text();
-        let error = format!("requested {requested:.2} %, {estimated}");
+        let mut error = format!("requested {requested:.2} %, {estimated}");
+        if let (Some(mm), Some(text)) = (indirect.target_range_error_mm(), self.range_error_text())
+        {
+            error += &format!("; of the range, requested {mm} mm, {text}");
+        }
         Some(match self.stop? {
             StopReason::TargetMet => return None,
             StopReason::BudgetSpent => {

@@ -123,6 +123,11 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
             for (name, error) in [
                 ("estimated_error", stats.estimated_error),
                 ("estimated_error_upper", stats.estimated_error_upper),
+                ("estimated_range_error_mm", stats.estimated_range_error_mm),
+                (
+                    "estimated_range_error_upper_mm",
+                    stats.estimated_range_error_upper_mm,
+                ),
                 (
                     "estimated_interpolation_error",
                     stats.estimated_interpolation_error,

@@ -100,6 +100,7 @@ impl Results<'_> {
             phasors: plan.has_phasors(),
             brdf: plan.brdf(),
             noisy: false,
+            range: false,
         };
         scatter.module().constant("RESULT_VECTORS")
     }

@@ -35,6 +35,7 @@ pub(crate) mod pixel_filter;
 pub(crate) mod predict;
 pub(crate) mod primary_rays;
 pub(crate) mod random;
+pub(crate) mod range_weights;
 pub(crate) mod rays;
 pub(crate) mod receivers;
 pub(crate) mod refinement;

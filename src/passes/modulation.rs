@@ -1,5 +1,7 @@
 //! The modulation of a time-of-flight camera, for the shaders.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use crate::{
@@ -9,13 +11,17 @@ use crate::{
     vulkan::{Buffer, Device, shaders},
 };
 
+/// Share of the squared noise of Z that turns its phase, if nothing is known of it.
+pub(crate) const USUAL_TURNING_SHARE: f32 = 0.5;
+
 /// Uploads the modulation for the kernels that carry phasors; `None` without time of flight.
-/// `error_scales` has one value per frequency, as in the shaders.
+/// `error_scales` and `turning_shares` have one value per frequency, as in the shaders.
 pub(crate) fn upload(
     device: &Device,
     scene: &Scene,
     space: &LocalSpace,
     error_scales: [f32; MAX_FREQUENCIES],
+    turning_shares: [f32; MAX_FREQUENCIES],
 ) -> Result<Option<Buffer>> {
     let Some(tof) = &scene.tof else {
         return Ok(None);
@@ -33,7 +39,9 @@ pub(crate) fn upload(
         is_seen: tof
             .band_weights
             .map(|weight| if weight == 0.0 { 0.0 } else { 1.0 }),
+        metres_per_radian: per_frequency(tof, |per_metre| 1.0 / (4.0 * PI * per_metre)),
         error_scales,
+        turning_shares,
         ..shaders::Modulation::default()
     };
     Buffer::upload(device, "modulation", &[parameters]).map(Some)

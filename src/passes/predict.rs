@@ -39,6 +39,7 @@ pub(crate) fn predict(
         phasors: plan.has_phasors(),
         brdf: plan.brdf(),
         noisy: images.is_noisy(),
+        range: images.has_range(),
     };
     let [columns, rows] = step.extent(plan.resolution_px);
     let parameters = PredictParameters {

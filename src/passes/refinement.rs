@@ -16,6 +16,8 @@ pub(crate) struct RefinementImages<A: Allocate = Device> {
     samples: Option<A::Image>,
     /// The models of the smooth pass, in the layout of `gathered`. Only if gathers have noise.
     modelled: Option<A::Image>,
+    /// What squared errors of Z are worth as such of light; only if the target is an error of range.
+    pub range_weights: Option<A::Image>,
     /// The modulation, with the scales of errors that were found; only with time of flight.
     pub modulation: Option<Buffer>,
 }
@@ -49,10 +51,13 @@ impl<A: Allocate> RefinementImages<A> {
         let of_phasor_samples = if phasors > 0 { 1 + lobes } else { 0 };
         let samples = || image("sums over samples", 3 + lobes + phasors + of_phasor_samples);
         let modelled = || allocate.image("models of gathered light", gathered);
+        let weights = || allocate.image("range weights", ImageShape::plain(plan.resolution_px));
+        let has_weights = is_noisy && plan.target_range_error_m().is_some();
         Ok(RefinementImages {
             gathered: allocate.image("gathered light", gathered)?,
             samples: is_noisy.then(samples).transpose()?,
             modelled: is_noisy.then(modelled).transpose()?,
+            range_weights: has_weights.then(weights).transpose()?,
             modulation: None,
         })
     }
@@ -76,10 +81,18 @@ impl RefinementImages {
             recorder.prepare_images(&[samples, modelled]);
             recorder.clear_image(samples);
         }
+        if let Some(weights) = &self.range_weights {
+            recorder.prepare_images(&[weights]);
+            recorder.clear_image(weights);
+        }
     }
 
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let samples = [("samples", &self.samples), ("modelled", &self.modelled)];
+        let samples = [
+            ("samples", &self.samples),
+            ("modelled", &self.modelled),
+            ("range_weights", &self.range_weights),
+        ];
         let samples = samples
             .into_iter()
             .filter_map(|(name, image)| Some((name, Resource::Image(image.as_ref()?))));
@@ -87,6 +100,11 @@ impl RefinementImages {
         let modulation = self.modulation.iter();
         let modulation = modulation.map(|buffer| ("modulation", Resource::Buffer(buffer)));
         samples.chain([gathered]).chain(modulation).collect()
+    }
+
+    /// Whether the target is an error of range.
+    pub fn has_range(&self) -> bool {
+        self.range_weights.is_some()
     }
 
     /// Whether gathers have noise.

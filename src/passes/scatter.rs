@@ -46,6 +46,7 @@ pub(crate) fn scatter(
         phasors: plan.has_phasors(),
         brdf: plan.brdf(),
         noisy: images.is_noisy(),
+        range: images.has_range(),
     };
     let size = [range.count, 1];
     context.dispatch(recorder, key, &resources, &parameters, size)

@@ -72,6 +72,10 @@ impl fmt::Display for Plan {
                 };
             }
             writeln!(f, "  {gather}{aim}")?;
+            if let Some(target_m) = self.target_range_error_m() {
+                let mm = 1e3 * target_m;
+                writeln!(f, "             target error of the range {mm} mm")?;
+            }
             if let Some(ms) = indirect.refinement.max_ms {
                 writeln!(f, "             for {ms} ms at most")?;
             }

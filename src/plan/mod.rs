@@ -178,6 +178,8 @@ pub struct RefinementPlan {
     /// Requested relRMSE of the indirect light; `None`: every pixel is gathered. The reference is the sum at every pixel for a sum,
     /// and the true bounce for final gathering.
     pub target_error: Option<f64>,
+    /// Requested error of range, metres; only with time of flight of the bounce. `target_error` is then for the light alone.
+    pub target_range_error_m: Option<f64>,
     /// The norm of this error; [`ErrorNorm::Image`] for sums.
     pub error_norm: ErrorNorm,
     /// Wall time of a frame from the call on, milliseconds; `None`: no limit.
@@ -384,6 +386,12 @@ impl Plan {
         self.tof.filter(|_| is_modulated && self.bounce().is_some())
     }
 
+    /// The target error of range, metres, if there is one and the bounce has phasors.
+    pub(crate) fn target_range_error_m(&self) -> Option<f64> {
+        self.bounced_tof()?;
+        self.bounce()?.refinement.target_range_error_m
+    }
+
     /// Whether surfaces are shaded where rays hit them.
     pub(crate) fn shades_hits(&self) -> bool {
         self.has_final_gather() || self.has_primary_rays
@@ -449,6 +457,7 @@ fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> Refin
     };
     RefinementPlan {
         target_error,
+        target_range_error_m: indirect.target_range_error_mm().map(|mm| 1e-3 * mm),
         error_norm: indirect.error_norm().unwrap_or_default(),
         max_ms: indirect.max_ms(),
         max_rays: indirect.max_rays(),

@@ -26,6 +26,10 @@ pub enum IndirectLight {
         target_error: f64,
         /// The norm of that error.
         error_norm: ErrorNorm,
+        /// With time of flight, the target for each frequency: the root mean square of the range errors that the error of the bounce causes,
+        /// millimetres, within [`TARGET_RANGE_ERRORS_MM`], over all pixels whose |Z| is at least [`LEAST_RANGE_SIGNAL`](crate::metrics::LEAST_RANGE_SIGNAL) of its root
+        /// mean square. `target_error` is then for the light alone. `None`: `target_error` is also for Z of each frequency.
+        target_range_error_mm: Option<f64>,
         /// `None`: camlux chooses.
         rsm_size: Option<u32>,
         /// Limit on the wall time of a frame from the call on, milliseconds, above 0, without compiling. If it expires before the target error is
@@ -63,6 +67,8 @@ pub enum VplSum {
 pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
 /// The size of the RSM of a sum if none is given.
 pub const DEFAULT_RSM_SIZE: u32 = 64;
+/// The range of errors of range that can be requested, millimetres.
+pub const TARGET_RANGE_ERRORS_MM: RangeInclusive<f64> = 0.1..=1000.0;
 /// The range of errors that can be requested.
 pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
 
@@ -88,6 +94,7 @@ impl IndirectLight {
         IndirectLight::FinalGather {
             target_error,
             error_norm: ErrorNorm::Image,
+            target_range_error_mm: None,
             rsm_size: None,
             max_ms: None,
             max_rays: None,
@@ -156,6 +163,17 @@ impl IndirectLight {
         }
     }
 
+    /// The target error of range, millimetres; `None` without one.
+    pub fn target_range_error_mm(&self) -> Option<f64> {
+        match *self {
+            IndirectLight::FinalGather {
+                target_range_error_mm,
+                ..
+            } => target_range_error_mm,
+            _ => None,
+        }
+    }
+
     /// The norm of the target error; `None` for sums.
     pub fn error_norm(&self) -> Option<ErrorNorm> {
         match *self {
@@ -195,6 +213,10 @@ impl IndirectLight {
         vec![
             ("target_error", number(self.target_error())),
             ("error_norm", error_norm.map(Parameter::Name)),
+            (
+                "target_range_error_mm",
+                number(self.target_range_error_mm()),
+            ),
             ("max_ms", number(self.max_ms())),
             ("max_rays", self.max_rays().map(Parameter::Count)),
             ("interpolation_error", number(self.interpolation_error())),
@@ -215,6 +237,13 @@ impl IndirectLight {
                 format!("give a relRMSE from {least} to {most}, such as 0.02"),
             )?;
         }
+        let range_mm = self.target_range_error_mm();
+        let (least, most) = (TARGET_RANGE_ERRORS_MM.start(), TARGET_RANGE_ERRORS_MM.end());
+        part.require(
+            range_mm.is_none_or(|error| TARGET_RANGE_ERRORS_MM.contains(&error)),
+            format_args!("target_range_error_mm is {}", range_mm.unwrap_or_default()),
+            format!("give millimetres from {least} to {most}, such as 5"),
+        )?;
         let max_ms = self.max_ms();
         part.require(
             max_ms.is_none_or(|ms| ms > 0.0 && ms.is_finite()),

@@ -38,7 +38,7 @@ pub use carrier::{Carrier, PlacedLight};
 pub use distortion::Distortion;
 pub use indirect::{
     DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS,
-    VplSum,
+    TARGET_RANGE_ERRORS_MM, VplSum,
 };
 pub use instance::Instance;
 pub use lens_lights::LensLights;

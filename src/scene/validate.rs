@@ -118,6 +118,8 @@ impl Scene {
         }
         if let Some(indirect) = &self.indirect {
             placed("indirect", 0, indirect.validate())?;
+            let fitting = self.validate_range_target(indirect);
+            placed("indirect", 0, fitting)?;
         }
         for (i, light) in self.lights.iter().enumerate() {
             placed("light", i, light.validate(i))?;
@@ -171,6 +173,24 @@ impl Scene {
             placed("light", index, fitting)?;
         }
         Ok(())
+    }
+}
+
+impl Scene {
+    /// An error of range is one of the time of flight of single points.
+    fn validate_range_target(&self, indirect: &super::IndirectLight) -> Result<()> {
+        let part = Part("indirect".into());
+        let has_target = indirect.target_range_error_mm().is_some();
+        part.require(
+            !has_target || self.tof.is_some(),
+            "target_range_error_mm is given, but the scene has no time of flight",
+            "add [tof] with its frequencies, or use target_error alone",
+        )?;
+        part.require(
+            !has_target || self.camera.pixel_sampling.is_none(),
+            "target_range_error_mm is given, but pixels are averaged over several samples",
+            "remove samples from the camera, or use target_error alone",
+        )
     }
 }
 

@@ -583,6 +583,12 @@ fn keys_of_another_estimator_and_removed_keys_name_what_replaces_them() {
         ),
         (
             "rsm-average",
+            "target_range_error_mm = 5",
+            "\"target_range_error_mm\" in [indirect] belongs to final-gather: rsm-average has no target_error",
+            "remove it, or set estimator = \"final-gather\"",
+        ),
+        (
+            "rsm-average",
             "max_rays = 500",
             "\"max_rays\" in [indirect] belongs to final-gather: rsm-average has no target_error",
             "remove it, or set estimator = \"final-gather\"",

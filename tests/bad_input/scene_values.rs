@@ -109,7 +109,20 @@ fn final_gather(target_error: f64, max_ms: Option<f64>, max_rays: Option<u64>) -
         max_ms,
         max_rays,
         stderr_layer: false,
+        target_range_error_mm: None,
     }
+}
+
+fn range_target(target_mm: f64) -> IndirectLight {
+    let mut indirect = IndirectLight::final_gather(0.02);
+    if let IndirectLight::FinalGather {
+        target_range_error_mm,
+        ..
+    } = &mut indirect
+    {
+        *target_range_error_mm = Some(target_mm);
+    }
+    indirect
 }
 
 fn interpolated_average(interpolation_error: f64) -> IndirectLight {
@@ -405,6 +418,26 @@ fn scenes_from_slices_are_validated() {
         (
             Box::new(|s| s.indirect = Some(final_gather(0.02, None, Some(0)))),
             "indirect: max_rays is 0; give a number of rays above 0",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(range_target(5.0))),
+            "indirect: target_range_error_mm is given, but the scene has no time of flight; add [tof] with its frequencies",
+        ),
+        (
+            Box::new(|s| {
+                detects(s);
+                s.camera.pixel_sampling = pixel_sampling(4);
+                s.indirect = Some(range_target(5.0));
+            }),
+            "indirect: target_range_error_mm is given, but pixels are averaged over several samples; remove samples from the camera",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(range_target(0.05))),
+            "indirect: target_range_error_mm is 0.05; give millimetres from 0.1 to 1000, such as 5",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(range_target(NAN))),
+            "indirect: target_range_error_mm is NaN",
         ),
         (
             Box::new(|s| s.indirect = Some(IndirectLight::final_gather(0.0019))),

@@ -143,7 +143,7 @@ CHECK(camlux_tof_ambient_lights_size, sizeof(((camlux_tof *)0)->ambient_lights) 
 CHECK(camlux_tof_ambient_light_count_offset, offsetof(camlux_tof, ambient_light_count) == 128);
 CHECK(camlux_tof_ambient_light_count_size, sizeof(((camlux_tof *)0)->ambient_light_count) == 8);
 
-CHECK(size_of_camlux_indirect, sizeof(camlux_indirect) == 56);
+CHECK(size_of_camlux_indirect, sizeof(camlux_indirect) == 64);
 CHECK(camlux_indirect_struct_size_offset, offsetof(camlux_indirect, struct_size) == 0);
 CHECK(camlux_indirect_struct_size_size, sizeof(((camlux_indirect *)0)->struct_size) == 4);
 CHECK(camlux_indirect_estimator_offset, offsetof(camlux_indirect, estimator) == 4);
@@ -164,6 +164,8 @@ CHECK(camlux_indirect_stderr_layer_offset, offsetof(camlux_indirect, stderr_laye
 CHECK(camlux_indirect_stderr_layer_size, sizeof(((camlux_indirect *)0)->stderr_layer) == 4);
 CHECK(camlux_indirect_reserved_offset, offsetof(camlux_indirect, reserved) == 52);
 CHECK(camlux_indirect_reserved_size, sizeof(((camlux_indirect *)0)->reserved) == 4);
+CHECK(camlux_indirect_target_range_error_mm_offset, offsetof(camlux_indirect, target_range_error_mm) == 56);
+CHECK(camlux_indirect_target_range_error_mm_size, sizeof(((camlux_indirect *)0)->target_range_error_mm) == 8);
 
 CHECK(size_of_camlux_direct, sizeof(camlux_direct) == 8);
 CHECK(camlux_direct_struct_size_offset, offsetof(camlux_direct, struct_size) == 0);
@@ -493,7 +495,7 @@ CHECK(camlux_exr_options_plain_size, sizeof(((camlux_exr_options *)0)->plain) ==
 CHECK(camlux_exr_options_reserved_offset, offsetof(camlux_exr_options, reserved) == 28);
 CHECK(camlux_exr_options_reserved_size, sizeof(((camlux_exr_options *)0)->reserved) == 4);
 
-CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 144);
+CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 160);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
 CHECK(camlux_frame_stats_struct_size_size, sizeof(((camlux_frame_stats *)0)->struct_size) == 4);
 CHECK(camlux_frame_stats_pass_count_offset, offsetof(camlux_frame_stats, pass_count) == 4);
@@ -536,6 +538,10 @@ CHECK(camlux_frame_stats_frame_index_offset, offsetof(camlux_frame_stats, frame_
 CHECK(camlux_frame_stats_frame_index_size, sizeof(((camlux_frame_stats *)0)->frame_index) == 4);
 CHECK(camlux_frame_stats_camera_index_offset, offsetof(camlux_frame_stats, camera_index) == 140);
 CHECK(camlux_frame_stats_camera_index_size, sizeof(((camlux_frame_stats *)0)->camera_index) == 4);
+CHECK(camlux_frame_stats_estimated_range_error_mm_offset, offsetof(camlux_frame_stats, estimated_range_error_mm) == 144);
+CHECK(camlux_frame_stats_estimated_range_error_mm_size, sizeof(((camlux_frame_stats *)0)->estimated_range_error_mm) == 8);
+CHECK(camlux_frame_stats_estimated_range_error_upper_mm_offset, offsetof(camlux_frame_stats, estimated_range_error_upper_mm) == 152);
+CHECK(camlux_frame_stats_estimated_range_error_upper_mm_size, sizeof(((camlux_frame_stats *)0)->estimated_range_error_upper_mm) == 8);
 
 CHECK(size_of_camlux_pass_time, sizeof(camlux_pass_time) == 24);
 CHECK(camlux_pass_time_struct_size_offset, offsetof(camlux_pass_time, struct_size) == 0);
@@ -561,7 +567,7 @@ static const unsigned char rust_camlux_tof_noise[] = {56,0,48,202,12,0,0,0,0,0,0
 static const camlux_tof init_of_camlux_tof = CAMLUX_TOF_INIT;
 static const unsigned char rust_camlux_tof[] = {136,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_indirect init_of_camlux_indirect = CAMLUX_INDIRECT_INIT;
-static const unsigned char rust_camlux_indirect[] = {56,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_indirect[] = {64,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_direct init_of_camlux_direct = CAMLUX_DIRECT_INIT;
 static const unsigned char rust_camlux_direct[] = {8,0,48,202,0,0,0,0};
 static const camlux_pose init_of_camlux_pose = CAMLUX_POSE_INIT;
@@ -597,7 +603,7 @@ static const unsigned char rust_camlux_view[] = {64,0,48,202,0,0,0,0,0,0,0,0,0,0
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
 static const unsigned char rust_camlux_exr_options[] = {32,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
-static const unsigned char rust_camlux_frame_stats[] = {144,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_frame_stats[] = {160,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
 static const unsigned char rust_camlux_pass_time[] = {24,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const struct init inits[] = {
@@ -607,7 +613,7 @@ static const struct init inits[] = {
     {"camlux_sensor", 64, rust_camlux_sensor, &init_of_camlux_sensor},
     {"camlux_tof_noise", 56, rust_camlux_tof_noise, &init_of_camlux_tof_noise},
     {"camlux_tof", 136, rust_camlux_tof, &init_of_camlux_tof},
-    {"camlux_indirect", 56, rust_camlux_indirect, &init_of_camlux_indirect},
+    {"camlux_indirect", 64, rust_camlux_indirect, &init_of_camlux_indirect},
     {"camlux_direct", 8, rust_camlux_direct, &init_of_camlux_direct},
     {"camlux_pose", 72, rust_camlux_pose, &init_of_camlux_pose},
     {"camlux_material", 96, rust_camlux_material, &init_of_camlux_material},
@@ -625,7 +631,7 @@ static const struct init inits[] = {
     {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
     {"camlux_exr_options", 32, rust_camlux_exr_options, &init_of_camlux_exr_options},
-    {"camlux_frame_stats", 144, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
+    {"camlux_frame_stats", 160, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };
 

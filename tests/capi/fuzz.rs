@@ -273,7 +273,8 @@ impl Sequence {
                         interpolation_error: r.pick(&errors),
                         max_ms: r.pick(&[0.0, 0.0, 50.0, some_error]),
                         max_rays: r.pick(&[0, 0, 1, 1 << 40]),
-                        stderr_layer: r.pick(&[0, 0, 1, 2])
+                        stderr_layer: r.pick(&[0, 0, 1, 2]),
+                        target_range_error_mm: r.pick(&[0.0, 0.0, 5.0, some_error])
                     });
                     camlux_scene_set_indirect(scene, r.pointer(&mut indirect))
                 }

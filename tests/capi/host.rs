@@ -338,6 +338,7 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
                 max_rays: indirect.max_rays().unwrap_or(0),
                 stderr_layer: indirect.stderr_layer().map_or(0, i32::from),
                 interpolation_error: indirect.interpolation_error().unwrap_or(0.0),
+                target_range_error_mm: indirect.target_range_error_mm().unwrap_or(0.0),
             });
             ok(camlux_scene_set_indirect(built, &c_indirect));
         }

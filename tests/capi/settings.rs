@@ -109,15 +109,16 @@ fn settings_come_back() {
                 estimator: estimator,
                 rsm_size: 16,
                 error_norm: if of_gather { CAMLUX_NORM_LOCAL } else { 0 },
-                max_rays: if of_gather { 1 << 20 } else { 0 }
+                max_rays: if of_gather { 1 << 20 } else { 0 },
+                target_range_error_mm: if of_gather { 2.5 } else { 0.0 }
             });
             let mut got = init!(camlux_indirect {});
             ok(camlux_scene_set_indirect(scene, &set));
             ok(camlux_scene_get_indirect(scene, &mut got, &mut is_set));
             assert_eq!((is_set, got.estimator, got.rsm_size), (1, estimator, 16));
             assert_eq!(
-                (got.error_norm, got.max_rays),
-                (set.error_norm, set.max_rays)
+                (got.error_norm, got.max_rays, got.target_range_error_mm),
+                (set.error_norm, set.max_rays, set.target_range_error_mm)
             );
         }
         let light = CAMLUX_PART_LIGHT;

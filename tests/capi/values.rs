@@ -160,6 +160,15 @@ fn values_are_checked() {
             fails(indirect(with_norm), SCENE, "error_norm is 1, but");
             let with_ms = camlux_indirect { max_ms: 9.0, ..sum };
             fails(indirect(with_ms), SCENE, "max_ms is 9, but");
+            let with_range = camlux_indirect {
+                target_range_error_mm: 9.0,
+                ..sum
+            };
+            fails(
+                indirect(with_range),
+                SCENE,
+                "target_range_error_mm is 9, but",
+            );
             let with_rays = camlux_indirect { max_rays: 9, ..sum };
             fails(indirect(with_rays), SCENE, "max_rays is 9, but");
             let with_stderr = camlux_indirect {

@@ -9,8 +9,9 @@ use crate::tof::phasors;
 use camlux::{
     RenderOptions, Scene,
     doctor::scenes::with_tof,
+    metrics::range_error_m,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
-    output::{Frame, Layer, TofQuantity},
+    output::{Frame, Layer, StopReason, TofQuantity},
     scene::{IndirectLight, Light},
 };
 use glam::DVec3;
@@ -111,28 +112,7 @@ fn bounce(scene: &Scene, p: DVec3, mesh: usize) -> (f64, Phasor) {
 fn the_mean_of_many_frames_has_no_bias() {
     const SEEDS: u32 = 6;
     let mut gpu = Gpu::open();
-    let point = |x: f64, y: f64, z: f64| Light::Point {
-        position_m: DVec3::new(x, y, z),
-        power_w: [1.0; 3],
-    };
-    let spot = Light::Spot {
-        position_m: DVec3::new(1.4, 1.1, 0.4),
-        direction: DVec3::new(-1.3, -0.8, -0.4),
-        cone: camlux::scene::SpotCone {
-            inner_half_angle_deg: 20.0,
-            outer_half_angle_deg: 45.0,
-        },
-        power_w: [1.0; 3],
-    };
-    let camera_m = DVec3::new(1.8, 1.2, 0.6);
-    for (name, scene) in [
-        ("right angle, spot", corner(90.0, spot, camera_m)),
-        (
-            "blunt, point",
-            corner(130.0, point(1.0, 0.9, -0.3), camera_m),
-        ),
-        ("sharp, point", corner(60.0, point(1.2, 0.5, 0.2), camera_m)),
-    ] {
+    for (name, scene) in corners() {
         let mut paths_mm = Vec::new();
         let mut lights = Vec::new();
         let mut rays = 0;
@@ -144,7 +124,7 @@ fn the_mean_of_many_frames_has_no_bias() {
             };
             let frame = gpu.renderer.render(&scene, &mut options);
             let frame = frame.expect("the scene renders");
-            let due = due.get_or_insert_with(|| expected(&scene, &frame));
+            let due = due.get_or_insert_with(|| expected(&scene, &frame, 17));
             let found = frame.values(Layer::Indirect).expect("it is there");
             let z = phasors(&frame, 0, TofQuantity::PhasorIndirect);
             rays += frame.stats.ray_count;
@@ -177,13 +157,83 @@ fn the_mean_of_many_frames_has_no_bias() {
     }
 }
 
-/// Index, light and Z of some of the pixels, by quadrature.
-fn expected(scene: &Scene, frame: &Frame) -> Vec<(usize, f64, Phasor)> {
+/// In the corner that a spot lights partly, most pixels have the bounce alone.
+#[test]
+fn the_range_is_within_its_target_error() {
+    let mut gpu = Gpu::open();
+    for (name, mut scene) in corners() {
+        let mut due: Option<Vec<(usize, f64, Phasor)>> = None;
+        for target_mm in [10.0, 1.0] {
+            scene.indirect = Some(IndirectLight::final_gather(0.5));
+            if let Some(IndirectLight::FinalGather {
+                target_range_error_mm,
+                ..
+            }) = &mut scene.indirect
+            {
+                *target_range_error_mm = Some(target_mm);
+            }
+            let frame = gpu.render(&scene);
+            let due = due.get_or_insert_with(|| expected(&scene, &frame, 51));
+            let direct = phasors(&frame, 0, TofQuantity::PhasorDirect);
+            let total = phasors(&frame, 0, TofQuantity::Phasor);
+            let values = |z: &dyn Fn(usize, Phasor) -> Phasor| -> Vec<f32> {
+                let values = due.iter().map(|&(i, _, bounce)| z(i, bounce));
+                values.flat_map(|z| [z.re as f32, z.im as f32]).collect()
+            };
+            let found = values(&|i, _| total[i]);
+            let expected = values(&|i, bounce| direct[i] + bounce);
+            let exact = vec![0.0; expected.len()];
+            let error_m = range_error_m(&found, &expected, &exact, FREQUENCY_HZ, |_| true);
+            let stats = &frame.stats;
+            let [claimed_mm, upper_mm] = [
+                stats.estimated_range_error_mm,
+                stats.estimated_range_error_upper_mm,
+            ]
+            .map(|mm| mm.expect("it is estimated"));
+            let error_mm = 1e3 * error_m;
+            println!(
+                "{name}: {target_mm} mm asked, {error_mm:.2} true, {claimed_mm:.2} claimed, at most {upper_mm:.2}, {:.2} M rays",
+                stats.ray_count as f64 * 1e-6
+            );
+            assert_eq!(stats.stop, Some(StopReason::TargetMet));
+            assert!(upper_mm <= target_mm && error_mm <= target_mm, "{name}");
+            assert!(error_mm <= 1.3 * upper_mm && error_mm >= 0.3 * claimed_mm);
+        }
+    }
+}
+
+fn corners() -> [(&'static str, Scene); 3] {
+    let point = |x: f64, y: f64, z: f64| Light::Point {
+        position_m: DVec3::new(x, y, z),
+        power_w: [1.0; 3],
+    };
+    let spot = Light::Spot {
+        position_m: DVec3::new(1.4, 1.1, 0.4),
+        direction: DVec3::new(-1.3, -0.8, -0.4),
+        cone: camlux::scene::SpotCone {
+            inner_half_angle_deg: 20.0,
+            outer_half_angle_deg: 45.0,
+        },
+        power_w: [1.0; 3],
+    };
+    let camera_m = DVec3::new(1.8, 1.2, 0.6);
+    [
+        ("right angle, spot", corner(90.0, spot, camera_m)),
+        (
+            "blunt, point",
+            corner(130.0, point(1.0, 0.9, -0.3), camera_m),
+        ),
+        ("sharp, point", corner(60.0, point(1.2, 0.5, 0.2), camera_m)),
+    ]
+}
+
+/// Index, light and Z of one in so many pixels, by quadrature.
+fn expected(scene: &Scene, frame: &Frame, one_in: usize) -> Vec<(usize, f64, Phasor)> {
     let [width, height] = frame.resolution_px.map(|px| px as usize);
     let ids = frame.ids(Layer::InstanceId).expect("they are there");
     let positions = frame.values(Layer::Position).expect("they are there");
-    let pixels =
-        (0..width * height).filter(|i| ids[*i] > 0 && (i % width * 7 + i / width * 3) % 17 == 0);
+    let is_chosen = |i: usize| (i % width * 7 + i / width * 3).is_multiple_of(one_in);
+    let pixels = (0..width * height).filter(|&i| ids[i] > 0 && is_chosen(i));
     pixels
         .map(|i| {
             let p = DVec3::new(

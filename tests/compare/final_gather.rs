@@ -154,6 +154,7 @@ fn the_local_norm_counts_dark_parts() {
             max_ms: None,
             max_rays: None,
             stderr_layer: false,
+            target_range_error_mm: None,
         });
         let frame = gpu.render(&scene);
         let image = values(&frame, Layer::Indirect);
@@ -202,6 +203,7 @@ fn a_budget_ends_with_an_honest_image() {
                 max_ms: None,
                 max_rays: Some(max_rays),
                 stderr_layer: false,
+                target_range_error_mm: None,
             });
             let frame = gpu.render(&scene);
             let (error, bias) = error_and_bias(&frame, &truth);
@@ -243,6 +245,7 @@ fn standard_errors_are_calibrated() {
             max_ms: None,
             max_rays: None,
             stderr_layer: true,
+            target_range_error_mm: None,
         });
         let frame = gpu.render(&scene);
         let values = |frame: &Frame, layer| frame.values(layer).expect("it is there").to_vec();

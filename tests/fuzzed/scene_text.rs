@@ -196,7 +196,11 @@ impl Writer<'_> {
                 w.word(&["true", "false"]).replace('"', "")
             });
         }
-        for (key, usual) in [("max_ms", "250"), ("max_rays", "100000")] {
+        for (key, usual) in [
+            ("max_ms", "250"),
+            ("max_rays", "100000"),
+            ("target_range_error_mm", "5"),
+        ] {
             if self.happens(4) {
                 self.key(key, |w| w.number(usual));
             }

@@ -145,7 +145,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_indirect {
             estimator, rsm_size, error_norm, target_error, interpolation_error, max_ms,
-            max_rays, stderr_layer, reserved,
+            max_rays, stderr_layer, reserved, target_range_error_mm,
         }
         camlux_direct {
             shadow,
@@ -210,7 +210,7 @@ pub fn layouts() -> Vec<Layout> {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,
             estimated_error, estimated_error_upper, estimated_interpolation_error, submissions, stop,
             device, driver, estimated_area_light_error, least_ms, least_rays, preparation_ms,
-            frame_index, camera_index,
+            frame_index, camera_index, estimated_range_error_mm, estimated_range_error_upper_mm,
         }
         camlux_pass_time {
             reserved, ms, name,

@@ -1,6 +1,7 @@
 //! Metrics against values worked out by hand, and the noise correction against known noise.
 
-use camlux::metrics::{Comparison, CorrectedRmse, Pixels, RelativeErrors};
+use camlux::metrics::{Comparison, CorrectedRmse, Pixels, RelativeErrors, range_error_m};
+use camlux::model::{Phasor, SPEED_OF_LIGHT_M_S};
 
 /// Pixels of one channel, without noise or edges.
 fn plain<'a>(image: &'a [f32], reference: &'a [f32], valid: &'a [bool]) -> Pixels<'a> {
@@ -513,4 +514,36 @@ fn noise_alone_is_no_error() {
     println!("{claims} claims of {DRAWS}");
     // 9 are expected; a binomial count of that mean is over 24 once in 10^5.
     assert!(claims < 24, "{claims}");
+}
+
+/// At c/(4π) Hz, a radian is a metre.
+const METRE_PER_RADIAN_HZ: f64 = SPEED_OF_LIGHT_M_S / (4.0 * std::f64::consts::PI);
+
+#[test]
+fn range_errors_are_differences_of_phase() {
+    let values = |phasors: &[(f64, f64)]| -> Vec<f32> {
+        let phasors = phasors
+            .iter()
+            .map(|&(magnitude, angle)| Phasor::of_angle(angle) * magnitude);
+        phasors.flat_map(|z| [z.re as f32, z.im as f32]).collect()
+    };
+    // The third is too weak to count, and the last is left out.
+    let due = values(&[(3.0, 1.0), (4.0, 3.1), (0.01, 0.0), (5.0, 0.0)]);
+    let found = values(&[(1.0, 1.3), (8.0, -3.1), (5.0, 2.0), (5.0, 1.0)]);
+    let counts = |pixel| pixel != 3;
+    let exact = [0.0; 8];
+    let error_m = range_error_m(&found, &due, &exact, METRE_PER_RADIAN_HZ, counts);
+    // The second wraps.
+    let wrapped: f64 = std::f64::consts::TAU - 6.2;
+    assert_near(error_m, ((0.09 + wrapped.powi(2)) / 2.0).sqrt());
+    // Noise along Z turns nothing; noise across it by 0.1 of |Z| explains 0.1 m.
+    let due = values(&[(2.0, 0.0); 2]);
+    let found = values(&[(2.0, 0.2), (2.0, -0.2)]);
+    let error_m = |noise: [f32; 2]| {
+        let noise = [noise; 2].concat();
+        range_error_m(&found, &due, &noise, METRE_PER_RADIAN_HZ, |_| true)
+    };
+    assert_near(error_m([0.2, 0.0]), 0.2);
+    assert_near(error_m([0.0, 0.2]), 0.03_f64.sqrt());
+    assert_eq!(error_m([0.0, 0.6]), 0.0);
 }

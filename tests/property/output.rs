@@ -462,6 +462,7 @@ fn a_target_that_was_not_met_is_said_with_its_reason() {
         max_ms: Some(250.0),
         max_rays: Some(5_000_000_000),
         stderr_layer: false,
+        target_range_error_mm: None,
     });
     let rays = frame.stats.ray_count;
     let mut says = |stop, error| {

@@ -359,6 +359,7 @@ fn scene() -> Scene {
             max_ms: Some(1e4 / 3.0),
             max_rays: Some(9_007_199_254_740_993),
             stderr_layer: true,
+            target_range_error_mm: Some(2.5),
         }),
         left_out: Vec::new(),
     }

@@ -140,6 +140,7 @@ stderr_layer = true
             max_ms: Some(250.0),
             max_rays: Some(5_000_000_000),
             stderr_layer: true,
+            target_range_error_mm: None,
         })
     );
 }

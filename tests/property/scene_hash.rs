@@ -88,6 +88,7 @@ fn hash_changes_with_everything_but_names() {
                 max_ms: None,
                 max_rays: None,
                 stderr_layer: false,
+                target_range_error_mm: None,
             });
         },
         |s| {
@@ -98,6 +99,7 @@ fn hash_changes_with_everything_but_names() {
                 max_ms: None,
                 max_rays: None,
                 stderr_layer: true,
+                target_range_error_mm: None,
             });
         },
         |s| s.lights.push(s.lights[0].clone()),
@@ -188,6 +190,7 @@ fn gather_within(max_ms: Option<f64>, max_rays: Option<u64>) -> IndirectLight {
         max_ms,
         max_rays,
         stderr_layer: false,
+        target_range_error_mm: None,
     }
 }
 

@@ -16,6 +16,9 @@ pub struct IndirectArgs {
     /// Target error over the whole image, or over each part of it
     #[arg(long, value_name = "image|local", value_parser = parse_norm)]
     pub error_norm: Option<ErrorNorm>,
+    /// Target error of the range of [tof], rms, mm: 0.1 to 1000
+    #[arg(long, value_name = "MM")]
+    pub target_range_error_mm: Option<f64>,
     /// Time limit of final-gather, milliseconds
     #[arg(long, value_name = "MS")]
     pub max_ms: Option<f64>,
@@ -75,6 +78,7 @@ impl IndirectArgs {
             IndirectLight::FinalGather {
                 target_error,
                 error_norm,
+                target_range_error_mm,
                 rsm_size: _,
                 max_ms,
                 max_rays,
@@ -83,6 +87,7 @@ impl IndirectArgs {
                 *stderr_layer |= self.stderr_layer;
                 *target_error = self.target_error.unwrap_or(*target_error);
                 *error_norm = self.error_norm.unwrap_or(*error_norm);
+                *target_range_error_mm = self.target_range_error_mm.or(*target_range_error_mm);
                 *max_ms = self.max_ms.or(*max_ms);
                 *max_rays = self.max_rays.or(*max_rays);
             }
@@ -101,6 +106,11 @@ impl IndirectArgs {
         let options = [
             ("--target-error", gather, self.target_error.is_some()),
             ("--error-norm", gather, self.error_norm.is_some()),
+            (
+                "--target-range-error-mm",
+                gather,
+                self.target_range_error_mm.is_some(),
+            ),
             ("--max-ms", gather, self.max_ms.is_some()),
             ("--max-rays", gather, self.max_rays.is_some()),
             ("--stderr-layer", gather, self.stderr_layer),
@@ -181,9 +191,9 @@ mod tests {
             max_ms: Some(250.0),
             max_rays: Some(5_000_000_000),
             stderr_layer: true,
+            target_range_error_mm: Some(2.5),
         };
-        let options =
-            "--rsm-size 8 --error-norm local --max-ms 250 --max-rays 5000000000 --stderr-layer";
+        let options = "--rsm-size 8 --error-norm local --max-ms 250 --max-rays 5000000000 --stderr-layer --target-range-error-mm 2.5";
         assert_gives(options, GATHER, gather_8);
         assert_gives("", gather_8, gather_8);
         assert_gives("--target-error 0.1", GATHER, TENTH);

@@ -37,12 +37,21 @@ pub fn text(run: &RunSummary) -> String {
     line("time", duration(total_ms) + &of_render.unwrap_or_default());
     if let Some(indirect) = &run.frame.description.indirect {
         if let Some(requested) = indirect.target_error() {
-            let against = match run.frame.description.tof {
+            let has_range = indirect.target_range_error_mm().is_some();
+            let against = match run.frame.description.tof.as_ref().filter(|_| !has_range) {
                 None => "of the indirect light",
                 Some(_) => "of the indirect light or a phasor, whichever is larger",
             };
             let error = describe_error(&stats.estimated_error_text(), requested, against);
             line("error", error);
+        }
+        if let (Some(requested), Some(text)) =
+            (indirect.target_range_error_mm(), stats.range_error_text())
+        {
+            line(
+                "error",
+                format!("{text}, target {requested} mm (rms of the range)"),
+            );
         }
         if indirect.sum().is_some() {
             let problem = "unknown: a sum over VPLs is not the physical bounce; use final-gather (docs/guides/estimators.md)";

@@ -63,6 +63,9 @@ const MAX_WORK_OF_DIRECTIONS: f64 = 0.9;
 const TRIAL_SHARE: f64 = 16.0;
 /// An attempt with directions alone that leaves more than this many times the expected error has missed something.
 const MAX_SURPRISE: f64 = 1.5;
+/// From this attempt on, the next one is to leave less by what this one left too much: attempts that fall short again and again would not
+/// end.
+const CAUTIOUS_FROM: u32 = 2;
 /// Light over that of VPLs without occlusion is smoothed if the error falls to this part.
 const LEAST_USE_OF_RATIO: f64 = 0.97;
 /// First aim, over the target error. If the target is missed, the samples taken so far still count.
@@ -86,7 +89,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         }
         return Ok(ErrorEstimates::default());
     }
-    refiner.scale_errors(&mut resources, pilot.error_scales())?;
+    refiner.scale_errors(&mut resources, pilot.error_scales(), pilot.turning_shares())?;
     // The pilot of directions alone, while the image is gathered with them.
     let mut alone = match is_exact {
         true => None,
@@ -135,6 +138,11 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         if attempt == 0 && limits.rays_left(1.0).is_finite() {
             resources.begin_with(limits.stride(reserve, plan.coarsest_stride));
         }
+        let squares = match &last {
+            None => pilot.mean_squares(),
+            Some((estimate, _)) => estimate.mean_squares(),
+        };
+        refiner.weigh_ranges(&resources, squares, attempt == 0)?;
         let criteria = budget.criteria(pilot.light().radiance, plan.error_norm, of_estimate);
         let took_all_samples = refiner.refine(
             &mut resources,
@@ -185,8 +193,8 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         } else {
             refiner.fill_stderr(estimate.light().error_factors())?;
             found.least = Some(limits.least());
-            found.error = Some(error);
-            found.error_upper = Some(upper);
+            [found.error, found.error_upper] = estimate.relative_errors().map(Some);
+            found.range_errors_m = estimate.range_errors_m();
             if upper <= target {
                 found.stop = Some(StopReason::TargetMet);
                 return Ok(found);
@@ -203,9 +211,11 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
             for pilot in [Some(&mut pilot), alone.as_mut()].into_iter().flatten() {
                 pilot.scale_noise(noise);
             }
-            if let Some((before, shrink)) = &last
-                && error > MAX_SURPRISE * shrink * before.relative_error()
-            {
+            // What the last attempt left, over what it was to leave.
+            let surprise = last.as_ref().map_or(1.0, |(before, shrink)| {
+                error / (shrink * before.relative_error())
+            });
+            if surprise > MAX_SURPRISE {
                 alone = None;
                 refiner.gatherer.send_to_vpls(true);
             }
@@ -225,7 +235,11 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 shrink = SampleBudget::shrink_within(shrink, most_packets, pilots);
             }
             aim *= shrink;
-            last = Some((estimate, shrink));
+            let caution = match attempt >= CAUTIOUS_FROM {
+                true => surprise.clamp(1.0, MAX_SURPRISE),
+                false => 1.0,
+            };
+            last = Some((estimate, shrink / caution));
         }
         attempt += 1;
     }

@@ -229,6 +229,21 @@ impl ErrorEstimate {
         self.noise / at_random.max(f64::MIN_POSITIVE)
     }
 
+    /// For a pilot: scales the variances so that its noise is as even as that of another quantity. Returns the factor.
+    pub fn match_evenness(&mut self, other: &ErrorEstimate) -> f64 {
+        let factor = self.evenness() / other.evenness().max(f64::MIN_POSITIVE);
+        let factor = match factor.is_finite() {
+            true => factor.clamp(MIN_FACTOR * MIN_FACTOR, 2.0),
+            false => 1.0,
+        };
+        self.variance *= factor;
+        for pixel in &mut self.scatter {
+            pixel.variance *= factor;
+            pixel.relative *= factor;
+        }
+        factor
+    }
+
     /// The variance of a gather falls with this power of its packets.
     pub fn variance_rate(&self) -> f64 {
         let [random, even] = VARIANCE_RATES;
@@ -339,6 +354,14 @@ impl ErrorEstimate {
                 .max(MIN_FACTOR * MIN_FACTOR)
                 .sqrt()
         })
+    }
+
+    /// The same with the image's samples of another quantity. Their variances are those of the worst quantity, as errors of light.
+    pub fn with_samples_of(self, light: &ErrorEstimate) -> ErrorEstimate {
+        ErrorEstimate {
+            of_image: light.of_image.clone(),
+            ..self
+        }
     }
 
     /// Adds the estimate of other pixels.

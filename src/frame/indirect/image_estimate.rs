@@ -1,7 +1,8 @@
 //! The error of an image with several quantities: its light, and with time of flight Z of each frequency.
 
 use super::error_estimate::{ErrorEstimate, PixelEstimate};
-use crate::scene::MAX_FREQUENCIES;
+use crate::passes::modulation::USUAL_TURNING_SHARE;
+use crate::{metrics::LEAST_RANGE_SIGNAL, plan::Plan, scene::MAX_FREQUENCIES};
 
 /// Where paths cancel each other, Z may be almost 0. Errors of Z are relative to at least this share of the light's root mean square,
 /// because no number of samples would be enough otherwise.
@@ -15,6 +16,50 @@ pub(super) struct ImageEstimate {
     quantities: Vec<ErrorEstimate>,
     /// Index of the quantity that scatters most. Samples are distributed for it.
     hardest: usize,
+    /// If the target is an error of range.
+    range: Option<RangeFigures>,
+}
+
+/// What the errors of range are made of, for each frequency.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RangeFigures {
+    pub target: RangeTarget,
+    pub mean_squares: [f64; MAX_FREQUENCIES],
+    /// Share of the squared noise of Z that turns its phase. Only a pilot measures it.
+    pub turning_shares: [f32; MAX_FREQUENCIES],
+}
+
+/// A target error of range.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct RangeTarget {
+    /// An error of range of so many metres counts as much as a relRMSE of 1.
+    metres: f64,
+}
+
+impl RangeTarget {
+    pub fn of(plan: &Plan) -> Option<RangeTarget> {
+        let target_error = plan.bounce()?.refinement.target_error?;
+        plan.target_range_error_m().map(|target_m| RangeTarget {
+            metres: target_m / target_error,
+        })
+    }
+
+    /// Turns |Z|² of pixels into what their errors of range are relative to: the same for all that count. Returns the mean |Z|².
+    pub fn settle(self, phasors: &mut [PixelEstimate]) -> f64 {
+        let sum = |of: &dyn Fn(&PixelEstimate) -> f64| phasors.iter().map(of).sum::<f64>();
+        let weights = sum(&|pixel| pixel.weight);
+        let squares = sum(&|pixel| pixel.weight * f64::from(pixel.sums[1]));
+        let mean = squares / weights.max(f64::MIN_POSITIVE);
+        for pixel in phasors {
+            let counts = pixel.sums[1] > 0.0
+                && f64::from(pixel.sums[1]) >= LEAST_RANGE_SIGNAL.powi(2) * mean;
+            match counts {
+                true => pixel.sums[1] = self.metres.powi(2) as f32,
+                false => pixel.sums = [0.0; 4],
+            }
+        }
+        mean
+    }
 }
 
 /// Shifts the signals of pixels so that their mean is the square that errors of Z are relative to. That is the mean minus its uncertainty,
@@ -39,7 +84,11 @@ pub(super) fn settle_signals(phasors: &mut [PixelEstimate], seen: f64) {
 }
 
 impl ImageEstimate {
-    pub fn new(light: ErrorEstimate, phasors: Vec<ErrorEstimate>) -> ImageEstimate {
+    pub fn new(
+        light: ErrorEstimate,
+        phasors: Vec<ErrorEstimate>,
+        range: Option<RangeFigures>,
+    ) -> ImageEstimate {
         let mut quantities = vec![light];
         quantities.extend(phasors);
         let variance = |&index: &usize| match quantities[index].relative_variance() {
@@ -52,6 +101,7 @@ impl ImageEstimate {
         ImageEstimate {
             quantities,
             hardest,
+            range,
         }
     }
 
@@ -120,6 +170,34 @@ impl ImageEstimate {
         &other.quantities[self.hardest]
     }
 
+    /// relRMSE of all that a target error is for, and its upper bound.
+    pub fn relative_errors(&self) -> [f64; 2] {
+        match self.range {
+            Some(_) => [self.light().relative_error(), self.light().upper_bound()],
+            None => [self.relative_error(), self.upper_bound()],
+        }
+    }
+
+    /// Error of range of the worst frequency, metres, and its upper bound; only if the target is one of range.
+    pub fn range_errors_m(&self) -> Option<[f64; 2]> {
+        let range = self.range?.target;
+        let there = self.quantities[1..].iter();
+        let there = there.filter(|each| !each.is_absent());
+        let errors = there.map(|each| [each.relative_error(), each.upper_bound()]);
+        let worst = errors.reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])])?;
+        Some(worst.map(|error| error * range.metres))
+    }
+
+    /// Mean |Z|² of each frequency; only if the target is an error of range.
+    pub fn mean_squares(&self) -> Option<[f64; MAX_FREQUENCIES]> {
+        self.range.map(|range| range.mean_squares)
+    }
+
+    pub fn turning_shares(&self) -> [f32; MAX_FREQUENCIES] {
+        let usual = [USUAL_TURNING_SHARE; MAX_FREQUENCIES];
+        self.range.map_or(usual, |range| range.turning_shares)
+    }
+
     /// Adds the estimate of other pixels.
     pub fn add(&mut self, other: ImageEstimate) {
         for (own, other) in self.quantities.iter_mut().zip(other.quantities) {
@@ -165,6 +243,7 @@ mod tests {
             let image = ImageEstimate::new(
                 estimate(&pixels([0.01, 3.0, 0.01, 0.3])),
                 vec![estimate(&phasors)],
+                None,
             );
             // 1e-6 over 0.01².
             let error = image.relative_error();
@@ -200,8 +279,44 @@ mod tests {
         let light = || estimate(&pixels([0.01, 3.0, 0.01, 0.3]));
         let mut nothing = pixels([0.0; 4]);
         settle_signals(&mut nothing, 1.0);
-        let image = ImageEstimate::new(light(), vec![estimate(&nothing)]);
+        let image = ImageEstimate::new(light(), vec![estimate(&nothing)], None);
         assert_eq!(image.relative_error(), light().relative_error());
         assert_eq!(image.error_scales(), [0.0; 4]);
+    }
+
+    #[test]
+    fn ranges_count_where_there_is_signal_and_against_their_own_target() {
+        let target = RangeTarget { metres: 0.1 };
+        let mut phasors = pixels([1e-4, 9.0, 1e-4, 1.0]);
+        // As weak as 1 % of the root mean square.
+        for pixel in &mut phasors[..4] {
+            pixel.sums = [5.0, 5e-4, 5.0, 5.0];
+        }
+        let mean_square = target.settle(&mut phasors);
+        assert!((mean_square - 0.75 * 9.0).abs() < 1e-3, "{mean_square}");
+        let figures = RangeFigures {
+            target,
+            mean_squares: [mean_square, 0.0, 0.0, 0.0],
+            turning_shares: [USUAL_TURNING_SHARE; MAX_FREQUENCIES],
+        };
+        let light = || estimate(&pixels([0.01, 4.0, 0.01, 0.3]));
+        let image = ImageEstimate::new(light(), vec![estimate(&phasors)], Some(figures));
+        // An error of 1 cm, as much as a relRMSE of 10 %.
+        let [error_m, upper_m] = image.range_errors_m().expect("there is a target");
+        assert!((error_m - 0.01).abs() < 1e-6, "{error_m}");
+        assert!(upper_m >= error_m);
+        assert!((image.relative_error() - 0.1).abs() < 1e-5);
+        assert!((image.relative_errors()[0] - 0.05).abs() < 1e-5);
+    }
+
+    #[test]
+    fn noise_along_z_turns_no_phase() {
+        let light = estimate(&pixels([0.01, 3.0, 0.02, 1.0]));
+        // Half of the noise of light that scatters as much.
+        let mut range = estimate(&pixels([0.01, 3.0, 0.01, 1.0]));
+        assert!((range.match_evenness(&light) - 0.5).abs() < 1e-6);
+        assert!((range.evenness() - light.evenness()).abs() < 1e-9);
+        let mut dark = estimate(&pixels([0.0; 4]));
+        assert!(dark.match_evenness(&light).is_finite());
     }
 }

@@ -55,7 +55,7 @@ impl Judge {
             let number = samples.len() as u32;
             let seed = 1 + attempt * MAX_SAMPLES + number;
             let mut sample =
-                PixelSample::by_expected_error(refiner, plan.error_norm, (pixels, seed))?;
+                PixelSample::by_expected_error(refiner, images, plan.error_norm, (pixels, seed))?;
             // The first two are there in any case, unless the error is far below the target.
             if number >= 2 {
                 sample = sample.further();

@@ -29,6 +29,8 @@ pub(crate) struct ErrorEstimates {
     pub error: Option<f64>,
     /// Upper bound of `error` with a confidence of 95 %.
     pub error_upper: Option<f64>,
+    /// Error of range of the worst frequency, metres, and its upper bound; only if a target was requested for it.
+    pub range_errors_m: Option<[f64; 2]>,
     /// Why final gathering stopped; `None` if the light is too dark to be estimated.
     pub stop: Option<StopReason>,
     /// Rays and milliseconds of the least frame with an estimate: no limit lowers them.
@@ -66,6 +68,7 @@ pub(super) fn gather(
             gbuffer,
             indirect_radiance,
             indirect_phasors,
+            direct_phasors: images.direct_phasors.as_ref(),
             indirect_stderr: images.indirect_stderr.as_ref(),
             gathered,
             samples_of_pixel: None,

@@ -4,15 +4,16 @@ use std::collections::HashMap;
 
 use super::{
     error_estimate::{ErrorEstimate, PixelEstimate},
-    image_estimate::{ImageEstimate, settle_signals},
+    image_estimate::{ImageEstimate, RangeFigures, RangeTarget, settle_signals},
     refine::{Refiner, SharedLightRays},
 };
 use crate::{
     Result, metrics,
     passes::{
         cost::{FIRST_ESTIMATE, FURTHER_ESTIMATES},
-        error_estimate::{self, ESTIMATE_VECTORS},
+        error_estimate::{self, Compared, ESTIMATE_VECTORS},
         gatherer::{GatheredFor, LightRaySets, Results, Samples},
+        modulation::USUAL_TURNING_SHARE,
         random,
         receivers::{self, ReceiverRange, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
@@ -89,6 +90,7 @@ impl PixelSample {
     /// more pixels, and in one that expects nothing, chooses evenly.
     pub fn by_expected_error(
         refiner: &Refiner,
+        images: &RefinementImages,
         norm: ErrorNorm,
         (wanted, seed): (u32, u32),
     ) -> Result<PixelSample> {
@@ -96,9 +98,16 @@ impl PixelSample {
         context.finish()?;
         let mut readback = Readback::new(context.device, refiner.indirect_radiance.shape)?;
         let image = readback.pixels(refiner.indirect_radiance)?;
+        let mut of_range = Vec::new();
+        if let Some(weights) = &images.range_weights {
+            let mut readback = Readback::new(context.device, weights.shape)?;
+            // What the worst of light and ranges makes of an error.
+            let worst = |pixel: &[f32; 4]| pixel.iter().fold(1.0, |a: f32, &b| a.max(b));
+            of_range.extend(readback.pixels(weights)?.iter().map(worst));
+        }
         let resolution_px = context.plan.resolution_px;
         let chosen = by_error(
-            (image, resolution_px),
+            (image, &of_range, resolution_px),
             tile_px(norm, resolution_px),
             (wanted, seed ^ random::hash(context.seed)),
         );
@@ -304,14 +313,19 @@ impl PixelSample {
                 recorder,
                 context,
                 refiner.gbuffer,
-                (refiner.indirect_radiance, refiner.indirect_phasors),
+                Compared {
+                    indirect_radiance: refiner.indirect_radiance,
+                    indirect_phasors: refiner.indirect_phasors,
+                    direct_phasors: refiner.direct_phasors,
+                    is_pilot: packets > 0,
+                },
                 (images, &self.receivers, counts),
                 (&self.results, second_result),
                 (&estimates, count),
             )
         })?;
         let estimates = estimates.mapped::<[f32; 4]>(total)?;
-        let estimate = |pixels: &[_]| ErrorEstimate::new(pixels, packets, GROUPS, self.tile_px);
+        let estimate = |pixels: &[_], tile_px| ErrorEstimate::new(pixels, packets, GROUPS, tile_px);
         let pixels = || estimates.chunks_exact(vectors);
         let of_light = pixels().map(|pixel| {
             let [column, row, ..] = pixel[1].map(|value| value as u32);
@@ -324,10 +338,15 @@ impl PixelSample {
             }
         });
         let of_light: Vec<_> = of_light.collect();
-        let light = estimate(&of_light);
+        let light = estimate(&of_light, self.tile_px);
         // Light of all bands is weighted as if they were equally bright.
         let tof = context.scene.tof.as_ref();
         let seen = tof.map_or(0.0, |tof| tof.weighted([light.radiance; 3]));
+        let mut range = RangeTarget::of(context.plan).map(|target| RangeFigures {
+            target,
+            mean_squares: [0.0; MAX_FREQUENCIES],
+            turning_shares: [USUAL_TURNING_SHARE; MAX_FREQUENCIES],
+        });
         let phasors = (0..frequency_count as usize).map(|frequency| {
             let of_frequency = pixels().zip(&of_light).map(|(pixel, &of_light)| {
                 // The resolve pass expects errors of light only.
@@ -339,11 +358,26 @@ impl PixelSample {
                 }
             });
             let mut of_frequency: Vec<_> = of_frequency.collect();
-            settle_signals(&mut of_frequency, seen);
-            estimate(&of_frequency)
+            let found = match &mut range {
+                Some(range) => {
+                    range.mean_squares[frequency] = range.target.settle(&mut of_frequency);
+                    let mut found = estimate(&of_frequency, None);
+                    // Gathers of estimates are of different packets.
+                    if packets > 0 {
+                        let share = found.match_evenness(&light);
+                        range.turning_shares[frequency] *= share as f32;
+                    }
+                    found
+                }
+                None => {
+                    settle_signals(&mut of_frequency, seen);
+                    estimate(&of_frequency, self.tile_px)
+                }
+            };
+            found.with_samples_of(&light)
         });
         let phasors = phasors.collect();
-        Ok(ImageEstimate::new(light, phasors))
+        Ok(ImageEstimate::new(light, phasors, range))
     }
 }
 
@@ -368,9 +402,9 @@ fn tile_px(norm: ErrorNorm, resolution_px: [u32; 2]) -> Option<u32> {
 }
 
 /// Chooses `wanted` pixels of an image with expected errors, and their weights. Those with a larger expected error are chosen more
-/// often, some repeatedly. None if the image has no more pixels than that, or expects no error.
+/// often, some repeatedly. `weights` are for the squared errors; 1 if there are none. None if the image has no more pixels than that, or expects no error.
 fn by_error(
-    (image, [width, height]): (&[[f32; 4]], [u32; 2]),
+    (image, weights, [width, height]): (&[[f32; 4]], &[f32], [u32; 2]),
     tile_px: Option<u32>,
     (wanted, seed): (u32, u32),
 ) -> Vec<(u32, f64)> {
@@ -401,7 +435,9 @@ fn by_error(
     let floor = metrics::LOCAL_FLOOR.powi(2) * sum / f64::max(count, 1.0);
     let expected = |x: u32, y: u32| {
         let (sum, count) = tiles[tile(x, y)];
-        at(x, y)[3].powi(2) / (sum / count).max(floor)
+        let weight = weights.get((y * width + x) as usize);
+        let weight = weight.map_or(1.0, |&weight| weight.into());
+        weight * at(x, y)[3].powi(2) / (sum / count).max(floor)
     };
     let total: f64 = seen().map(|[x, y]| expected(x, y)).sum();
     if count <= f64::from(wanted) || !(total > 0.0 && total.is_finite()) {
@@ -458,7 +494,7 @@ mod tests {
         image[..900].fill([0.0; 4]);
         let pixels = image.len() as f64 - 900.0;
         for tile in [None, Some(9)] {
-            let chosen = by_error((&image, size), tile, (1024, 5));
+            let chosen = by_error((&image, &[], size), tile, (1024, 5));
             assert_eq!(chosen.len(), 1024);
             let of = |pixel: u32| image[((pixel >> 16) * 90 + (pixel & 0xffff)) as usize][3];
             assert!(chosen.iter().all(|&(pixel, _)| of(pixel) != 0.0));
@@ -470,7 +506,7 @@ mod tests {
             let mean = chosen.iter().map(|(_, weight)| weight).sum::<f64>() / chosen.len() as f64;
             assert!((mean - 1.0).abs() < 0.05, "{mean}");
         }
-        assert!(by_error((&image[..900], [90, 10]), None, (1024, 5)).is_empty());
+        assert!(by_error((&image[..900], &[], [90, 10]), None, (1024, 5)).is_empty());
     }
 
     #[test]

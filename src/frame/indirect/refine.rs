@@ -7,11 +7,12 @@ use super::limits::{self, Limits, rays_of_pixel};
 use crate::{
     Result,
     frame::ProgressReport,
+    metrics::LEAST_RANGE_SIGNAL,
     passes::{
         Context,
         gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
         gbuffer::GBuffer,
-        modulation, predict,
+        modulation, predict, range_weights,
         receivers::{self, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
         resolve,
@@ -30,6 +31,8 @@ const GRID_STEPS: usize = 3;
 /// fits. In the end every pixel is interpolated.
 const RELAXATIONS: [f64; 3] = [1.0, 2.0, 6.0];
 const MAX_EXCESS: f64 = 5.0;
+/// Least |Z| of a pixel over the root mean square of |Z|, before its bounce is known.
+const LEAST_FIRST_SIGNAL: f64 = 0.1;
 /// Most vectors of results that there is room for.
 pub(super) const MAX_RESULT_VECTORS: u32 = 1 << 21;
 
@@ -39,6 +42,7 @@ pub(super) struct Refiner<'a, 'p> {
     pub gbuffer: &'a GBuffer,
     pub indirect_radiance: &'a Image,
     pub indirect_phasors: Option<&'a Image>,
+    pub direct_phasors: Option<&'a Image>,
     pub indirect_stderr: Option<&'a Image>,
     /// What the last complete attempt gathered; only if pixels are averaged over their area.
     pub gathered: Option<&'a Image>,
@@ -162,7 +166,8 @@ impl Refiner<'_, '_> {
         let Context { device, plan, .. } = *self.context;
         let is_exact = self.gatherer.is_exact();
         let mut resources = RefinementResources::new(device, plan, coarsest_stride, is_exact)?;
-        self.scale_errors(&mut resources, [1.0; MAX_FREQUENCIES])?;
+        let turning_shares = [modulation::USUAL_TURNING_SHARE; MAX_FREQUENCIES];
+        self.scale_errors(&mut resources, [1.0; MAX_FREQUENCIES], turning_shares)?;
         self.context.record(|recorder| {
             resources.images.clear_samples(recorder);
             Ok(())
@@ -170,11 +175,12 @@ impl Refiner<'_, '_> {
         Ok(resources)
     }
 
-    /// Scales errors of Z to errors of light: one factor per frequency of time of flight.
+    /// Scales errors of Z to errors of light: one factor per frequency of time of flight. `turning_shares` are for a target error of range.
     pub fn scale_errors(
         &self,
         resources: &mut RefinementResources,
         factors: [f32; MAX_FREQUENCIES],
+        turning_shares: [f32; MAX_FREQUENCIES],
     ) -> Result<()> {
         let Context {
             device,
@@ -182,8 +188,31 @@ impl Refiner<'_, '_> {
             space,
             ..
         } = *self.context;
-        resources.images.modulation = modulation::upload(device, scene, space, factors)?;
+        resources.images.modulation =
+            modulation::upload(device, scene, space, factors, turning_shares)?;
         Ok(())
+    }
+
+    /// If the target is an error of range, finds what errors of Z are worth. `squares` are the mean |Z|² of each frequency.
+    pub fn weigh_ranges(
+        &self,
+        resources: &RefinementResources,
+        squares: Option<[f64; MAX_FREQUENCIES]>,
+        is_first: bool,
+    ) -> Result<()> {
+        let (Some(squares), Some(direct)) = (squares, self.direct_phasors) else {
+            return Ok(());
+        };
+        let least = match is_first {
+            true => LEAST_FIRST_SIGNAL,
+            false => LEAST_RANGE_SIGNAL,
+        };
+        let least_squares = squares.map(|square| (least.powi(2) * square) as f32);
+        let phasors = (direct, self.indirect_phasors.filter(|_| !is_first));
+        let (context, images) = (self.context, &resources.images);
+        context.record(|recorder| {
+            range_weights::fill(recorder, context, images, phasors, least_squares)
+        })
     }
 
     /// Gathers and interpolates all pixels. Samples of earlier attempts still count; exact gathers are kept.

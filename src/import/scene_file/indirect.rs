@@ -22,6 +22,7 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
         "rsm_size",
         "target_error",
         "error_norm",
+        "target_range_error_mm",
         "max_ms",
         "max_rays",
         "stderr_layer",
@@ -32,7 +33,13 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
     let estimator = keys.need("estimator", &example)?;
     let estimator = estimator.choice(&names, |name| name)?;
     if estimator != "final-gather" {
-        for key in ["error_norm", "max_ms", "max_rays", "stderr_layer"] {
+        for key in [
+            "error_norm",
+            "target_range_error_mm",
+            "max_ms",
+            "max_rays",
+            "stderr_layer",
+        ] {
             let problem = format!("belongs to final-gather: {estimator} has no target_error");
             keys.refuse(key, &problem, &format!("remove it, or set {FINAL_GATHER}"))?;
         }
@@ -50,6 +57,7 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
             Ok(IndirectLight::FinalGather {
                 target_error: target_error.unwrap_or(DEFAULT_TARGET_ERROR),
                 error_norm: error_norm.unwrap_or_default(),
+                target_range_error_mm: keys.optional("target_range_error_mm", Value::number)?,
                 rsm_size: keys.optional("rsm_size", Value::count)?,
                 max_ms: keys.optional("max_ms", Value::number)?,
                 max_rays: keys.optional("max_rays", Value::large_count)?,

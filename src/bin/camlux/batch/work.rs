@@ -297,6 +297,11 @@ impl Writer<'_> {
                 line["ms"] = json!(ms);
                 line["estimated_error"] = json!(frame.stats.estimated_error);
                 line["estimated_error_upper"] = json!(frame.stats.estimated_error_upper);
+                if let Some(error_mm) = frame.stats.estimated_range_error_mm {
+                    line["estimated_range_error_mm"] = json!(error_mm);
+                    line["estimated_range_error_upper_mm"] =
+                        json!(frame.stats.estimated_range_error_upper_mm);
+                }
                 line["stop"] = json!(frame.stats.stop.map(StopReason::name));
                 if let Some(error) = frame.stats.estimated_interpolation_error {
                     line["estimated_interpolation_error"] = json!(error);
