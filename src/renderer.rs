@@ -14,7 +14,7 @@ use crate::{
         RenderedFrame,
     },
     model::FrameKey,
-    output::{Frame, FrameDescription, FrameStats, Layer, PassTime},
+    output::{Frame, FrameDescription, FrameStats, Layer, PassTime, StopReason},
     passes::{
         Context,
         cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES, Pace},
@@ -44,6 +44,8 @@ pub struct Renderer {
     /// The index of the next frame, unless its options give one.
     next_frame_index: u32,
     last: Option<RenderedFrame>,
+    /// The frame whose images are in the cache.
+    kept: Option<KeptFrame>,
     /// Of the last frame with final gathering.
     pace: Option<Pace>,
 }
@@ -66,6 +68,9 @@ pub struct RenderOptions<'a> {
     /// A render that `progress` ends returns the best image that it has, with its estimated error; where it has none yet, one of few rays.
     /// Direct light is complete in any case. Only with final gathering.
     pub keep_partial: bool,
+    /// If the scene, the seed and these options are those of the last frame, returns that frame as it is, but for its index and its sensor noise.
+    /// Its statistics then have no passes. A frame that `max_ms` has cut short is drawn again. `false`: draws every frame, to measure it.
+    pub repeat_unchanged: bool,
     /// Target GPU time of one submission of the gather.
     pub submission_target: Duration,
     /// The gather kernel; `None`: the fastest for the device.
@@ -89,6 +94,7 @@ impl Default for RenderOptions<'_> {
         RenderOptions {
             progress: None,
             keep_partial: false,
+            repeat_unchanged: false,
             submission_target: Duration::from_millis(500),
             gather_kernel: None,
             tracer: None,
@@ -116,6 +122,7 @@ impl Renderer {
             timeline: None,
             next_frame_index: 0,
             last: None,
+            kept: None,
             pace: None,
         })
     }
@@ -123,6 +130,7 @@ impl Renderer {
     /// Frees what the last frame left on the device, and the memory of frames. The next frame makes it again.
     pub fn forget(&mut self) {
         self.cache = FrameCache::default();
+        self.kept = None;
         self.rays = None;
         self.commands = CommandPool::new(&self.device);
         self.pool = BufferPool::default();
@@ -147,17 +155,61 @@ impl Renderer {
         for layer in options.layers.unwrap_or_default() {
             layer.check_made_for(scene)?;
         }
-        let drawn = self.draw(scene, options, false, None)?;
+        let repeated = match options.repeat_unchanged {
+            true => self.repeat(scene, options)?,
+            false => None,
+        };
+        let is_repeated = repeated.is_some();
+        let drawn = match repeated {
+            Some(drawn) => drawn,
+            None => self.draw(scene, options, false, None)?,
+        };
         let pool = std::mem::take(&mut self.pool);
         let read = drawn.read(&self.device, pool, options.layers);
         let mut frame = read.inspect_err(|_| self.forget())?;
         let wall = start.elapsed().as_secs_f64();
         frame.stats.wall_milliseconds = wall * 1e3;
-        if let Some(pace) = &mut self.pace {
+        if let Some(pace) = self.pace.as_mut().filter(|_| !is_repeated) {
             pace.end_seconds += wall - 1e-3 * drawn.stats.wall_milliseconds;
         }
+        self.kept = KeptFrame::of(&drawn, options);
         self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
+    }
+
+    /// The last frame again, if nothing has changed that its images depend on.
+    fn repeat(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Option<DrawnFrame>> {
+        let scene = &*scene.in_world();
+        let kept = self.kept.take_if(|kept| kept.is_of(scene, options));
+        let (Some(kept), Some(images)) = (kept, self.cache.images.take()) else {
+            return Ok(None);
+        };
+        // The caller may have ended it before it began; the frame is then as complete as it can be.
+        let report = options.progress.as_mut().map(|report| &mut **report as _);
+        let is_ended = Cell::new(false);
+        let ends_early = options.keep_partial.then_some(&is_ended);
+        let ended = ProgressReport::new(report, ends_early, 0, false, false).end();
+        ended.inspect_err(|_| self.forget())?;
+        Ok(Some(DrawnFrame {
+            images,
+            space: LocalSpace::of(scene.bounding_box()),
+            stats: kept.stats,
+            description: self.describe(scene, options),
+        }))
+    }
+
+    /// Describes the next frame, and counts it.
+    fn describe(&mut self, scene: &Scene, options: &RenderOptions) -> FrameDescription {
+        let index = options.frame_index.unwrap_or(self.next_frame_index);
+        self.next_frame_index = self.next_frame_index.max(index.wrapping_add(1));
+        FrameDescription {
+            key: FrameKey {
+                index,
+                camera: options.camera_index,
+                seed: options.seed,
+            },
+            ..FrameDescription::new(scene, scene.hash())
+        }
     }
 
     /// Compiles what frames of the scene need and copies the scene to the device, so that the next frame does neither. Returns the time that
@@ -190,12 +242,13 @@ impl Renderer {
         }
         // They belong to the frame before.
         let (images, last) = (std::mem::take(&mut self.cache.images), self.last.take());
+        let kept = self.kept.take();
         let (next_frame_index, pace) = (self.next_frame_index, self.pace);
         let drawn = self.draw(&small, &mut RenderOptions::default(), false, None);
         self.next_frame_index = next_frame_index;
         (self.last, self.pace) = (last, pace);
         drop(drawn?);
-        self.cache.images = images;
+        (self.cache.images, self.kept) = (images, kept);
         Ok(start.elapsed().as_secs_f64() * 1e3)
     }
 
@@ -254,6 +307,7 @@ impl Renderer {
         stays_on_device: bool,
         observe: Option<&mut Observer>,
     ) -> Result<DrawnFrame> {
+        self.kept = None;
         let cost = RefCell::new(Cost::new(
             options.submission_target,
             &self.pipelines,
@@ -349,21 +403,56 @@ impl Renderer {
         if let Some(pace) = &mut self.pace {
             pace.end_seconds = cost.seconds(&self.pipelines) - cost.gathered_at;
         }
-        let index = options.frame_index.unwrap_or(self.next_frame_index);
-        self.next_frame_index = self.next_frame_index.max(index.wrapping_add(1));
         Ok(DrawnFrame {
             images,
             space,
             stats,
-            description: FrameDescription {
-                key: FrameKey {
-                    index,
-                    camera: options.camera_index,
-                    seed: options.seed,
-                },
-                ..FrameDescription::new(scene, scene.hash())
+            description: self.describe(scene, options),
+        })
+    }
+}
+
+/// What the images of a frame depend on, and what they have cost.
+struct KeptFrame {
+    scene_hash: String,
+    seed: u32,
+    submission_target: Duration,
+    gather_kernel: Option<GatherKernel>,
+    tracer: Option<Tracer>,
+    stats: FrameStats,
+}
+
+impl KeptFrame {
+    /// `None` if another attempt could do better.
+    fn of(drawn: &DrawnFrame, options: &RenderOptions) -> Option<KeptFrame> {
+        let indirect = drawn.description.indirect;
+        let has_time_limit = indirect.is_some_and(|indirect| indirect.max_ms().is_some());
+        let is_final = match drawn.stats.stop {
+            Some(StopReason::Cancelled) => false,
+            Some(StopReason::BudgetSpent) => !has_time_limit,
+            None | Some(StopReason::TargetMet | StopReason::SamplesExhausted) => true,
+        };
+        is_final.then(|| KeptFrame {
+            scene_hash: drawn.description.scene_hash.clone(),
+            seed: options.seed,
+            submission_target: options.submission_target,
+            gather_kernel: options.gather_kernel,
+            tracer: options.tracer,
+            stats: FrameStats {
+                passes: Vec::new(),
+                submissions: 0,
+                preparation_milliseconds: 0.0,
+                ..drawn.stats.clone()
             },
         })
+    }
+
+    fn is_of(&self, scene: &Scene, options: &RenderOptions) -> bool {
+        self.scene_hash == scene.hash()
+            && self.seed == options.seed
+            && self.submission_target == options.submission_target
+            && self.gather_kernel == options.gather_kernel
+            && self.tracer == options.tracer
     }
 }
 

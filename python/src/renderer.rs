@@ -163,6 +163,7 @@ impl Renderer {
                 &mut RenderOptions {
                     progress: Some(&mut ask),
                     keep_partial,
+                    repeat_unchanged: true,
                     seed,
                     frame_index,
                     layers: wanted.as_deref(),

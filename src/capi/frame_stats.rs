@@ -1,6 +1,6 @@
 //! Statistics of a frame, and the version.
 
-use std::ffi::c_char;
+use std::{ffi::c_char, ops::Add};
 
 use super::*;
 use crate::output::StopReason;
@@ -126,7 +126,8 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
             Ok(camlux_frame_stats {
                 pass_count: found.passes.len() as u32,
                 wall_ms: found.wall_milliseconds,
-                passes_ms: found.passes.iter().map(|pass| pass.milliseconds).sum(),
+                // The sum of none is -0.
+                passes_ms: found.passes.iter().map(|pass| pass.milliseconds).fold(0.0, Add::add),
                 snapshot_ms: object.snapshot_ms,
                 vpl_count: found.vpl_count,
                 ray_count: found.ray_count,

@@ -281,6 +281,7 @@ fn draw(
     let mut render_options = RenderOptions {
         progress: Some(&mut report),
         keep_partial: request.keeps_partial,
+        repeat_unchanged: true,
         layers: (!layers.is_empty()).then_some(&layers[..]),
         submission_target: Duration::from_millis(options.submission_target_ms.into()),
         seed: options.seed,

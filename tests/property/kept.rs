@@ -3,10 +3,10 @@
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use crate::common::instances::{crowd, slabs};
 use camlux::{
-    Device, DeviceOptions, Renderer, Scene,
+    Device, DeviceOptions, Error, RenderOptions, Renderer, Scene,
     glam::{DAffine3, DVec3},
-    output::{Frame, Layer},
-    scene::{IndirectLight, Light, Mesh, Shadow, Shared, VplSum},
+    output::{Frame, Layer, StopReason, TofQuantity},
+    scene::{IndirectLight, Light, Mesh, SensorNoise, Shadow, Shared, VplSum},
 };
 
 fn final_gather(mut scene: Scene) -> Scene {
@@ -202,13 +202,97 @@ fn what_is_kept_does_not_show() {
     }
 }
 
+/// Renders as hosts do: if nothing has changed, the frame comes back.
+fn repeated(gpu: &mut Gpu, scene: &Scene, seed: u32) -> Frame {
+    let mut options = RenderOptions {
+        repeat_unchanged: true,
+        seed,
+        ..Default::default()
+    };
+    let frame = gpu.renderer.render(scene, &mut options);
+    frame.expect("it renders")
+}
+
+#[test]
+fn a_frame_of_which_nothing_has_changed_comes_back() {
+    let mut gpu = Gpu::open();
+    let mut scene = final_gather(demo_scene("tof_corner", [32, 24]));
+    if let Some(tof) = &mut scene.tof {
+        tof.noise = Some(SensorNoise {
+            seed: 1,
+            dark_e_per_s: 0.0,
+            read_noise_e: 10.0,
+            full_well_e: 1e5,
+            gain_dn_per_e: 1.0,
+            black_level_dn: 0.0,
+            bits: 12,
+        });
+    }
+    let first = repeated(&mut gpu, &scene, 0);
+    let again = repeated(&mut gpu, &scene, 0);
+    assert!(!first.stats.passes.is_empty() && first.stats.submissions > 0);
+    assert!(again.stats.passes.is_empty() && again.stats.submissions == 0);
+    let of = |frame: &Frame, layer| frame.values(layer).expect("it is there").to_vec();
+    assert_eq!(of(&again, Layer::Indirect), of(&first, Layer::Indirect));
+    assert_eq!(again.stats.estimated_error, first.stats.estimated_error);
+    // It is the next one, and its sensor has noise of its own.
+    let indices = [&first, &again].map(|frame| frame.description.key.index);
+    assert_eq!(indices, [0, 1]);
+    let range = Layer::Tof(0, TofQuantity::Range);
+    assert_ne!(of(&again, range), of(&first, range));
+    // Others are drawn: with another seed, after preparing, and to be measured.
+    assert!(!repeated(&mut gpu, &scene, 1).stats.passes.is_empty());
+    gpu.renderer.prepare(&scene).expect("it is prepared");
+    assert!(repeated(&mut gpu, &scene, 1).stats.passes.is_empty());
+    assert!(!gpu.render_seeded(&scene, 1).stats.passes.is_empty());
+    // What a limit of time has cut short may become better.
+    if let Some(IndirectLight::FinalGather {
+        target_error,
+        max_ms,
+        ..
+    }) = &mut scene.indirect
+    {
+        (*target_error, *max_ms) = (0.002, Some(1.0));
+    }
+    for _ in 0..2 {
+        let frame = repeated(&mut gpu, &scene, 0);
+        assert_eq!(frame.stats.stop, Some(StopReason::BudgetSpent));
+        assert!(!frame.stats.passes.is_empty());
+    }
+}
+
+#[test]
+fn a_frame_that_would_come_back_may_be_cancelled() {
+    let mut gpu = Gpu::open();
+    let scene = final_gather(demo_scene("cornell", [16, 16]));
+    let whole = repeated(&mut gpu, &scene, 0);
+    for keep_partial in [true, false] {
+        let mut stop = |_| std::ops::ControlFlow::Break(());
+        let mut options = RenderOptions {
+            progress: Some(&mut stop),
+            repeat_unchanged: true,
+            keep_partial,
+            ..Default::default()
+        };
+        match (gpu.renderer.render(&scene, &mut options), keep_partial) {
+            (Ok(frame), true) => assert_same("complete", &frame, &whole),
+            (Err(Error::Cancelled), false) => {}
+            (other, _) => panic!("{other:?}"),
+        }
+    }
+    assert_same("after it", &repeated(&mut gpu, &scene, 0), &whole);
+}
+
 /// Applies the changes one after another and compares each frame with that of a renderer that has kept nothing.
 fn assert_changes_leave_nothing(gpu: &mut Gpu, mut scene: Scene, changes: &[(&str, Change)]) {
     let mut anew = Renderer::new(&gpu.device).expect("a renderer");
     for (what, change) in changes {
         change(&mut scene);
-        let frame = gpu.render(&scene);
+        let frame = repeated(gpu, &scene, 0);
         assert_is_lit(&frame, Layer::Direct);
+        let again = repeated(gpu, &scene, 0);
+        assert!(again.stats.passes.is_empty(), "{what}");
+        assert_same(what, &again, &frame);
         // Keeps only its pipelines.
         anew.forget();
         let other = anew.render(&scene, &mut Default::default());

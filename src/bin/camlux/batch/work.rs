@@ -88,6 +88,7 @@ impl Engine {
         };
         let mut options = RenderOptions {
             frame_index: Some(planned.index as u32),
+            repeat_unchanged: true,
             ..RenderOptions::default()
         };
         let mut frame = self.renderer.render(&scene, &mut options)?;
