@@ -127,7 +127,11 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 pass_count: found.passes.len() as u32,
                 wall_ms: found.wall_milliseconds,
                 // The sum of none is -0.
-                passes_ms: found.passes.iter().map(|pass| pass.milliseconds).fold(0.0, Add::add),
+                passes_ms: found
+                    .passes
+                    .iter()
+                    .map(|pass| pass.milliseconds)
+                    .fold(0.0, Add::add),
                 snapshot_ms: object.snapshot_ms,
                 vpl_count: found.vpl_count,
                 ray_count: found.ray_count,
