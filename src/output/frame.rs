@@ -222,7 +222,7 @@ pub struct FrameStats {
     pub estimated_range_error_mm: Option<f64>,
     /// 95 % upper bound of that error.
     pub estimated_range_error_upper_mm: Option<f64>,
-    /// Why final gathering stopped; `None` for sums, and where the indirect light is dark.
+    /// Why final gathering stopped; `None` for sums, and where the indirect light is dark. If a limit ended the search for light, this says so.
     pub stop: Option<StopReason>,
     /// Rays of the least image with an estimate, which final gathering makes whatever its limits are, as far as this frame tells.
     pub least_rays: Option<u64>,

@@ -231,6 +231,60 @@ fn a_budget_ends_with_an_honest_image() {
     }
 }
 
+/// If a limit ends the search for light before any is found, the frame says so. Light enters between two plates, 10 µm apart.
+#[test]
+fn a_budget_that_finds_no_light_is_spent() {
+    const PLATE_M: f64 = 50.0;
+    let plate = |name, x_m: f64| {
+        let corner = DVec3::new(x_m, 0.6, -0.5 * PLATE_M);
+        quad(name, corner, PLATE_M * DVec3::X, PLATE_M * DVec3::Z, 0)
+    };
+    let meshes = vec![
+        quad(
+            "floor",
+            DVec3::new(-2.0, 0.0, -2.0),
+            4.0 * DVec3::X,
+            4.0 * DVec3::Z,
+            0,
+        ),
+        quad(
+            "wall",
+            DVec3::new(-2.0, 0.0, -2.0),
+            4.0 * DVec3::X,
+            DVec3::Y,
+            0,
+        ),
+        plate("left", -PLATE_M),
+        plate("right", 1e-5),
+    ];
+    let lamp = Light::Point {
+        position_m: DVec3::new(0.0, 1.0, 0.0),
+        power_w: [1.0; 3],
+    };
+    let camera_m = DVec3::new(0.0, 0.5, 1.8);
+    let scene = scene_of(meshes, lamp, camera_m, DVec3::new(0.0, 0.1, 0.0));
+    let mut gpu = Gpu::open();
+    for max_rays in [Some(1), None] {
+        let mut scene = final_gather(scene.clone(), 0.1);
+        if let Some(IndirectLight::FinalGather {
+            max_rays: limit, ..
+        }) = &mut scene.indirect
+        {
+            *limit = max_rays;
+        }
+        let frame = gpu.render(&scene);
+        let indirect = frame.values(Layer::Indirect).expect("it is there");
+        assert!(indirect.iter().all(|&x| x == 0.0));
+        let is_limited = max_rays.is_some();
+        assert_eq!(
+            frame.stats.stop,
+            is_limited.then_some(StopReason::BudgetSpent)
+        );
+        let warns = |text: &String| text.contains("max_rays = 1");
+        assert_eq!(frame.warnings().iter().any(warns), is_limited);
+    }
+}
+
 /// Over the image, errors are as large as the standard error layer says.
 #[test]
 fn standard_errors_are_calibrated() {

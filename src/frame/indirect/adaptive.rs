@@ -82,12 +82,19 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     };
     let mut limits = Limits::new(refiner.context, plan);
     let mut resources = refiner.resources(plan.coarsest_stride)?;
+    let before = Spent::so_far(refiner.context);
     let (mut sample, mut pilot) = pilot(refiner, &resources.images, plan, &limits)?;
+    let pilots = Spent::so_far(refiner.context).since(&before);
     if pilot.is_dark() {
         if is_exact {
             gather_every_pixel(refiner)?;
         }
-        return Ok(ErrorEstimates::default());
+        // Further pilots might have found light.
+        let is_cut_short = !is_exact && limits.room_for_pilots(&pilots) < LEAST_ROOM_FOR_PILOTS;
+        return Ok(ErrorEstimates {
+            stop: is_cut_short.then(|| limits.reason()),
+            ..ErrorEstimates::default()
+        });
     }
     refiner.scale_errors(&mut resources, pilot.error_scales(), pilot.turning_shares())?;
     // The pilot of directions alone, while the image is gathered with them.
