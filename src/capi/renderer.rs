@@ -46,7 +46,8 @@ pub unsafe extern "C" fn camlux_renderer_create(
 /// Renders a frame of a scene as it is at the time of the call. Changes that other threads make meanwhile apply to the next frame.
 ///
 /// The first frame compiles pipelines and copies the scene to the device, unless camlux_renderer_prepare has done it. Later frames of the same scene recompute only what has
-/// changed: see camlux_scene_set_pose and camlux_frame_get_pass.
+/// changed: see camlux_scene_set_pose and camlux_frame_get_pass. If neither the scene nor the seed has, the last frame comes back, with another
+/// index and other sensor noise, and without passes; one that max_ms has cut short is drawn again.
 ///
 /// \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
 /// \param frame receives the handle, with one reference; release it with camlux_frame_release.
