@@ -455,7 +455,11 @@ void views_are_typed_and_keep_their_frame(const camlux::device &device, camlux::
     }
     CHECK(handles() == before);
 
-    const camlux::frame frame = renderer.render(scene);
+    // Nothing has changed, until the seed does.
+    CHECK(renderer.render(scene).passes().empty());
+    camlux::render_options other_seed;
+    other_seed.seed = 1;
+    const camlux::frame frame = renderer.render(scene, other_seed);
     CHECK(renderer.foretell_ms(scene) > 0.0);
     CHECK(frame.view<std::uint32_t>(camlux::layer::instance_id)(16, 16) == 1);
     CHECK(frame.try_view<float>(camlux::layer::instance_id).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
