@@ -26,9 +26,10 @@ pub enum IndirectLight {
         target_error: f64,
         /// The norm of that error.
         error_norm: ErrorNorm,
-        /// With time of flight, the target for each frequency: the root mean square of the range errors that the error of the bounce causes,
-        /// millimetres, within [`TARGET_RANGE_ERRORS_MM`], over all pixels whose |Z| is at least [`LEAST_RANGE_SIGNAL`](crate::metrics::LEAST_RANGE_SIGNAL) of its root
-        /// mean square. `target_error` is then for the light alone. `None`: `target_error` is also for Z of each frequency.
+        /// With time of flight, the target for each frequency, millimetres, within [`TARGET_RANGE_ERRORS_MM`]: the root mean square of the range
+        /// errors that the error of the bounce causes. Pixels whose |Z| is below
+        /// [`LEAST_RANGE_SIGNAL`](crate::metrics::LEAST_RANGE_SIGNAL) of its root mean square do not count. `target_error` is then for the light
+        /// alone. `None`: `target_error` is also for Z of each frequency.
         target_range_error_mm: Option<f64>,
         /// `None`: camlux chooses.
         rsm_size: Option<u32>,
@@ -67,7 +68,7 @@ pub enum VplSum {
 pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
 /// The size of the RSM of a sum if none is given.
 pub const DEFAULT_RSM_SIZE: u32 = 64;
-/// The range of errors of range that can be requested, millimetres.
+/// Least and largest target for the error of the measured distance, millimetres.
 pub const TARGET_RANGE_ERRORS_MM: RangeInclusive<f64> = 0.1..=1000.0;
 /// The range of errors that can be requested.
 pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
