@@ -402,11 +402,13 @@ mod tests {
 
     #[test]
     fn a_lost_device_costs_one_frame() {
-        let frames = frames("frames = 1\n");
+        let frames = frames("frames = 2\n[[light]]\nindex = 0\npower_factor_range = [0.5, 2.0]\n");
         let planned = frames.plan(0);
         let mut engine =
             Engine::open(&DeviceOptions::default()).expect("scripts/test has a driver");
         let before = engine.render(&planned).expect("a frame");
+        // The same frame again would come back without a pass.
+        engine.render(&frames.plan(1)).expect("a frame");
         engine
             .device
             .inject(Some(Fault::DeviceLostIn { pass: "gbuffer" }));
