@@ -32,7 +32,7 @@ var<immediate> parameters: PredictParameters;
 const CENTRES: u32 = 0u;
 const EDGES: u32 = 1u;
 const ANY_ERROR: f32 = 1.0;
-// Expected error of a prediction where none was tested.
+// Expected error of a prediction where none was tested, over the pixel's radiance or what errors are relative to.
 const UNTESTED: f32 = 0.5;
 // If everything is interpolated: weight of a neighbour on another surface over that of one on the same. It counts only where it is alone.
 const FAINT: f32 = 1e-6;
@@ -130,13 +130,14 @@ fn fit_curved(moments: Moments) -> CurvedFit {
     return CurvedFit(scale * vec4<f32>(leverage + at_pixel * of_rest, pull + of_rest * slope, -of_rest), is_there);
 }
 
-// Mean square of the plane's values at the neighbours. `spread` are the variances of their places.
+// Mean square of the plane's values at the neighbours. `spread` are the variances of their places, with this determinant; 0: they are on a
+// line, and the plane is level.
 fn explained(plane: Plane, scale: f32, mean: vec2<f32>, spread: vec3<f32>, determinant: f32) -> f32 {
     let value = scale * plane.sum;
     let along_x = scale * plane.sum_x - mean.x * value;
     let along_y = scale * plane.sum_y - mean.y * value;
     let slopes_squared = spread.z * dot(along_x, along_x) - 2.0 * spread.y * dot(along_x, along_y) + spread.x * dot(along_y, along_y);
-    return dot(value, value) + slopes_squared / determinant;
+    return dot(value, value) + select(0.0, slopes_squared / determinant, determinant > 0.0);
 }
 
 @compute @workgroup_size(64)
@@ -291,21 +292,24 @@ fn compute_main(
     }
     // The spacing has shrunk by √2 since the neighbours' errors were measured, and these errors are of second order: a factor of 0.5.
     // Neighbours that are mostly on one side make the error larger.
-    expected_error *= 0.5 * max(leverage, 1.0);
+    expected_error *= select(1.0, 0.5 * max(leverage, 1.0), has_plane);
     // Light from the side changes as much as the normal does, and facets have their own normals.
     let turned = length(value_of(normal_plane, shares) - own.normal);
     let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
     let relative_to = max(parameters.own_share * radiance, parameters.least_radiance);
-    var scatter = vec2<f32>(scale * light_squares.x - explained(diffuse_plane, scale, mean, spread, determinant), 0.0);
+    let slope_determinant = select(0.0, determinant, has_plane);
+    var scatter = vec2<f32>(scale * light_squares.x - explained(diffuse_plane, scale, mean, spread, slope_determinant), 0.0);
     if (PHONG) {
-        scatter.y = scale * light_squares.y - explained(specular_plane, scale, mean, spread, determinant);
+        scatter.y = scale * light_squares.y - explained(specular_plane, scale, mean, spread, slope_determinant);
     }
     let scattered = SCATTER * sqrt(reflect_squares(pixel, max(scatter, vec2<f32>(0.0))) / 3.0);
     expected_error = max(expected_error, max(TURNING * turned * radiance, scattered) / relative_to);
     var is_known = has_plane && has_error && expected_error <= parameters.tolerance;
     if (takes_any) {
         is_known = of_plane.weight > 0.0;
-        expected_error = max(expected_error, select(UNTESTED, 0.0, has_error));
+        // Neighbours on a line say nothing of the light across it, such as on a face that is a few pixels wide.
+        let untested = UNTESTED * max(radiance / relative_to, 1.0);
+        expected_error = max(expected_error, select(untested, 0.0, has_error && has_plane));
     }
     // No gather, and no prediction: only if nothing around has light.
     var is_given_up = takes_any && !is_known;

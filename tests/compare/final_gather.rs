@@ -231,6 +231,52 @@ fn a_budget_ends_with_an_honest_image() {
     }
 }
 
+/// The lit block's side is three pixels wide, and most of the error is there while rays are few: neighbours along it are all that
+/// predicts its pixels. Their standard errors were infinite, so that none of them was looked at, and the estimate was a fifth of the error.
+#[test]
+fn a_face_that_a_budget_fills_from_its_ends_is_told() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell_spot", [128, 128]);
+    let truth = reference_of(&scene, 64);
+    let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
+    for rays in [100_000, 200_000] {
+        let mut indirect = IndirectLight::final_gather(0.002);
+        if let IndirectLight::FinalGather {
+            max_rays,
+            stderr_layer,
+            ..
+        } = &mut indirect
+        {
+            (*max_rays, *stderr_layer) = (Some(rays), true);
+        }
+        scene.indirect = Some(indirect);
+        for seed in 0..4 {
+            let frame = gpu.render_seeded(&scene, seed);
+            let [image, own, reference] = [
+                (&frame, Layer::Indirect),
+                (&frame, Layer::StandardError),
+                (&truth, Layer::Indirect),
+            ]
+            .map(|(of, layer)| of.values(layer).expect("it is there"));
+            let inside = (0..image.len()).filter(|index| edges[index / 3] == 0);
+            let (mut of_image, mut of_layer) = (0.0, 0.0);
+            for index in inside {
+                of_image += f64::from(image[index] - reference[index]).powi(2);
+                of_layer += f64::from(own[index]).powi(2);
+            }
+            let ratio = (of_layer / of_image).sqrt();
+            let (error, _) = error_and_bias(&frame, &truth);
+            let upper = frame.stats.estimated_error_upper.expect("it is bounded");
+            println!("{rays} rays: true {error:.3}, bound {upper:.3}, standard errors {ratio:.2}");
+            assert!((0.5..2.0).contains(&ratio), "{ratio}");
+            assert!(
+                error < 1.1 * upper && upper < 3.0 * error,
+                "{error} {upper}"
+            );
+        }
+    }
+}
+
 /// If a limit ends the search for light before any is found, the frame says so. Light enters between two plates, 10 µm apart.
 #[test]
 fn a_budget_that_finds_no_light_is_spent() {
