@@ -1986,6 +1986,11 @@ typedef struct camlux_frame_stats {
   double estimated_range_error_mm;
   /** Upper bound (95 %) of that error; NaN if there is none. */
   double estimated_range_error_upper_mm;
+  /**
+   * What the host did meanwhile, without waiting for the device and without compiling, milliseconds: what is left of wall_ms beside the
+   * passes and their submissions.
+   */
+  double host_ms;
 } camlux_frame_stats;
 
 /** GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT. */
@@ -2340,7 +2345,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_EXR_OPTIONS_INIT { CAMLUX_INITIALISED + sizeof(camlux_exr_options), 0, NULL, 0, 0, 0 }
 
-#define CAMLUX_FRAME_STATS_INIT { CAMLUX_INITIALISED + sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0, 0.0, 0, 0, 0.0, 0.0 }
+#define CAMLUX_FRAME_STATS_INIT { CAMLUX_INITIALISED + sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0, 0.0, 0, 0.0, 0, 0, 0.0, 0.0, 0.0 }
 
 #define CAMLUX_PASS_TIME_INIT { CAMLUX_INITIALISED + sizeof(camlux_pass_time), 0, 0.0, NULL }
 

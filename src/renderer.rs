@@ -22,7 +22,7 @@ use crate::{
         trace::RayList,
     },
     scene::{IndirectLight, MAX_FREQUENCIES, PixelSampling, TARGET_ERRORS},
-    vulkan::{CommandPool, PassTimes, Pipelines, Timeline},
+    vulkan::{CommandPool, PassTimes, Pipelines, Readback, Timeline},
 };
 
 /// Renders frames on a device.
@@ -39,6 +39,7 @@ pub struct Renderer {
     rays: Option<RayList>,
     /// Buffers for the layers of the next frame.
     pool: BufferPool,
+    readback: RefCell<Readback>,
     /// The timeline of the frames that stay on the device; `None` before the first.
     timeline: Option<Arc<Timeline>>,
     /// The index of the next frame, unless its options give one.
@@ -119,6 +120,7 @@ impl Renderer {
             cache: FrameCache::default(),
             rays: None,
             pool: BufferPool::default(),
+            readback: Readback::new(device).into(),
             timeline: None,
             next_frame_index: 0,
             last: None,
@@ -134,6 +136,7 @@ impl Renderer {
         self.rays = None;
         self.commands = CommandPool::new(&self.device);
         self.pool = BufferPool::default();
+        self.readback = Readback::new(&self.device).into();
     }
 
     /// Takes the buffers of a frame that is no longer needed. The next frame of the same size is read into them, which saves time if you
@@ -165,8 +168,15 @@ impl Renderer {
             None => self.draw(scene, options, false, None)?,
         };
         let pool = std::mem::take(&mut self.pool);
-        let read = drawn.read(&self.device, pool, options.layers);
+        let began = Instant::now();
+        let read = drawn.read(self.readback.get_mut(), pool, options.layers);
         let mut frame = read.inspect_err(|_| self.forget())?;
+        let of_layers = began.elapsed() - self.readback.get_mut().take_waiting();
+        let host = &mut frame.stats.host_steps;
+        host.push(PassTime {
+            name: "layers",
+            milliseconds: 1e3 * of_layers.as_secs_f64(),
+        });
         let wall = start.elapsed().as_secs_f64();
         frame.stats.wall_milliseconds = wall * 1e3;
         if let Some(pace) = self.pace.as_mut().filter(|_| !is_repeated) {
@@ -345,11 +355,13 @@ impl Renderer {
             plan: &plan,
             space: &space,
             stays_on_device,
+            layers: options.layers,
             seed: options.seed,
             modulation: modulation.as_ref(),
             cost: &cost,
             ends_early: &ends_early,
             rays: &rays,
+            readback: &self.readback,
             recorded: &recorded,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
@@ -370,14 +382,16 @@ impl Renderer {
         let images = cache.images.take();
         let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
         self.rays = rays.into_inner();
-        let cost = cost.into_inner();
+        let mut cost = cost.into_inner();
+        cost.begin_step("layers", &self.pipelines);
         let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
         let preparation = cost.making(&self.pipelines) + cost.copying;
         self.pace = cost.pace;
         let stats = FrameStats {
             device: info.name.clone(),
             driver: info.driver.clone(),
-            passes: passes_of(&cost.times),
+            passes: passes_of(cost.times()),
+            host_steps: passes_of(cost.host()),
             vpl_count,
             pixel_vpl_pairs: cost.work_of("gather"),
             ray_count: cost.ray_count(),
@@ -440,6 +454,7 @@ impl KeptFrame {
             tracer: options.tracer,
             stats: FrameStats {
                 passes: Vec::new(),
+                host_steps: Vec::new(),
                 submissions: 0,
                 preparation_milliseconds: 0.0,
                 ..drawn.stats.clone()
@@ -456,7 +471,7 @@ impl KeptFrame {
     }
 }
 
-/// The total time of each pass, in the order of first appearance.
+/// The total time of each pass or step, in the order of first appearance.
 fn passes_of(times: &PassTimes) -> Vec<PassTime> {
     let mut passes: Vec<PassTime> = Vec::new();
     for &(name, milliseconds) in times {

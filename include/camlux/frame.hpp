@@ -71,7 +71,7 @@ struct exr_options {
 
 /** camlux_frame_stats. Estimates that do not exist are NaN. */
 struct frame_stats {
-    double wall_ms = 0, passes_ms = 0, snapshot_ms = 0, preparation_ms = 0;
+    double wall_ms = 0, passes_ms = 0, host_ms = 0, snapshot_ms = 0, preparation_ms = 0;
     std::uint64_t vpl_count = 0, ray_count = 0, pixel_vpl_pairs = 0;
     /** Of the first image, which final gathering makes whatever max_ms and max_rays are. */
     double least_ms = 0;
@@ -102,6 +102,7 @@ inline frame_stats frame_stats_of(const camlux_frame_stats &from)
     frame_stats to;
     to.wall_ms = from.wall_ms;
     to.passes_ms = from.passes_ms;
+    to.host_ms = from.host_ms;
     to.snapshot_ms = from.snapshot_ms;
     to.preparation_ms = from.preparation_ms;
     to.vpl_count = from.vpl_count;

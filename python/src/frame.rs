@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use camlux::output::{
-    self, ExrCompression, ExrOptions, OutputFile, PngView, write_exr_files, write_png,
+    self, ExrCompression, ExrOptions, OutputFile, PassTime, PngView, write_exr_files, write_png,
 };
 use camlux::scene::Intrinsics;
 use numpy::PyArray2;
@@ -13,6 +13,15 @@ use pyo3::types::PyDict;
 use crate::arguments::{check_extension, layers, refuse};
 use crate::errors::{ArgumentError, LayerError, raised};
 use crate::layers::{Layers, Returned};
+
+/// Times by their names, ms.
+fn by_name<'py>(times: &[PassTime], py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for time in times {
+        dict.set_item(time.name, time.milliseconds)?;
+    }
+    Ok(dict)
+}
 
 /// A rendered frame, or a reference: a mapping from the names of its layers to arrays.
 ///
@@ -177,11 +186,13 @@ impl FrameStats {
     /// GPU time of each pass, ms.
     #[getter]
     fn passes_ms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let passes = PyDict::new(py);
-        for pass in &self.0.passes {
-            passes.set_item(pass.name, pass.milliseconds)?;
-        }
-        Ok(passes)
+        by_name(&self.0.passes, py)
+    }
+
+    /// What the host did meanwhile, by step, without waiting for the device and without compiling, ms.
+    #[getter]
+    fn host_ms<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        by_name(&self.0.host_steps, py)
     }
 
     /// Time from the call of the renderer to its return, ms.

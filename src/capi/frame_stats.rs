@@ -3,7 +3,7 @@
 use std::{ffi::c_char, ops::Add};
 
 use super::*;
-use crate::output::StopReason;
+use crate::output::{PassTime, StopReason};
 
 /// The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH.
 pub const CAMLUX_VERSION_MAJOR: u32 = 0;
@@ -88,6 +88,9 @@ pub struct camlux_frame_stats {
     pub estimated_range_error_mm: f64,
     /// Upper bound (95 %) of that error; NaN if there is none.
     pub estimated_range_error_upper_mm: f64,
+    /// What the host did meanwhile, without waiting for the device and without compiling, milliseconds: what is left of wall_ms beside the
+    /// passes and their submissions.
+    pub host_ms: f64,
 }
 
 /// GPU time of one pass. Initialise with CAMLUX_PASS_TIME_INIT.
@@ -126,12 +129,8 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
             Ok(camlux_frame_stats {
                 pass_count: found.passes.len() as u32,
                 wall_ms: found.wall_milliseconds,
-                // The sum of none is -0.
-                passes_ms: found
-                    .passes
-                    .iter()
-                    .map(|pass| pass.milliseconds)
-                    .fold(0.0, Add::add),
+                passes_ms: sum_ms(&found.passes),
+                host_ms: sum_ms(&found.host_steps),
                 snapshot_ms: object.snapshot_ms,
                 vpl_count: found.vpl_count,
                 ray_count: found.ray_count,
@@ -167,6 +166,12 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
         // SAFETY: the caller guarantees it.
         unsafe { args::write(stats, stats_of) }
     })
+}
+
+fn sum_ms(times: &[PassTime]) -> f64 {
+    // The sum of none is -0.
+    let milliseconds = times.iter().map(|time| time.milliseconds);
+    milliseconds.fold(0.0, Add::add)
 }
 
 /// Reads the GPU time of a pass of a frame. Work that was reused from the previous frame has no pass: after a camera move there is neither

@@ -8,7 +8,7 @@ use super::{BufferPool, FrameImages, readback::read_layers};
 use crate::{
     Device, LocalSpace, Result,
     output::{Frame, FrameDescription, FrameStats, Layer},
-    vulkan::{Image, SharedMemory, Timeline, copy_to_shared},
+    vulkan::{Image, Readback, SharedMemory, Timeline, copy_to_shared},
 };
 
 /// What `draw` has made, with its statistics and description.
@@ -23,14 +23,14 @@ impl DrawnFrame {
     /// Reads the layers, or those of a list, into buffers of a pool where they fit.
     pub fn read(
         &self,
-        device: &Device,
+        readback: &mut Readback,
         pool: BufferPool,
         wanted: Option<&[Layer]>,
     ) -> Result<Frame> {
         let (description, images) = (&self.description, &self.images);
         Ok(Frame {
             resolution_px: description.camera.resolution_px,
-            layers: read_layers(device, description, &self.space, images, pool, wanted)?,
+            layers: read_layers(readback, description, &self.space, images, pool, wanted)?,
             stats: self.stats.clone(),
             description: self.description.clone(),
         })
@@ -156,8 +156,9 @@ impl DeviceFrame {
     /// As [`Renderer::render`](crate::Renderer::render).
     pub fn read(&self) -> Result<Frame> {
         let shared = &*self.shared;
+        let mut readback = Readback::new(&shared.device);
         let pool = BufferPool::default();
-        shared.drawn.read(&shared.device, pool, None)
+        shared.drawn.read(&mut readback, pool, None)
     }
 }
 

@@ -79,6 +79,7 @@ pub(crate) fn draw(
         gbuffer, direct, ..
     } = &*images;
 
+    context.begin_step("direct");
     progress.report("gbuffer", 0.0)?;
     RayList::update(context.rays, context)?;
     context.record(|r| {
@@ -120,20 +121,23 @@ pub(crate) fn draw(
         if let Some((rsm, vpls)) = dirty.vpls {
             context.record(|r| vpl::extract(r, context, light, rsm, vpls))?;
         }
-        context.finish()?;
         if dirty.vpls.is_some() {
+            context.finish()?;
             lights.take_vpls(index)?;
         }
         if let Some(observe) = observe.as_deref_mut() {
+            context.finish()?;
             observe(context, lights, index)?;
         }
     }
 
+    context.begin_step("indirect");
     let mut estimates = match context.plan.bounce() {
         Some(plan) => indirect::gather(context, plan, scene, lights, images, progress)?,
         None => ErrorEstimates::default(),
     };
 
+    context.begin_step("sensor");
     let of_samples = pixel_samples::average(context, scene, lights, images, progress)?;
     estimates.area_light_error = of_samples.or(area_light_error);
 
@@ -159,6 +163,9 @@ pub(crate) fn draw(
             };
             context.record(|r| sensor::expose(r, context, &exposure))?;
         }
+    }
+    if !context.stays_on_device {
+        readback::record(context, images)?;
     }
     context.finish()?;
     progress.end()?;

@@ -4,20 +4,95 @@ use glam::DVec3;
 
 use super::{BufferPool, FrameImages};
 use crate::{
-    Device, Error, LocalSpace, Result,
+    Error, LocalSpace, Result,
     model::Phasor,
     output::{
-        FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, TofCamera, per_pixel,
-        pixels_of_a_thread,
+        FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, TofCamera, WantedLayers,
+        per_pixel, pixels_of_a_thread,
     },
     parallel::for_each_at_once,
+    passes::Context,
     scene::{Camera, TimeOfFlight},
     vulkan::{Image, Readback},
 };
 
+/// Images of a frame that are no larger together are copied to the host at once.
+pub(super) const MAX_BYTES_AT_ONCE: u64 = 1 << 28;
+/// Most images of a frame that are copied, besides those of phasors.
+pub(super) const MAX_IMAGES: u64 = 8;
+
+/// The images of a frame that its layers are made from, or those of a list.
+pub(super) struct NeededImages<'i> {
+    position_mesh: Option<&'i Image>,
+    footprints: Option<&'i Image>,
+    kd_material: Option<&'i Image>,
+    normal: Option<&'i Image>,
+    direct: Option<&'i Image>,
+    indirect: Option<&'i Image>,
+    stderr: Option<&'i Image>,
+    energy: Option<&'i Image>,
+    /// Direct and indirect, of time of flight.
+    phasors: [Option<&'i Image>; 2],
+    has_radiance: bool,
+}
+
+impl<'i> NeededImages<'i> {
+    fn new(images: &'i FrameImages, wanted: Option<&[Layer]>) -> NeededImages<'i> {
+        let is_wanted = |layer: Layer| wanted.is_none_or(|wanted| wanted.contains(&layer));
+        let is_any_wanted = |layers: &[Layer]| layers.iter().any(|&layer| is_wanted(layer));
+        let is_of_tof = |layer: &Layer| matches!(layer, Layer::HalfPath | Layer::Tof(..));
+        let has_tof = images.direct_phasors.is_some()
+            && wanted.is_none_or(|wanted| wanted.iter().any(is_of_tof));
+        let has_geometry = has_tof || is_any_wanted(&Geometry::LAYERS);
+        let has_radiance = has_tof || is_wanted(Layer::Radiance);
+        let has_depths = is_any_wanted(&[Layer::MeanDepth, Layer::NearestDepth]);
+        let gbuffer = &images.gbuffer;
+        let sampled = images.sampled.as_ref().filter(|_| has_depths);
+        let of_indirect = has_radiance || is_wanted(Layer::Indirect);
+        let phasors = [&images.direct_phasors, &images.indirect_phasors];
+        let needed =
+            |image: &'i Option<Image>, is_needed: bool| image.as_ref().filter(|_| is_needed);
+        NeededImages {
+            position_mesh: has_geometry.then_some(&gbuffer.position_mesh),
+            footprints: sampled.map(|sampled| &sampled.footprint),
+            kd_material: is_wanted(Layer::MaterialId).then_some(&gbuffer.kd_material),
+            normal: is_wanted(Layer::Normal).then_some(&gbuffer.normal_geometric),
+            direct: (has_radiance || is_wanted(Layer::Direct)).then_some(&images.direct),
+            indirect: needed(&images.indirect, of_indirect),
+            stderr: needed(&images.indirect_stderr, is_wanted(Layer::StandardError)),
+            energy: needed(&images.energy, is_wanted(Layer::Energy)),
+            phasors: phasors.map(|image| needed(image, has_tof)),
+            has_radiance,
+        }
+    }
+
+    fn all(&self) -> Vec<&'i Image> {
+        let all = [
+            self.position_mesh,
+            self.footprints,
+            self.kd_material,
+            self.normal,
+            self.direct,
+            self.indirect,
+            self.stderr,
+            self.energy,
+        ];
+        all.into_iter().chain(self.phasors).flatten().collect()
+    }
+}
+
+/// Records the copies of all images that the wanted layers need. If they are too large, they are copied later, one by one.
+pub(super) fn record(context: &Context, images: &FrameImages) -> Result<()> {
+    let mut readback = context.readback.borrow_mut();
+    let needed = NeededImages::new(images, context.layers).all();
+    let at_once = Readback::bytes(&needed) <= MAX_BYTES_AT_ONCE;
+    let needed = if at_once { needed } else { Vec::new() };
+    context.record(|recorder| readback.record(recorder, &needed))
+}
+
 /// Reads the layers of a frame, or those of a list, into buffers of a pool where they fit. Images that no layer needs are not read.
 pub(crate) fn read_layers(
-    device: &Device,
+    readback: &mut Readback,
     description: &FrameDescription,
     space: &LocalSpace,
     images: &FrameImages,
@@ -25,15 +100,25 @@ pub(crate) fn read_layers(
     wanted: Option<&[Layer]>,
 ) -> Result<Vec<(Layer, LayerData)>> {
     let is_wanted = |layer: Layer| wanted.is_none_or(|wanted| wanted.contains(&layer));
-    let is_any_wanted = |layers: &[Layer]| layers.iter().any(|&layer| is_wanted(layer));
-    let is_of_tof = |layer: &Layer| matches!(layer, Layer::HalfPath | Layer::Tof(..));
-    let has_tof = wanted.is_none_or(|wanted| wanted.iter().any(is_of_tof));
-    let tof = description.time_of_flight().filter(|_| has_tof);
-    let mut readback = Readback::new(device, images.direct.shape)?;
+    let NeededImages {
+        position_mesh,
+        footprints,
+        kd_material,
+        normal,
+        direct,
+        indirect,
+        stderr,
+        energy,
+        phasors,
+        has_radiance,
+    } = NeededImages::new(images, wanted);
+    let tof = description
+        .time_of_flight()
+        .filter(|_| phasors[0].is_some());
 
     let (mut geometry, mut paths) = (None, None);
-    if tof.is_some() || is_any_wanted(&Geometry::LAYERS) {
-        let pixels = readback.pixels(&images.gbuffer.position_mesh)?;
+    if let Some(position_mesh) = position_mesh {
+        let pixels = readback.pixels(position_mesh)?;
         let camera = &description.camera;
         geometry = Some(Geometry::of(pixels, camera, space, &mut pool));
         paths = tof.map(|camera| Paths::of(pixels, description, camera.tof, space));
@@ -43,23 +128,21 @@ pub(crate) fn read_layers(
         paths.to_camera_m.fill(0.0);
     }
 
-    let footprints = images.sampled.as_ref();
-    let footprints = footprints.filter(|_| is_any_wanted(&[Layer::MeanDepth, Layer::NearestDepth]));
-    let footprints = footprints.map(|sampled| readback.pixels(&sampled.footprint));
+    let footprints = footprints.map(|image| readback.pixels(image));
     let depths = footprints
         .transpose()?
         .map(|pixels| sample_depths(pixels, space));
     let (mean_depth, nearest_depth) = depths.unzip();
 
-    let material_ids = is_wanted(Layer::MaterialId).then(|| {
-        let pixels = readback.pixels(&images.gbuffer.kd_material)?;
+    let material_ids = kd_material.map(|image| {
+        let pixels = readback.pixels(image)?;
         let mut ids = pool.ids(pixels.len());
         per_pixel(&mut ids, |i| [pixels[i][3] as u32]);
         Ok::<_, Error>(ids)
     });
     let material_ids = material_ids.transpose()?;
-    let mut rgb = |image: Option<&Image>, is_needed: bool| -> Result<Option<Vec<f32>>> {
-        let Some(image) = image.filter(|_| is_needed) else {
+    let mut rgb = |image: Option<&Image>| -> Result<Option<Vec<f32>>> {
+        let Some(image) = image else {
             return Ok(None);
         };
         let pixels = readback.pixels(image)?;
@@ -70,18 +153,8 @@ pub(crate) fn read_layers(
         });
         Ok(Some(values))
     };
-    let has_radiance = is_wanted(Layer::Radiance) || tof.is_some();
-    let normal = &images.gbuffer.normal_geometric;
-    let normal = rgb(Some(normal), is_wanted(Layer::Normal))?;
-    let direct = rgb(
-        Some(&images.direct),
-        has_radiance || is_wanted(Layer::Direct),
-    )?;
-    let indirect = has_radiance || is_wanted(Layer::Indirect);
-    let indirect = rgb(images.indirect.as_ref(), indirect)?;
-    let stderr = images.indirect_stderr.as_ref();
-    let stderr = rgb(stderr, is_wanted(Layer::StandardError))?;
-    let energy = rgb(images.energy.as_ref(), is_wanted(Layer::Energy))?;
+    let (normal, direct, indirect) = (rgb(normal)?, rgb(direct)?, rgb(indirect)?);
+    let (stderr, energy) = (rgb(stderr)?, rgb(energy)?);
     let radiance = direct.as_ref().filter(|_| has_radiance).map(|direct| {
         let mut radiance = pool.floats(direct.len());
         match &indirect {
@@ -120,19 +193,24 @@ pub(crate) fn read_layers(
     ];
     let made = |(layer, data): (Layer, Option<LayerData>)| Some((layer, data?));
     let mut layers: Vec<_> = layers.into_iter().filter_map(made).collect();
-    if let (Some(tof), Some(paths), Some(image)) = (tof, paths, &images.direct_phasors) {
-        let mut readback = Readback::new(device, image.shape)?;
-        let direct = readback.pixels(image)?;
-        let indirect = images.indirect_phasors.as_ref();
-        let mut indirect = indirect
-            .map(|image| Ok::<_, Error>((Readback::new(device, image.shape)?, image)))
-            .transpose()?;
-        let indirect = match &mut indirect {
-            Some((readback, image)) => readback.pixels(image)?,
-            None => &[],
+    if let (Some(tof), Some(paths)) = (tof, paths) {
+        let both: Vec<&Image> = phasors.into_iter().flatten().collect();
+        readback.copy_missing(&both)?;
+        let texels = |image: Option<&Image>| image.map_or(Ok(&[][..]), |i| readback.copied(i));
+        let [direct, indirect] = phasors.map(texels);
+        let (direct, indirect) = (direct?, indirect?);
+        let parts = FrameParts {
+            has_sensor: true,
+            has_indirect: images.indirect.is_some(),
+            has_samples: false,
+            has_stderr: false,
+            tof: FrameParts::of_tof(Some(tof.tof)),
         };
-        let has_indirect = images.indirect.is_some();
-        add_time_of_flight(&mut layers, tof, &paths, (direct, indirect), has_indirect);
+        let mut wanted = WantedLayers {
+            is_wanted: &|layer| is_wanted(layer) && layer.is_made_with(parts),
+            floats: &mut |values| pool.floats(values),
+        };
+        add_time_of_flight(&mut layers, tof, &paths, (direct, indirect), &mut wanted);
     }
     layers.retain(|(layer, _)| is_wanted(*layer));
     Ok(layers)
@@ -174,17 +252,19 @@ impl Paths {
             .filter_map(|(_, light)| light.position_m())
             .collect();
         let camera_m = description.camera.position_m;
-        let lengths = positions.iter().map(|&[x, y, z, mesh_id]| {
+        let mut lengths = vec![[0.0; 2]; positions.len()];
+        per_pixel(&mut lengths, |i| {
+            let [x, y, z, mesh_id] = positions[i];
             if mesh_id == 0.0 {
-                return (0.0, f64::INFINITY);
+                return [[0.0, f64::INFINITY]];
             }
             let p_m = space.to_world([x, y, z]);
             let to_camera_m = p_m.distance(camera_m);
             let to_lights_m = modulated.iter().map(|light_m| p_m.distance(*light_m));
             let half_m = 0.5 * (to_camera_m + to_lights_m.fold(f64::INFINITY, f64::min));
-            (to_camera_m, half_m)
+            [[to_camera_m, half_m]]
         });
-        let (to_camera_m, half_m) = lengths.unzip();
+        let (to_camera_m, half_m) = lengths.iter().map(|&[to, half]| (to, half)).unzip();
         Paths {
             to_camera_m,
             half_m,
@@ -198,7 +278,7 @@ fn add_time_of_flight(
     camera: TofCamera,
     paths: &Paths,
     (direct, indirect): (&[[f32; 4]], &[[f32; 4]]),
-    has_indirect: bool,
+    wanted: &mut WantedLayers,
 ) {
     let tof = camera.tof;
     let count = paths.half_m.len();
@@ -208,9 +288,12 @@ fn add_time_of_flight(
     });
     let (radiance, _) = radiance.map_or(&[][..], |values| values).as_chunks::<3>();
     let seen = |bands: &[f32; 3]| tof.weighted(bands.map(f64::from));
-    let radiances: Vec<f64> = radiance.iter().map(seen).collect();
-    let half_paths = paths.half_m.iter().map(|&half_m| half_m as f32);
-    layers.push((Layer::HalfPath, LayerData::Float(half_paths.collect())));
+    let mut radiances = vec![0.0; count];
+    per_pixel(&mut radiances, |i| [radiance.get(i).map_or(0.0, seen)]);
+    let mut half_paths = (wanted.floats)(count);
+    per_pixel(&mut half_paths, |i| [paths.half_m[i] as f32]);
+    layers.push((Layer::HalfPath, LayerData::Float(half_paths)));
+    let lens_factors = camera.lens_factors(count);
     for (frequency, &frequency_hz) in tof.frequencies_hz.iter().enumerate() {
         let at = count * (frequency / 2);
         // If no bounce is modulated, there is no image of its phasors.
@@ -229,18 +312,8 @@ fn add_time_of_flight(
                 indirect: own(indirect.get(i).copied().unwrap_or_default()) * way_to_camera,
             }]
         });
-        let parts = FrameParts {
-            has_sensor: true,
-            has_indirect,
-            has_samples: false,
-            has_stderr: false,
-            tof: FrameParts::of_tof(Some(tof)),
-        };
-        let made = camera.layers(frequency, &pixels, &radiances, &paths.half_m);
-        layers.extend(
-            made.into_iter()
-                .filter(|(layer, _)| layer.is_made_with(parts)),
-        );
+        let lit = (&*pixels, &*radiances, &*paths.half_m);
+        layers.extend(camera.layers(frequency, lit, &lens_factors, wanted));
     }
 }
 

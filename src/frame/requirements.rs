@@ -3,6 +3,7 @@
 use super::{
     images::{FrameImages, FrameImagesKey},
     indirect::{RefinementResources, SampleResources},
+    readback::{MAX_BYTES_AT_ONCE, MAX_IMAGES},
 };
 use crate::{
     Result,
@@ -100,18 +101,16 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
         VplLists::for_plan(&vpls, plan)?;
     }
     light::declare(&requirements.of(GrowsWith::Rsm), plan)?;
-    // Gathering and the way to the host do not hold memory at the same time.
-    requirements.either_later(
-        |requirements| gathering(plan, requirements),
-        |requirements| {
-            let readback = requirements.of(GrowsWith::Resolution);
-            // Images of phasors have buffers of their own.
-            let phasor_layers = plan.tof.map_or(0, TofPlan::pair_count)
-                + plan.bounced_tof().map_or(0, TofPlan::pair_count);
-            let bytes = plan.pixel_count() * PIXEL_BYTES * u64::from(1 + phasor_layers);
-            readback.buffer("readback buffer of the image", bytes, BufferUse::Readback)
-        },
-    )?;
+    gathering(plan, requirements)?;
+    // The renderer keeps it from frame to frame.
+    let readback = requirements.of(GrowsWith::Resolution);
+    let phasor_layers =
+        plan.tof.map_or(0, TofPlan::pair_count) + plan.bounced_tof().map_or(0, TofPlan::pair_count);
+    let image = plan.pixel_count() * PIXEL_BYTES;
+    let phasors = image * u64::from(phasor_layers);
+    let at_once = (MAX_IMAGES * image + phasors).min(MAX_BYTES_AT_ONCE);
+    let bytes = at_once.max(image).max(phasors);
+    readback.buffer("readback", bytes, BufferUse::Readback)?;
     surfaces(plan, scene, requirements)
 }
 

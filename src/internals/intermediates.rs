@@ -112,16 +112,14 @@ pub(super) fn read_gbuffer(
     Ok((0..images[0].len()).map(seen).collect())
 }
 
-/// The pixels of several images of one shape.
+/// The pixels of several images.
 fn read_images(device: &Device, images: &[&Image]) -> Result<Vec<Vec<[f32; 4]>>> {
-    let Some(first) = images.first() else {
-        return Ok(Vec::new());
-    };
-    let mut readback = Readback::new(device, first.shape)?;
-    images
+    let mut readback = Readback::new(device);
+    readback.copy(images)?;
+    let texels = images
         .iter()
-        .map(|image| Ok(readback.pixels(image)?.to_vec()))
-        .collect()
+        .map(|image| Ok(readback.copied(image)?.to_vec()));
+    texels.collect()
 }
 
 /// A pixel of a G-buffer's or an RSM's images.

@@ -41,7 +41,14 @@ impl Renderer {
             gbuffer,
             lights,
         };
-        Ok((drawn.read(&self.device, BufferPool::default(), None)?, kept))
+        Ok((
+            drawn.read(
+                &mut Readback::new(&self.device),
+                BufferPool::default(),
+                None,
+            )?,
+            kept,
+        ))
     }
 
     /// Renders a frame whose plain sums take the VPLs of each light in an order given by `seed`, to show the effect of the order on a sum.
@@ -61,7 +68,11 @@ impl Renderer {
             }
             Ok(())
         })?;
-        drawn.read(&self.device, BufferPool::default(), None)
+        drawn.read(
+            &mut Readback::new(&self.device),
+            BufferPool::default(),
+            None,
+        )
     }
 }
 
@@ -73,7 +84,7 @@ fn shuffle(commands: &CommandPool, vpls: &VplLists, listed: ListedVpls, seed: u6
     ];
     for (list, length) in lists {
         let Some(list) = list else { continue };
-        let mut readback = Readback::new(commands.device(), list.shape)?;
+        let mut readback = Readback::new(commands.device());
         let mut texels = readback.pixels(list)?.to_vec();
         let texels_per_layer = texels.len() / list.shape.layer_count() as usize;
         for layer in texels.chunks_exact_mut(texels_per_layer) {

@@ -19,7 +19,7 @@ use crate::{
         trace::{Find, RayList, kept},
     },
     ray_tree::{MeshTrees, Ray, alpha_textures, corners_of, corners_of_placed},
-    vulkan::{CommandPool, Pipelines},
+    vulkan::{CommandPool, Pipelines, Readback},
 };
 
 /// Distances by which rays start and end beside surfaces, as in `shaders/shared/ray.wgsl`.
@@ -236,11 +236,13 @@ impl RayProbe {
             plan: &plan,
             space: &self.space,
             stays_on_device: false,
+            layers: None,
             seed: 0,
             modulation: None,
             cost: &cost,
             ends_early: &Cell::new(false),
             rays: &list,
+            readback: &RefCell::new(Readback::new(&self.device)),
             recorded: &RefCell::default(),
         };
         RayList::upload(&context, rays)?;
@@ -249,7 +251,7 @@ impl RayProbe {
         context.finish()?;
         let wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
         let traced = |(pass, _): &&(&str, f64)| *pass == "trace";
-        let times = cost.borrow().times.clone();
+        let times = cost.borrow().times().clone();
         let milliseconds: f64 = times.iter().filter(traced).map(|(_, ms)| ms).sum();
         Ok(Probed {
             found: RayList::read_hits(&context, rays.len() as u32)?,

@@ -175,7 +175,7 @@ pub fn smooth(
         recorder.dispatch(&residuals, &resources, &of_residuals, groups)
     })?;
     recorder.submit()?;
-    let mut readback = Readback::new(device, gathered.shape)?;
+    let mut readback = Readback::new(device);
     let texels = readback.pixels(&gathered)?;
     let rgb = |i: usize| texels.get(i).map_or([0.0; 3], |&[r, g, b, _]| [r, g, b]);
     Ok((0..pixels.len())

@@ -43,7 +43,7 @@ impl Phasor {
 
     /// arg Z from −π to π, rad; `None` where Z is 0.
     pub fn argument_rad(self) -> Option<f64> {
-        (self.magnitude() > 0.0).then(|| self.im.atan2(self.re))
+        (self.re.abs() + self.im.abs() > 0.0).then(|| self.im.atan2(self.re))
     }
 
     /// Its complex conjugate.
@@ -174,7 +174,13 @@ impl PhaseSampling {
             largest = f64::max(largest, difference.abs());
         }
         // If the differences cancel, only the rounding of the delays is left, and its phase means nothing.
-        match sum.magnitude() > CANCELLED * largest {
+        let least = CANCELLED * largest;
+        // Squares are faster, but the smallest underflow.
+        let is_more = match least * least > f64::MIN_POSITIVE {
+            true => sum.re * sum.re + sum.im * sum.im > least * least,
+            false => sum.magnitude() > least,
+        };
+        match is_more {
             true => sum,
             false => Phasor::default(),
         }

@@ -206,6 +206,8 @@ pub struct FrameStats {
     pub driver: String,
     /// In execution order.
     pub passes: Vec<PassTime>,
+    /// What the host did meanwhile, by step, without waiting for the device and without compiling.
+    pub host_steps: Vec<PassTime>,
     /// Virtual point lights that carry flux, over all lights.
     pub vpl_count: u64,
     /// Number of (pixel, VPL) pairs that the gather evaluated.
@@ -270,10 +272,15 @@ impl StopReason {
 impl FrameStats {
     /// Adds the cost of another frame that is part of this one. For errors and stop reasons, the worse value is kept.
     pub fn include(&mut self, part: &FrameStats) {
-        for pass in &part.passes {
-            match self.passes.iter_mut().find(|own| own.name == pass.name) {
-                Some(own) => own.milliseconds += pass.milliseconds,
-                None => self.passes.push(*pass),
+        for (own, others) in [
+            (&mut self.passes, &part.passes),
+            (&mut self.host_steps, &part.host_steps),
+        ] {
+            for other in others {
+                match own.iter_mut().find(|each| each.name == other.name) {
+                    Some(each) => each.milliseconds += other.milliseconds,
+                    None => own.push(*other),
+                }
             }
         }
         let worse = |own: &mut Option<f64>, other: Option<f64>| {

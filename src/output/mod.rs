@@ -33,5 +33,5 @@ pub(crate) use per_pixel::{per_pixel, pixels_of_a_thread};
 pub use plain::{plain_channel_names, plain_path, write_exr_files};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
 pub use tof::Exposure;
-pub(crate) use tof::{PixelPhasors, TofCamera};
+pub(crate) use tof::{PixelPhasors, TofCamera, WantedLayers};
 pub use tof_layers::TofQuantity;

@@ -1,12 +1,13 @@
 //! Computes a time-of-flight camera's layers from the phasors of its pixels. Uses f64, because f32 resolves a phase only to 1e-7 turns.
 
-use super::{Frame, Layer, LayerData, TofQuantity, per_pixel};
+use super::{Frame, Layer, LayerData, TofQuantity, per_pixel, pixels_of_a_thread};
 use crate::{
     Error, Result,
     model::{
         FrameKey, PhaseSampling, Phasor, Reading, electrons, multipath_error_m, range_m, wrap_count,
     },
-    scene::{Camera, ChargeUnit, Photodetector, Sensor, TimeOfFlight},
+    parallel::for_each_at_once,
+    scene::{Camera, ChargeUnit, MAX_PHASES, Photodetector, Sensor, TimeOfFlight},
 };
 
 /// The phasors of a pixel at one frequency.
@@ -30,46 +31,65 @@ pub(crate) struct TofCamera<'t> {
 /// phasor, W/m².
 type PhaseLight<'l> = dyn Fn(usize, usize) -> (f64, Phasor) + Sync + 'l;
 
+/// Pixels whose values are computed together, so that they stay in a core's cache.
+const BLOCK: usize = 128;
+
+/// What the phase images of a pixel hold, and what is computed from them.
+#[derive(Clone, Copy, Default)]
+struct Measured {
+    taps: [[f32; 2]; MAX_PHASES],
+    /// K·Q_Z.
+    phasor: Phasor,
+    intensity: f64,
+}
+
+/// What the layers of a frequency are made from: where their memory comes from, and which of them are made.
+pub(crate) struct WantedLayers<'w> {
+    pub is_wanted: &'w dyn Fn(Layer) -> bool,
+    /// This many values, with arbitrary contents.
+    pub floats: &'w mut dyn FnMut(usize) -> Vec<f32>,
+}
+
 impl TofCamera<'_> {
-    /// The layers of one frequency, except the standard error. `phasors`, `radiances` (L of all light at the pixel, W/sr/m²) and
-    /// `half_paths_m` have one value per pixel.
+    /// The wanted layers of one frequency, except the standard error. `phasors`, `radiances` (L of all light at the pixel, W/sr/m²) and
+    /// `half_paths_m` have one value per pixel; `lens_factors` are those of [`TofCamera::lens_factors`].
     pub fn layers(
         &self,
         frequency: usize,
-        phasors: &[PixelPhasors],
-        radiances: &[f64],
-        half_paths_m: &[f64],
+        (phasors, radiances, half_paths_m): (&[PixelPhasors], &[f64], &[f64]),
+        lens_factors: &[f64],
+        wanted: &mut WantedLayers,
     ) -> Vec<(Layer, LayerData)> {
         let frequency_hz = self.tof.frequencies_hz[frequency];
-        let total = |i: usize| phasors[i].direct + phasors[i].indirect;
-        let count = phasors.len();
-        let complex = |value: &(dyn Fn(usize) -> Phasor + Sync)| {
-            floats(count, |i| {
-                let Phasor { re, im } = value(i);
-                [re, im]
-            })
-        };
-        let wraps = half_paths_m.iter().map(|&half_m| match half_m.is_finite() {
-            true => wrap_count(half_m, frequency_hz),
-            false => 0,
-        });
-        let multipath_error =
-            |i: usize| or_nan(multipath_error_m(total(i), phasors[i].direct, frequency_hz));
-        let of_paths = [
-            (TofQuantity::Phasor, complex(&total)),
-            (TofQuantity::PhasorDirect, complex(&|i| phasors[i].direct)),
-            (
-                TofQuantity::PhasorIndirect,
-                complex(&|i| phasors[i].indirect),
-            ),
-            (TofQuantity::MultipathError, floats(count, multipath_error)),
-            (TofQuantity::Wraps, LayerData::Id(wraps.collect())),
-        ];
-        let named = |(quantity, data)| (Layer::Tof(frequency as u8, quantity), data);
-        let mut layers: Vec<_> = of_paths.into_iter().map(named).collect();
         let offset = self.phase_offset();
-        let light = |_, i: usize| (radiances[i], total(i) * offset);
-        layers.extend(self.measured_layers(frequency, count, &light));
+        let light = |_, i: usize| {
+            let PixelPhasors { direct, indirect } = phasors[i];
+            (radiances[i], (direct + indirect) * offset)
+        };
+        let of_paths = [
+            TofQuantity::Phasor,
+            TofQuantity::PhasorDirect,
+            TofQuantity::PhasorIndirect,
+            TofQuantity::MultipathError,
+        ];
+        let all = of_paths.into_iter().chain(self.measured_quantities());
+        let lit = (phasors, half_paths_m.len());
+        let mut layers = self.fill(frequency, all, lit, (&light, lens_factors), wanted);
+        let wraps = Layer::Tof(frequency as u8, TofQuantity::Wraps);
+        if (wanted.is_wanted)(wraps) {
+            let mut counts = vec![0; half_paths_m.len()];
+            per_pixel(&mut counts, |i| match half_paths_m[i] {
+                half_m if half_m.is_finite() => [wrap_count(half_m, frequency_hz)],
+                _ => [0],
+            });
+            let is_of_path = |(layer, _): &&(Layer, LayerData)| {
+                of_paths
+                    .iter()
+                    .any(|&q| *layer == Layer::Tof(frequency as u8, q))
+            };
+            let after_paths = layers.iter().take_while(is_of_path).count();
+            layers.insert(after_paths, (wraps, LayerData::Id(counts)));
+        }
         layers
     }
 
@@ -77,58 +97,73 @@ impl TofCamera<'_> {
         Phasor::of_angle(self.tof.phase_offset_deg.to_radians())
     }
 
-    /// The phase images of a frequency and the layers computed from them.
-    fn measured_layers(
-        &self,
-        frequency: usize,
-        count: usize,
-        light: &PhaseLight,
-    ) -> Vec<(Layer, LayerData)> {
-        let frequency_hz = self.tof.frequencies_hz[frequency];
-        let sampling = PhaseSampling::of(self.tof, frequency);
-        let irradiance_per_radiance = self.irradiance_per_radiance(count);
-        let light = &|phase: usize, i: usize| {
-            let (radiance, phasor) = light(phase, i);
-            let factor = irradiance_per_radiance.get(i).copied().unwrap_or(1.0);
-            (radiance * factor, phasor * factor)
-        };
-        let phases = 0..self.tof.phase_count as usize;
-        let image = |phase| self.phase_image((frequency, &sampling), phase, count, light);
-        let images: Vec<Vec<f32>> = phases.clone().map(image).collect();
-        // K·Q_Z from the phase images. Without noise, it uses the expected values before they are rounded.
-        let measured = |i: usize| {
-            let difference = |phase: usize| {
-                let [a, b] = match self.tof.noise {
-                    None => self.expected_taps(&sampling, phase, light(phase, i)),
-                    Some(_) => [0, 1].map(|tap| f64::from(images[phase][2 * i + tap])),
-                };
-                a - b
-            };
-            sampling.demodulate(phases.clone().map(difference))
-        };
-        let mut layers = vec![
-            (
-                TofQuantity::Range,
-                floats(count, |i| or_nan(range_m(measured(i), frequency_hz))),
-            ),
-            (
-                TofQuantity::Amplitude,
-                floats(count, |i| [measured(i).magnitude()]),
-            ),
-            (
-                TofQuantity::Intensity,
-                floats(count, |i| [self.intensity(&images, i)]),
-            ),
-        ];
-        for (phase, image) in images.into_iter().enumerate() {
-            layers.push((TofQuantity::Taps(phase as u8), LayerData::Float(image)));
-        }
-        let named = |(quantity, data)| (Layer::Tof(frequency as u8, quantity), data);
-        layers.into_iter().map(named).collect()
+    /// The phase images of a frequency and what is computed from them.
+    fn measured_quantities(&self) -> impl Iterator<Item = TofQuantity> + use<> {
+        let taps = (0..self.tof.phase_count as u8).map(TofQuantity::Taps);
+        [
+            TofQuantity::Range,
+            TofQuantity::Amplitude,
+            TofQuantity::Intensity,
+        ]
+        .into_iter()
+        .chain(taps)
     }
 
-    /// The lens's factor for each pixel; empty if the factor is 1.
-    fn irradiance_per_radiance(&self, count: usize) -> Vec<f64> {
+    /// Fills the wanted layers of a frequency, on all threads. Nothing is measured that no layer needs.
+    fn fill(
+        &self,
+        frequency: usize,
+        quantities: impl Iterator<Item = TofQuantity>,
+        (phasors, count): (&[PixelPhasors], usize),
+        (light, lens_factors): (&PhaseLight, &[f64]),
+        wanted: &mut WantedLayers,
+    ) -> Vec<(Layer, LayerData)> {
+        let layer = |quantity| Layer::Tof(frequency as u8, quantity);
+        let quantities: Vec<TofQuantity> = quantities
+            .filter(|&quantity| (wanted.is_wanted)(layer(quantity)))
+            .collect();
+        let channels = |quantity| layer(quantity).channel_names().len();
+        let room = |&quantity: &TofQuantity| (wanted.floats)(channels(quantity) * count);
+        let mut values: Vec<Vec<f32>> = quantities.iter().map(room).collect();
+        let is_measured = quantities.iter().any(|quantity| {
+            let mut measured = self.measured_quantities();
+            measured.any(|measured| measured == *quantity)
+        });
+        let share = pixels_of_a_thread(count);
+        let mut parts: Vec<Vec<&mut [f32]>> = Vec::new();
+        parts.resize_with(count.div_ceil(share), Vec::new);
+        for (values, &quantity) in values.iter_mut().zip(&quantities) {
+            let of_parts = values.chunks_mut(channels(quantity) * share);
+            for (part, values) in parts.iter_mut().zip(of_parts) {
+                part.push(values);
+            }
+        }
+        let measuring = Measuring::new(self, frequency, light, lens_factors);
+        for_each_at_once(parts.into_iter().enumerate(), |(part, mut layers)| {
+            let end = count.min((part + 1) * share);
+            let mut measured = [Measured::default(); BLOCK];
+            for first in (part * share..end).step_by(BLOCK) {
+                let pixels = first..end.min(first + BLOCK);
+                if is_measured {
+                    for (measured, i) in measured.iter_mut().zip(pixels.clone()) {
+                        *measured = measuring.pixel(i);
+                    }
+                }
+                for (values, &quantity) in layers.iter_mut().zip(&quantities) {
+                    let rest = std::mem::take(values);
+                    let (block, rest) = rest.split_at_mut(channels(quantity) * pixels.len());
+                    *values = rest;
+                    let phasors = phasors.get(pixels.clone()).unwrap_or_default();
+                    measuring.write(block, quantity, phasors, &measured);
+                }
+            }
+        });
+        let named = |(quantity, values)| (layer(quantity), LayerData::Float(values));
+        quantities.into_iter().zip(values).map(named).collect()
+    }
+
+    /// The lens's factor for each pixel, from radiance to irradiance; empty if the factor is 1.
+    pub fn lens_factors(&self, count: usize) -> Vec<f64> {
         if self.sensor.f_number.is_none() {
             return Vec::new();
         }
@@ -143,46 +178,6 @@ impl TofCamera<'_> {
         factors
     }
 
-    /// Electrons of both taps, without noise.
-    fn expected_taps(
-        &self,
-        sampling: &PhaseSampling,
-        phase: usize,
-        (radiance, phasor): (f64, Phasor),
-    ) -> [f64; 2] {
-        let per_radiance = electrons(
-            self.sensor.joule_per_irradiance(),
-            1e-9 * self.photodetector.wavelength_nm,
-            self.photodetector.quantum_efficiency,
-        );
-        sampling.taps(per_radiance * radiance, phasor * per_radiance, phase)
-    }
-
-    /// The output of both taps of each pixel.
-    fn phase_image(
-        &self,
-        (frequency, sampling): (usize, &PhaseSampling),
-        phase: usize,
-        count: usize,
-        light: &PhaseLight,
-    ) -> Vec<f32> {
-        let mut taps = vec![0.0; 2 * count];
-        per_pixel(&mut taps, |i| {
-            let expected = self.expected_taps(sampling, phase, light(phase, i));
-            [0, 1].map(|tap| {
-                let reading = Reading {
-                    frame: self.frame,
-                    pixel: i as u32,
-                    frequency: frequency as u8,
-                    phase: phase as u8,
-                    tap: tap as u8,
-                };
-                self.read(expected[tap], reading) as f32
-            })
-        });
-        taps
-    }
-
     /// The output of a tap, in the output's unit.
     fn read(&self, expected_e: f64, reading: Reading) -> f64 {
         let Some(noise) = &self.tof.noise else {
@@ -194,27 +189,128 @@ impl TofCamera<'_> {
             ChargeUnit::DigitalNumbers => noise.digital_number(electrons),
         }
     }
+}
 
-    /// Σ(A + B), less the black level of each tap if the output is digital numbers.
-    fn intensity(&self, images: &[Vec<f32>], pixel: usize) -> f64 {
-        let none = match (self.tof.output, &self.tof.noise) {
-            (ChargeUnit::DigitalNumbers, Some(noise)) => noise.black_level_dn,
-            _ => 0.0,
-        };
-        let taps = images.iter().flat_map(|image| &image[2 * pixel..][..2]);
-        taps.map(|&charge| f64::from(charge) - none).sum()
+/// The measurement of one frequency.
+struct Measuring<'m> {
+    camera: &'m TofCamera<'m>,
+    frequency: usize,
+    frequency_hz: f64,
+    sampling: PhaseSampling,
+    light: &'m PhaseLight<'m>,
+    lens_factors: &'m [f64],
+    /// Electrons of each W/sr/m², or W/m².
+    per_radiance: f64,
+    /// What a tap reads without light.
+    black_level: f64,
+}
+
+impl<'m> Measuring<'m> {
+    fn new(
+        camera: &'m TofCamera,
+        frequency: usize,
+        light: &'m PhaseLight,
+        lens_factors: &'m [f64],
+    ) -> Measuring<'m> {
+        Measuring {
+            camera,
+            frequency,
+            frequency_hz: camera.tof.frequencies_hz[frequency],
+            sampling: PhaseSampling::of(camera.tof, frequency),
+            light,
+            lens_factors,
+            per_radiance: electrons(
+                camera.sensor.joule_per_irradiance(),
+                1e-9 * camera.photodetector.wavelength_nm,
+                camera.photodetector.quantum_efficiency,
+            ),
+            black_level: match (camera.tof.output, &camera.tof.noise) {
+                (ChargeUnit::DigitalNumbers, Some(noise)) => noise.black_level_dn,
+                _ => 0.0,
+            },
+        }
+    }
+
+    fn pixel(&self, i: usize) -> Measured {
+        let camera = self.camera;
+        let factor = self.lens_factors.get(i).copied().unwrap_or(1.0);
+        let mut measured = Measured::default();
+        let mut differences = [0.0; MAX_PHASES];
+        let phases = camera.tof.phase_count as usize;
+        for (phase, difference) in differences.iter_mut().take(phases).enumerate() {
+            let (radiance, phasor) = (self.light)(phase, i);
+            let (radiance, phasor) = (radiance * factor, phasor * factor);
+            let expected = self.sampling.taps(
+                self.per_radiance * radiance,
+                phasor * self.per_radiance,
+                phase,
+            );
+            let taps = [0, 1].map(|tap| {
+                let reading = Reading {
+                    frame: camera.frame,
+                    pixel: i as u32,
+                    frequency: self.frequency as u8,
+                    phase: phase as u8,
+                    tap: tap as u8,
+                };
+                camera.read(expected[tap], reading) as f32
+            });
+            measured.taps[phase] = taps;
+            // Without noise, from the expected values before they are rounded.
+            let [a, b] = match camera.tof.noise {
+                None => expected,
+                Some(_) => taps.map(f64::from),
+            };
+            *difference = a - b;
+            for charge in taps {
+                measured.intensity += f64::from(charge) - self.black_level;
+            }
+        }
+        let differences = differences.into_iter().take(phases);
+        measured.phasor = self.sampling.demodulate(differences);
+        measured
+    }
+
+    /// Writes the values of a layer for consecutive pixels.
+    fn write(
+        &self,
+        values: &mut [f32],
+        quantity: TofQuantity,
+        phasors: &[PixelPhasors],
+        measured: &[Measured],
+    ) {
+        let hz = self.frequency_hz;
+        let total = |pixel: &PixelPhasors| pixel.direct + pixel.indirect;
+        match quantity {
+            TofQuantity::Phasor => put(values, phasors, |pixel| complex(total(pixel))),
+            TofQuantity::PhasorDirect => put(values, phasors, |pixel| complex(pixel.direct)),
+            TofQuantity::PhasorIndirect => put(values, phasors, |pixel| complex(pixel.indirect)),
+            TofQuantity::MultipathError => put(values, phasors, |pixel| {
+                or_nan(multipath_error_m(total(pixel), pixel.direct, hz))
+            }),
+            TofQuantity::Range => put(values, measured, |of| or_nan(range_m(of.phasor, hz))),
+            TofQuantity::Amplitude => put(values, measured, |of| [of.phasor.magnitude() as f32]),
+            TofQuantity::Intensity => put(values, measured, |of| [of.intensity as f32]),
+            TofQuantity::Taps(phase) => put(values, measured, |of| of.taps[usize::from(phase)]),
+            // They are no floats, or not of this camera.
+            TofQuantity::Wraps | TofQuantity::PhasorStandardError => (),
+        }
     }
 }
 
-fn or_nan(value: Option<f64>) -> [f64; 1] {
-    [value.unwrap_or(f64::NAN)]
+fn put<T, const N: usize>(values: &mut [f32], pixels: &[T], value: impl Fn(&T) -> [f32; N]) {
+    let (values, _) = values.as_chunks_mut::<N>();
+    for (values, pixel) in values.iter_mut().zip(pixels) {
+        *values = value(pixel);
+    }
 }
 
-/// `N` values for each pixel.
-fn floats<const N: usize>(count: usize, value: impl Fn(usize) -> [f64; N] + Sync) -> LayerData {
-    let mut values = vec![0.0; N * count];
-    per_pixel(&mut values, |i| value(i).map(|value| value as f32));
-    LayerData::Float(values)
+fn complex(Phasor { re, im }: Phasor) -> [f32; 2] {
+    [re as f32, im as f32]
+}
+
+fn or_nan(value: Option<f64>) -> [f32; 1] {
+    [value.unwrap_or(f64::NAN) as f32]
 }
 
 /// The light at the pixels of one phase image, averaged over its exposure: the mean of frames rendered during it.
@@ -285,7 +381,18 @@ impl Frame {
             let (radiance, phasor) = exposures[phase].mean(i);
             (radiance, phasor * offset)
         };
-        for (layer, data) in camera.measured_layers(frequency, count, &light) {
+        let lens_factors = camera.lens_factors(count);
+        let made = camera.fill(
+            frequency,
+            camera.measured_quantities(),
+            (&[], count),
+            (&light, &lens_factors),
+            &mut WantedLayers {
+                is_wanted: &|layer| self.layers.iter().any(|(own, _)| *own == layer),
+                floats: &mut |values| vec![0.0; values],
+            },
+        );
+        for (layer, data) in made {
             let mut own = self.layers.iter_mut();
             if let Some((_, kept)) = own.find(|(own, _)| *own == layer) {
                 *kept = data;

@@ -31,39 +31,55 @@ pub(crate) struct Pace {
     pub pixels: u32,
 }
 
+/// Work that submissions are measured by.
+#[derive(Clone, Copy)]
+pub(crate) struct WorkKind {
+    /// The pass that it is counted for, and its kernel. Kernels differ in speed by a factor of up to ten.
+    pub pass: &'static str,
+    pub kernel: &'static str,
+    /// The passes that do it.
+    pub done_by: &'static [&'static str],
+    /// Work of the first submission, before the device's speed is known.
+    pub first: f64,
+}
+
+/// A submission with less room than this share is full.
+const LEAST_ROOM: f64 = 0.25;
+
+/// Work that is recorded and not yet submitted.
+struct Pending {
+    kind: WorkKind,
+    amount: u64,
+    /// Pass times from here on are those of this work.
+    first_time: usize,
+}
+
 /// Counts work in the unit of each pass: pairs of a pixel and a VPL, or rays.
 pub(crate) struct Cost {
     /// Time that a submission of work should take, so that no watchdog fires and the caller can cancel.
     submission_target: Duration,
-    /// Work per second in the last submission of each kernel. Kernels differ by a factor of up to ten.
+    /// Work per second in the last submission of each kernel.
     speeds: BTreeMap<&'static str, f64>,
     work: BTreeMap<&'static str, u64>,
-    pub times: PassTimes,
+    pending: Option<Pending>,
+    times: PassTimes,
     pub submissions: u32,
+    /// Time of the host by step, without waiting for the device and without making pipelines; and what the step before ended with.
+    host: PassTimes,
+    step: (&'static str, Duration),
+    /// Time in which the host waited for passes, or ran them.
+    waiting: Duration,
     /// Time in which surfaces were copied to the device.
     pub copying: Duration,
     /// When the call began, and how long pipelines had been made by then.
     started: Instant,
     made_before: Duration,
-    /// How long by the last submission of work.
-    made: Duration,
     /// Rays of final gathering, and the seconds that they took. Begins with a guess.
     traced: (f64, f64),
     /// That of the frame before; from the first attempt at the image on, of this one.
     pub pace: Option<Pace>,
     /// When the bounce was gathered, seconds from the call on.
     pub gathered_at: f64,
-}
-
-/// The work of a submission: its amount, and the pass and kernel that do it.
-pub(crate) struct Work {
-    pub pass: &'static str,
-    pub kernel: &'static str,
-    pub amount: u64,
-    /// Work of other passes recorded before, which takes as long per unit.
-    pub along: u64,
-    /// When it began.
-    pub start: Instant,
 }
 
 impl Cost {
@@ -74,12 +90,15 @@ impl Cost {
             submission_target,
             speeds: BTreeMap::new(),
             work: BTreeMap::new(),
+            pending: None,
             times: PassTimes::default(),
             submissions: 0,
+            host: PassTimes::default(),
+            step: ("scene", Duration::ZERO),
+            waiting: Duration::ZERO,
             copying: Duration::ZERO,
             started: Instant::now(),
             made_before: pipelines.making_time(),
-            made: pipelines.making_time(),
             traced: (rays_per_second * SECONDS_OF_GUESS, SECONDS_OF_GUESS),
             pace,
             gathered_at: 0.0,
@@ -113,46 +132,103 @@ impl Cost {
         rays / seconds
     }
 
-    /// Submits recorded passes, waits for them and adds their times.
+    /// Begins a step of the host's work.
+    pub fn begin_step(&mut self, name: &'static str, pipelines: &Pipelines) {
+        let making = self.making(pipelines);
+        let now = self.wall().saturating_sub(making + self.waiting);
+        let (last, began) = std::mem::replace(&mut self.step, (name, now));
+        let milliseconds = 1e3 * now.saturating_sub(began).as_secs_f64();
+        self.host.push((last, milliseconds));
+    }
+
+    /// Time of the host in the steps that have ended.
+    pub fn host(&self) -> &PassTimes {
+        &self.host
+    }
+
+    /// Times of the passes, one after the other.
+    pub fn times(&self) -> &PassTimes {
+        &self.times
+    }
+
+    /// Adds a pass that the host has run.
+    pub fn add_host_pass(&mut self, pass: &'static str, time: Duration) {
+        self.waiting += time;
+        self.times.push((pass, 1e3 * time.as_secs_f64()));
+    }
+
+    /// Submits recorded passes, waits for them and adds their times. Measures the speed of the work among them.
     pub(super) fn submit(&mut self, recorder: Recorder) -> Result<()> {
+        let start = Instant::now();
         self.times.extend(recorder.submit()?);
+        self.waiting += start.elapsed();
         self.submissions += 1;
+        let Some(Pending {
+            kind,
+            amount,
+            first_time,
+        }) = self.pending.take_if(|pending| pending.amount > 0)
+        else {
+            return Ok(());
+        };
+        let times = self.times[first_time..].iter();
+        let times = times.filter(|(pass, _)| kind.done_by.contains(pass));
+        let milliseconds: f64 = times.map(|(_, milliseconds)| milliseconds).sum();
+        let seconds = (1e-3 * milliseconds).max(1e-6);
+        self.speeds.insert(kind.kernel, amount as f64 / seconds);
+        if kind.pass == "final_gather" {
+            self.traced.0 += amount as f64;
+            self.traced.1 += seconds;
+        }
         Ok(())
     }
 
-    /// Submits work in the same way, and measures the speed of its kernel.
-    pub(super) fn submit_work(
-        &mut self,
-        recorder: Recorder,
-        work: Work,
-        pipelines: &Pipelines,
-    ) -> Result<()> {
-        self.submit(recorder)?;
-        let made = pipelines.making_time();
-        let making = made - std::mem::replace(&mut self.made, made);
-        let elapsed = work.start.elapsed().saturating_sub(making);
-        let seconds = elapsed.as_secs_f64().max(1e-6);
-        if work.amount > 0 {
-            let speed = (work.amount + work.along) as f64 / seconds;
-            self.speeds.insert(work.kernel, speed);
-            if work.pass == "final_gather" {
-                self.traced.0 += (work.amount + work.along) as f64;
-                self.traced.1 += seconds;
-            }
+    /// Whether work of another kernel is recorded.
+    pub(super) fn is_pending(&self, other_than: &str) -> bool {
+        let pending = self.pending.as_ref();
+        pending.is_some_and(|pending| pending.amount > 0 && pending.kind.kernel != other_than)
+    }
+
+    /// Work of this kind that the next submission has room for.
+    pub(super) fn room_for(&mut self, kind: WorkKind) -> f64 {
+        let pending = self.pending.get_or_insert(Pending {
+            kind,
+            amount: 0,
+            first_time: self.times.len(),
+        });
+        pending.kind = kind;
+        let amount = pending.amount as f64;
+        self.budget(kind) - amount
+    }
+
+    /// Counts work that was recorded, and `along`: work of other passes, which takes as long per unit. Returns whether the submission is full.
+    pub(super) fn add_work(&mut self, kind: WorkKind, amount: u64, along: u64) -> bool {
+        self.count_work(kind.pass, amount);
+        let room = self.room_for(kind) - (amount + along) as f64;
+        if let Some(pending) = &mut self.pending {
+            pending.amount += amount + along;
         }
-        self.count_work(work.pass, work.amount);
-        Ok(())
+        room < LEAST_ROOM * self.budget(kind)
+    }
+
+    /// Seconds that recorded rays are expected to take.
+    pub fn pending_seconds(&self) -> f64 {
+        let rays = self.pending.iter();
+        let rays = rays.filter(|pending| pending.kind.pass == "final_gather");
+        rays.map(|pending| pending.amount as f64).sum::<f64>() / self.rays_per_second()
+    }
+
+    /// Work that a submission should hold.
+    fn budget(&self, kind: WorkKind) -> f64 {
+        let speed = self.speeds.get(kind.kernel);
+        speed.map_or(kind.first, |speed| {
+            speed * self.submission_target.as_secs_f64()
+        })
     }
 
     /// Adds to the work counted for a pass.
     pub fn count_work(&mut self, pass: &'static str, amount: u64) {
         *self.work.entry(pass).or_default() += amount;
-    }
-
-    /// Work that a submission of a kernel should hold; `first` until its speed is known.
-    pub fn budget(&self, kernel: &str, first: f64) -> f64 {
-        let speed = self.speeds.get(kernel);
-        speed.map_or(first, |speed| speed * self.submission_target.as_secs_f64())
     }
 
     /// Work of a pass so far.

@@ -1,11 +1,9 @@
 //! Final gathering: the single bounce at a list of receivers, with rays from the receivers and from the lights. [`FinalGather::take`] is
 //! the sequence of its passes: emit rays, trace them, shade what they hit, and sum up.
 
-use std::time::Instant;
-
 use super::{
     Context,
-    cost::Work,
+    cost::WorkKind,
     gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
     gbuffer::GBuffer,
     hits::HitSurfaces,
@@ -31,8 +29,12 @@ use crate::{
     },
 };
 
-/// Rays of the first submission, before the device's speed is known.
-const FIRST_SUBMISSION_RAYS: f64 = 5e5;
+const RAYS: WorkKind = WorkKind {
+    pass: "final_gather",
+    kernel: "final_gather",
+    done_by: &["final_gather", "trace", "light_rays"],
+    first: 5e5,
+};
 
 /// Most samples of a receiver.
 pub(crate) const MAX_SAMPLES: u32 = 1 << 16;
@@ -356,8 +358,6 @@ impl Gatherer for FinalGather<'_> {
         if vpl_count == 0 {
             return Ok(false);
         }
-        // Submissions are measured from here on.
-        self.context.finish()?;
         let vpls = (&self.light_rays.vpls, vpl_count);
         unoccluded::fill(self.context, gbuffer, images, vpls, proceed)?;
         Ok(true)
@@ -450,12 +450,11 @@ impl Gatherer for FinalGather<'_> {
         };
         let (packets_of_span, lights_at_once) = self.summed_at_once(lobes);
         let ranges = counts.ranges(range)?;
-        let cost = self.context.cost;
         let mut chunks = chunks(&ranges, (first, results));
         let most = self.context.plan.rays_at_once / room_of_packet;
         loop {
-            let budget = cost.borrow().budget("final_gather", FIRST_SUBMISSION_RAYS);
-            let in_budget = (budget - light_rays_along as f64) / f64::from(rays_per_packet);
+            let room = self.context.room_for(RAYS)?;
+            let in_budget = (room - light_rays_along as f64) / f64::from(rays_per_packet);
             let limits = ChunkLimits {
                 packets: (in_budget as u32).min(most).max(1),
                 packets_of_span,
@@ -463,15 +462,10 @@ impl Gatherer for FinalGather<'_> {
             let Some(chunk) = chunks.next(limits) else {
                 return Ok(());
             };
-            let start = Instant::now();
             self.take(&gather, &chunk, lights_at_once)?;
-            self.context.finish_work(Work {
-                pass: "final_gather",
-                kernel: "final_gather",
-                amount: u64::from(rays_per_packet) * chunk.packets.len() as u64,
-                along: std::mem::take(&mut light_rays_along),
-                start,
-            })?;
+            let rays = u64::from(rays_per_packet) * chunk.packets.len() as u64;
+            let along = std::mem::take(&mut light_rays_along);
+            self.context.add_work(RAYS, rays, along)?;
             proceed(chunk.done)?;
         }
     }

@@ -3,11 +3,9 @@
 //! The work is cut into submissions of bounded duration. The cuts do not change the result: dispatches always cover the same
 //! ranges of VPLs, and receivers do not depend on each other.
 
-use std::time::Instant;
-
 use super::{
     Context,
-    cost::Work,
+    cost::WorkKind,
     gatherer::{Gatherer, Results, Samples},
     gbuffer::GBuffer,
     light::DeviceLight,
@@ -122,13 +120,17 @@ impl<'g> Gather<'g> {
             ("light", Resource::Buffer(&list.light.uniform)),
         ]);
         resources.extend(self.context.modulation());
-        let cost = self.context.cost;
-        let budget = || cost.borrow().budget(module.name, FIRST_SUBMISSION_PAIRS);
+        let work = WorkKind {
+            pass: "gather",
+            kernel: module.name,
+            done_by: &["gather"],
+            first: FIRST_SUBMISSION_PAIRS,
+        };
 
         let mut done = 0;
         while done < range.count {
             // As many receivers as fill a submission with their range of VPLs, but at least one workgroup. `as` saturates.
-            let groups = budget() / f64::from(DISPATCH_VPLS.min(list.count));
+            let groups = self.context.room_for(work)? / f64::from(DISPATCH_VPLS.min(list.count));
             let groups = (groups as u32 / group_receivers).clamp(1, MAX_GROUPS);
             let receiver_count = groups
                 .saturating_mul(group_receivers)
@@ -137,12 +139,11 @@ impl<'g> Gather<'g> {
 
             let mut summed = 0;
             while summed < list.count {
-                let budget = budget();
+                let room = self.context.room_for(work)?;
                 let mut pairs = 0;
-                let start = Instant::now();
                 self.context.record(|recorder| {
                     recorder.pass("gather", |recorder| {
-                        while summed < list.count && (pairs == 0 || (pairs as f64) < budget) {
+                        while summed < list.count && (pairs == 0 || (pairs as f64) < room) {
                             let vpl_count = DISPATCH_VPLS.min(list.count - summed);
                             let parameters = GatherParameters {
                                 camera_position: self.context.camera_position(),
@@ -163,13 +164,7 @@ impl<'g> Gather<'g> {
                         Ok(())
                     })
                 })?;
-                self.context.finish_work(Work {
-                    pass: "gather",
-                    kernel: module.name,
-                    amount: pairs,
-                    along: 0,
-                    start,
-                })?;
+                self.context.add_work(work, pairs, 0)?;
                 proceed(pairs)?;
             }
             done += receiver_count;

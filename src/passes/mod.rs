@@ -5,14 +5,16 @@ use std::cell::{Cell, RefCell};
 use bytemuck::Pod;
 
 use crate::{
-    Error, LocalSpace, Plan, Result, Scene,
+    LocalSpace, Plan, Result, Scene,
+    output::Layer,
     scene::MAX_FREQUENCIES,
     vulkan::{
-        Buffer, CommandPool, Device, Pipelines, Recorder, Resource, groups_in_rows, shaders::Key,
+        Buffer, CommandPool, Device, Pipelines, Readback, Recorder, Resource, groups_in_rows,
+        shaders::Key,
     },
 };
 
-use cost::{Cost, Work};
+use cost::{Cost, WorkKind};
 use trace::RayList;
 
 pub(crate) mod area_light;
@@ -67,6 +69,8 @@ pub(crate) struct Context<'c> {
     pub space: &'c LocalSpace,
     /// The images stay on the device, for a host that uses them there.
     pub stays_on_device: bool,
+    /// The layers that the host reads; `None`: all.
+    pub layers: Option<&'c [Layer]>,
     /// Another seed gives other samples.
     pub seed: u32,
     /// Only with time of flight.
@@ -76,6 +80,8 @@ pub(crate) struct Context<'c> {
     pub ends_early: &'c Cell<bool>,
     /// The rays in memory; `None` if nothing casts rays.
     pub rays: &'c RefCell<Option<RayList>>,
+    /// What passes hand to the host.
+    pub readback: &'c RefCell<Readback>,
     /// Passes that are recorded but not yet submitted.
     pub recorded: &'c RefCell<Option<Recorder>>,
 }
@@ -101,12 +107,23 @@ impl Context<'_> {
         self.finish()
     }
 
-    /// Submits work with what was recorded before, waits, and measures the speed of the work's kernel.
-    pub fn finish_work(&self, work: Work) -> Result<()> {
-        let recorded = self.recorded.take();
-        let recorder = recorded.ok_or_else(|| Error::internal("work was not recorded"))?;
-        let mut cost = self.cost.borrow_mut();
-        cost.submit_work(recorder, work, self.pipelines)
+    /// Work of this kind that fits into the submission that is being recorded. `as u32` saturates it.
+    pub fn room_for(&self, kind: WorkKind) -> Result<f64> {
+        if self.cost.borrow().is_pending(kind.kernel) {
+            self.finish()?;
+        }
+        Ok(self.cost.borrow_mut().room_for(kind))
+    }
+
+    /// Counts work that was recorded, and work of other passes along with it. Submits it if the submission is full.
+    pub fn add_work(&self, kind: WorkKind, amount: u64, along: u64) -> Result<()> {
+        let is_full = self.cost.borrow_mut().add_work(kind, amount, along);
+        if is_full { self.finish() } else { Ok(()) }
+    }
+
+    /// Begins a step of the host's work, for the statistics.
+    pub fn begin_step(&self, name: &'static str) {
+        self.cost.borrow_mut().begin_step(name, self.pipelines);
     }
 
     /// Submits what was recorded and waits.

@@ -53,18 +53,16 @@ impl SampleCounts {
     }
 
     /// Gives each receiver this many packets.
-    pub fn even(context: &Context, capacity: u32, packets: u32) -> Result<SampleCounts> {
-        let device = context.device;
-        let counts = SampleCounts::new(device, capacity)?;
-        let ranges = vec![packets << 16; counts.capacity as usize];
-        let upload = Buffer::upload(device, "even sample counts", &ranges)?;
-        context.submit(|recorder| {
-            for to in [&counts.ranges, &counts.readback] {
-                recorder.copy_buffer(&upload, to, 4 * u64::from(counts.capacity));
-            }
-            Ok(())
-        })?;
-        Ok(counts)
+    pub fn even(device: &Device, capacity: u32, packets: u32) -> Result<SampleCounts> {
+        let capacity = capacity.max(1);
+        let ranges = vec![packets << 16; capacity as usize];
+        let filled = |usage| Buffer::filled(device, "even sample counts", &ranges, usage);
+        Ok(SampleCounts {
+            ranges: filled(BufferUse::Upload)?,
+            readback: filled(BufferUse::Readback)?,
+            capacity,
+            of_estimate: false,
+        })
     }
 
     /// Computes what each receiver of a list takes, from the variances that the image knows. The host can read it after the submission.

@@ -167,12 +167,8 @@ impl RayTriangles {
             let all = list.rays.mapped::<ray_tree::Ray>(rays.end)?;
             let hits = list.hits.mapped_mut::<u32>(rays.end)?;
             tracer.trace(find, &all[rays.clone()], &mut hits[rays]);
-            let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-            context
-                .cost
-                .borrow_mut()
-                .times
-                .push(("trace", milliseconds));
+            let mut cost = context.cost.borrow_mut();
+            cost.add_host_pass("trace", start.elapsed());
             return Ok(());
         }
         let list = context.rays.borrow();

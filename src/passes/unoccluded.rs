@@ -1,8 +1,6 @@
 //! Unoccluded pass: the light of VPLs at every pixel, as if nothing hid them.
 
-use std::time::Instant;
-
-use super::{Context, cost::Work, gbuffer::GBuffer, refinement::RefinementImages};
+use super::{Context, cost::WorkKind, gbuffer::GBuffer, refinement::RefinementImages};
 use crate::{
     Result,
     vulkan::{
@@ -11,8 +9,13 @@ use crate::{
     },
 };
 
-/// Pairs of the first submission, before the device's speed is known.
-const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
+/// Pairs of a pixel and a VPL.
+const PAIRS: WorkKind = WorkKind {
+    pass: "unoccluded",
+    kernel: "unoccluded",
+    done_by: &["unoccluded"],
+    first: (1u64 << 26) as f64,
+};
 
 /// Sums over the first `vpl_count` VPLs. `proceed` is called between submissions; its error ends the pass.
 pub(crate) fn fill(
@@ -31,26 +34,19 @@ pub(crate) fn fill(
     let pixels = context.plan.resolution_px.iter().product();
     let mut first_pixel = 0;
     while first_pixel < pixels {
-        let cost = context.cost;
-        let budget = cost.borrow().budget("unoccluded", FIRST_SUBMISSION_PAIRS);
+        let room = context.room_for(PAIRS)?;
         // Whole workgroups. `as` saturates.
-        let count = (budget / f64::from(vpl_count) / 64.0).max(1.0) as u32;
+        let count = (room / f64::from(vpl_count) / 64.0).max(1.0) as u32;
         let count = count.saturating_mul(64).min(pixels - first_pixel);
         let parameters = UnoccludedParameters {
             vpl_count,
             first_pixel,
         };
-        let start = Instant::now();
         context.record(|recorder| {
             context.dispatch(recorder, key, &resources, &parameters, [count, 1])
         })?;
-        context.finish_work(Work {
-            pass: "unoccluded",
-            kernel: "unoccluded",
-            amount: u64::from(count) * u64::from(vpl_count),
-            along: 0,
-            start,
-        })?;
+        let pairs = u64::from(count) * u64::from(vpl_count);
+        context.add_work(PAIRS, pairs, 0)?;
         first_pixel += count;
         proceed()?;
     }

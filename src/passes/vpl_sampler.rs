@@ -78,6 +78,28 @@ struct Tile {
     level: u32,
 }
 
+/// Cells around another one, each once, in order: their tiles, and their places in Morton order.
+#[derive(Default)]
+struct Around {
+    cells: [(usize, u32); 8],
+    count: usize,
+}
+
+impl Around {
+    fn cells(&self) -> &[(usize, u32)] {
+        &self.cells[..self.count]
+    }
+
+    fn insert(&mut self, cell: (usize, u32)) {
+        let Err(at) = self.cells().binary_search(&cell) else {
+            return;
+        };
+        self.cells.copy_within(at..self.count, at + 1);
+        self.cells[at] = cell;
+        self.count += 1;
+    }
+}
+
 /// The rays of a light in a set, and its cells in the list.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RaysOfLight {
@@ -274,9 +296,9 @@ impl VplSampler {
                     return;
                 }
                 let neighbours = self.cells_around(lights, index, code, level);
-                for (neighbour, code) in &neighbours {
-                    let cells = tiles[*neighbour].cells_at(*code, level);
-                    let share = weight / neighbours.len() as f64 / cells.len() as f64;
+                for &(neighbour, code) in neighbours.cells() {
+                    let cells = tiles[neighbour].cells_at(code, level);
+                    let share = weight / neighbours.cells().len() as f64 / cells.len() as f64;
                     around[cells].iter_mut().for_each(|cell| *cell += share);
                 }
             };
@@ -324,7 +346,12 @@ impl VplSampler {
             for (code, &weight) in cells[tile.cells()].iter().enumerate() {
                 if weight >= LARGE_SHARE {
                     let around = self.cells_around(lights, index, code as u32, tile.level);
-                    wanted.extend(around.iter().map(|&(near, _)| (weight, near, tile.level)));
+                    wanted.extend(
+                        around
+                            .cells()
+                            .iter()
+                            .map(|&(near, _)| (weight, near, tile.level)),
+                    );
                 }
             }
         }
@@ -341,14 +368,8 @@ impl VplSampler {
     }
 
     /// The cells around a cell of a tile, as if all tiles had cells of its level, also on other faces of its light.
-    /// Returns their tiles, and their places in Morton order.
-    fn cells_around(
-        &self,
-        lights: &[&DeviceLight],
-        tile: usize,
-        code: u32,
-        level: u32,
-    ) -> Vec<(usize, u32)> {
+    /// Returns their tiles, and their places in Morton order, in the order of both.
+    fn cells_around(&self, lights: &[&DeviceLight], tile: usize, code: u32, level: u32) -> Around {
         let light = self.first_tiles.partition_point(|&first| first <= tile) - 1;
         let first_tile = self.first_tiles[light];
         let domain = &lights[light].domain;
@@ -357,27 +378,34 @@ impl VplSampler {
         let code = code + (tile << (2 * level));
         let [column, row] = [every_other_bit(code), every_other_bit(code >> 1)];
         let cells_per_edge = domain.size << level;
+        let on_face = |at: u32, offset: i32| {
+            at.checked_add_signed(offset)
+                .filter(|&at| at < cells_per_edge)
+        };
         let middle = |at: u32, offset: i32| {
             (f64::from(at) + 0.5 + f64::from(offset)) / f64::from(cells_per_edge)
         };
-        let offsets = [-1, 0, 1]
-            .map(|y| [-1, 0, 1].map(|x| [x, y]))
+        let mut found = Around::default();
+        for (x, y) in [-1, 0, 1]
             .into_iter()
-            .flatten();
-        let mut found: Vec<(usize, u32)> = offsets
-            .filter(|offset| *offset != [0, 0])
-            .filter_map(|[x, y]| {
-                let place = [middle(column, x), middle(row, y)];
-                domain.cell_at(face as usize, place, cells_per_edge)
-            })
-            .map(|[face, column, row]| {
-                let code = spread_bits(column) + 2 * spread_bits(row);
-                let tile = face * domain.size.pow(2) + (code >> (2 * level));
-                (first_tile + tile as usize, code & ((1 << (2 * level)) - 1))
-            })
-            .collect();
-        found.sort_unstable();
-        found.dedup();
+            .flat_map(|y| [(-1, y), (0, y), (1, y)])
+        {
+            let cell = match (on_face(column, x), on_face(row, y)) {
+                _ if (x, y) == (0, 0) => continue,
+                (Some(column), Some(row)) => Some([face, column, row]),
+                // On another face, if there is one.
+                _ => {
+                    let place = [middle(column, x), middle(row, y)];
+                    domain.cell_at(face as usize, place, cells_per_edge)
+                }
+            };
+            let Some([face, column, row]) = cell else {
+                continue;
+            };
+            let code = spread_bits(column) + 2 * spread_bits(row);
+            let tile = face * domain.size.pow(2) + (code >> (2 * level));
+            found.insert((first_tile + tile as usize, code & ((1 << (2 * level)) - 1)));
+        }
         found
     }
 
@@ -438,6 +466,9 @@ impl Tile {
     /// their samples in the cell.
     fn weights(&self, seen: &[Seen], pilots: u8) -> Vec<f64> {
         let count = self.cells().len();
+        if seen.is_empty() {
+            return vec![0.0; count];
+        }
         let places_per_cell = (1 << (2 * MAX_LEVEL)) / count;
         // For each pilot and cell: the integral, and the number of samples.
         let mut sums = vec![(0.0, 0.0); usize::from(pilots) * count];
@@ -527,12 +558,35 @@ fn receiver_weights(samples: &[PilotSample], norm: ErrorNorm) -> Vec<f64> {
     }
 }
 
-/// Inserts zeros between the bits of a number.
+/// Inserts zeros between the lower sixteen bits of a number.
 fn spread_bits(number: u32) -> u32 {
-    (0..16).map(|bit| (number & (1 << bit)) << bit).sum()
+    let mut bits = number & 0xffff;
+    bits = (bits | bits << 8) & 0x00ff_00ff;
+    bits = (bits | bits << 4) & 0x0f0f_0f0f;
+    bits = (bits | bits << 2) & 0x3333_3333;
+    (bits | bits << 1) & 0x5555_5555
 }
 
 /// Packs the even bits of a number together.
 fn every_other_bit(bits: u32) -> u32 {
-    (0..16).map(|bit| (bits >> bit) & (1 << bit)).sum()
+    let mut bits = bits & 0x5555_5555;
+    bits = (bits | bits >> 1) & 0x3333_3333;
+    bits = (bits | bits >> 2) & 0x0f0f_0f0f;
+    bits = (bits | bits >> 4) & 0x00ff_00ff;
+    (bits | bits >> 8) & 0xffff
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_spread_and_packed() {
+        for number in [0, 1, 2, 0x1234, 0xa5c3, 0xffff] {
+            let spread = spread_bits(number);
+            let slowly: u32 = (0..16).map(|bit| (number & (1 << bit)) << bit).sum();
+            assert_eq!(spread, slowly);
+            assert_eq!(every_other_bit(spread | spread << 1), number);
+        }
+    }
 }

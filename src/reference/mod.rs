@@ -35,7 +35,7 @@ use crate::{
     Error, Result, Scene,
     output::{
         Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, PixelPhasors,
-        ReferenceSamples, TofQuantity,
+        ReferenceSamples, TofQuantity, WantedLayers,
     },
     scene::{Bands, Camera, ChargeUnit, Direct, PixelSampling, TimeOfFlight},
 };
@@ -412,14 +412,19 @@ impl Reference {
         let half_paths_m: Vec<f64> = self.pixels.iter().map(half_path).collect();
         let half_paths = half_paths_m.iter().map(|&half_path_m| half_path_m as f32);
         let mut layers = vec![(Layer::HalfPath, LayerData::Float(half_paths.collect()))];
+        let lens_factors = camera.lens_factors(radiances.len());
+        let mut wanted = WantedLayers {
+            is_wanted: &|_| true,
+            floats: &mut |values| vec![0.0; values],
+        };
         for frequency in 0..tof.frequencies_hz.len() {
             let phasors = self.pixels.iter().map(|pixel| PixelPhasors {
                 direct: pixel.direct.phasors[frequency],
                 indirect: pixel.indirect_phasor(frequency),
             });
             let phasors: Vec<PixelPhasors> = phasors.collect();
-            let of_frequency = camera.layers(frequency, &phasors, &radiances, &half_paths_m);
-            layers.extend(of_frequency);
+            let lit = (&*phasors, &*radiances, &*half_paths_m);
+            layers.extend(camera.layers(frequency, lit, &lens_factors, &mut wanted));
             if self.rounds >= 2 {
                 let variances = self.variances(&|pixel| pixel.phasor_moments(frequency));
                 let values = variances

@@ -12,7 +12,7 @@ use super::{Buffer, BufferUse, Device, Image, Recorder, lock, pipeline::Pipeline
 use crate::Result;
 
 /// Passes of a command buffer that get timestamps. Further passes run untimed.
-pub(super) const MAX_TIMED_PASSES: u32 = 32;
+pub(super) const MAX_TIMED_PASSES: u32 = 128;
 
 /// The command buffers of one thread, used one after the other. Clones share them.
 #[derive(Clone)]

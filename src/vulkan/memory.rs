@@ -340,6 +340,11 @@ impl Image {
         self.owned.clone()
     }
 
+    /// No other image has it while this one exists.
+    pub(super) fn id(&self) -> u64 {
+        ash::vk::Handle::as_raw(self.owned.raw)
+    }
+
     /// The Vulkan image: four 32-bit floats a pixel, in layout GENERAL once something has been written to it.
     pub fn handle(&self) -> (vk::Image, vk::Format) {
         (self.owned.raw, self.shape.format())

@@ -110,12 +110,15 @@ impl Recorder {
         unsafe { raw.cmd_copy_buffer_to_image(self.commands, from, to, layout, &[region]) };
     }
 
-    /// Copies the whole of an image to the start of a buffer.
-    pub fn copy_from_image(&mut self, from: &Image, to: &Buffer) {
+    /// Copies the whole of an image to a buffer, from this byte on.
+    pub fn copy_from_image(&mut self, from: &Image, to: &Buffer, first_byte: u64) {
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
         self.transition(from, vk::ImageLayout::GENERAL, layout);
         self.kept.push(to.keep());
-        let (raw, regions) = (self.device.raw(), [image_copy(from)]);
+        let (raw, regions) = (
+            self.device.raw(),
+            [image_copy(from).buffer_offset(first_byte)],
+        );
         let image = from.handles().raw;
         // SAFETY: the buffer was made for the image's pixels, and both are kept.
         unsafe { raw.cmd_copy_image_to_buffer(self.commands, image, layout, to.raw, &regions) };

@@ -495,7 +495,7 @@ CHECK(camlux_exr_options_plain_size, sizeof(((camlux_exr_options *)0)->plain) ==
 CHECK(camlux_exr_options_reserved_offset, offsetof(camlux_exr_options, reserved) == 28);
 CHECK(camlux_exr_options_reserved_size, sizeof(((camlux_exr_options *)0)->reserved) == 4);
 
-CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 160);
+CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 168);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
 CHECK(camlux_frame_stats_struct_size_size, sizeof(((camlux_frame_stats *)0)->struct_size) == 4);
 CHECK(camlux_frame_stats_pass_count_offset, offsetof(camlux_frame_stats, pass_count) == 4);
@@ -542,6 +542,8 @@ CHECK(camlux_frame_stats_estimated_range_error_mm_offset, offsetof(camlux_frame_
 CHECK(camlux_frame_stats_estimated_range_error_mm_size, sizeof(((camlux_frame_stats *)0)->estimated_range_error_mm) == 8);
 CHECK(camlux_frame_stats_estimated_range_error_upper_mm_offset, offsetof(camlux_frame_stats, estimated_range_error_upper_mm) == 152);
 CHECK(camlux_frame_stats_estimated_range_error_upper_mm_size, sizeof(((camlux_frame_stats *)0)->estimated_range_error_upper_mm) == 8);
+CHECK(camlux_frame_stats_host_ms_offset, offsetof(camlux_frame_stats, host_ms) == 160);
+CHECK(camlux_frame_stats_host_ms_size, sizeof(((camlux_frame_stats *)0)->host_ms) == 8);
 
 CHECK(size_of_camlux_pass_time, sizeof(camlux_pass_time) == 24);
 CHECK(camlux_pass_time_struct_size_offset, offsetof(camlux_pass_time, struct_size) == 0);
@@ -603,7 +605,7 @@ static const unsigned char rust_camlux_view[] = {64,0,48,202,0,0,0,0,0,0,0,0,0,0
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
 static const unsigned char rust_camlux_exr_options[] = {32,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
-static const unsigned char rust_camlux_frame_stats[] = {160,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_frame_stats[] = {168,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
 static const unsigned char rust_camlux_pass_time[] = {24,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const struct init inits[] = {
@@ -631,7 +633,7 @@ static const struct init inits[] = {
     {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
     {"camlux_exr_options", 32, rust_camlux_exr_options, &init_of_camlux_exr_options},
-    {"camlux_frame_stats", 160, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
+    {"camlux_frame_stats", 168, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };
 

@@ -211,6 +211,7 @@ pub fn layouts() -> Vec<Layout> {
             estimated_error, estimated_error_upper, estimated_interpolation_error, submissions, stop,
             device, driver, estimated_area_light_error, least_ms, least_rays, preparation_ms,
             frame_index, camera_index, estimated_range_error_mm, estimated_range_error_upper_mm,
+            host_ms,
         }
         camlux_pass_time {
             reserved, ms, name,

@@ -1,6 +1,6 @@
 //! The result of a run, for programs.
 
-use camlux::output::{Layer, StopReason};
+use camlux::output::{Layer, PassTime, StopReason};
 use camlux::scene::Parameter;
 use serde_json::{Map, json};
 
@@ -11,8 +11,12 @@ pub fn text(run: &RunSummary) -> String {
     let stats = &run.frame.stats;
     let description = &run.frame.description;
     let indirect = description.indirect;
-    let passes = stats.passes.iter();
-    let passes = passes.map(|pass| json!({ "name": pass.name, "milliseconds": pass.milliseconds }));
+    let times = |times: &[PassTime]| {
+        let times = times.iter();
+        let times =
+            times.map(|time| json!({ "name": time.name, "milliseconds": time.milliseconds }));
+        Vec::from_iter(times)
+    };
     let of_frame = || run.frame.layers.iter().map(|(layer, _)| *layer).collect();
     let layers = run.args.layers.clone().unwrap_or_else(of_frame);
     let files = run
@@ -42,7 +46,8 @@ pub fn text(run: &RunSummary) -> String {
             "layers": Vec::from_iter(layers.into_iter().map(Layer::name)),
         },
         "device": { "name": stats.device, "driver": stats.driver },
-        "gpu_passes": Vec::from_iter(passes),
+        "gpu_passes": times(&stats.passes),
+        "host_steps": times(&stats.host_steps),
         "vpl_count": stats.vpl_count,
         "pixel_vpl_pairs": stats.pixel_vpl_pairs,
         "pairs_per_second": stats.pairs_per_second(),

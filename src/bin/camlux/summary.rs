@@ -75,11 +75,13 @@ pub fn text(run: &RunSummary) -> String {
     if !run.args.verbose {
         return text;
     }
-    let passes = stats.passes.iter();
-    line(
-        "passes",
-        list_times(passes.map(|pass| (pass.name, pass.milliseconds))),
-    );
+    for (label, times) in [("passes", &stats.passes), ("host", &stats.host_steps)] {
+        let times = times.iter();
+        line(
+            label,
+            list_times(times.map(|time| (time.name, time.milliseconds))),
+        );
+    }
     line("steps", list_times(run.wall.iter().copied()));
     if run.frame.description.indirect.is_some() {
         let mut counts = stats.vpl_count.to_string();

@@ -83,6 +83,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     let mut limits = Limits::new(refiner.context, plan);
     let mut resources = refiner.resources(plan.coarsest_stride)?;
     let before = Spent::so_far(refiner.context);
+    refiner.context.begin_step("pilot");
     let (mut sample, mut pilot) = pilot(refiner, &resources.images, plan, &limits)?;
     let pilots = Spent::so_far(refiner.context).since(&before);
     if pilot.is_dark() {
@@ -126,6 +127,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         };
         let is_last = attempt + 1 == most && !limits.are_set();
         refiner.progress.begin_attempt(attempt, is_last);
+        refiner.context.begin_step("allocate_samples");
         let of_image = alone.as_ref().unwrap_or(&pilot);
         let budget = match &last {
             _ if is_exact => SampleBudget::for_sums(aim, is_last),
@@ -151,6 +153,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         };
         refiner.weigh_ranges(&resources, squares, attempt == 0)?;
         let criteria = budget.criteria(pilot.light().radiance, plan.error_norm, of_estimate);
+        refiner.context.begin_step("gather");
         let took_all_samples = refiner.refine(
             &mut resources,
             Attempt {
@@ -163,6 +166,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         )?;
         let is_cut_short = !took_all_samples && attempt > 0;
         let pixels_to_judge = limits.pixels_to_judge(planned, packets_of_estimate);
+        refiner.context.begin_step("error_estimate");
         let mut estimate = judge.judge(
             refiner,
             (plan, attempt, pixels_to_judge),
@@ -214,6 +218,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 found.stop = Some(StopReason::SamplesExhausted);
                 return Ok(found);
             }
+            refiner.context.begin_step("allocate_samples");
             let noise = pilot.observed_noise(&estimate);
             for pilot in [Some(&mut pilot), alone.as_mut()].into_iter().flatten() {
                 pilot.scale_noise(noise);

@@ -85,18 +85,65 @@ struct Model {
 
 /// How samples are distributed to the pixels of an image.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Distribution {
+pub(super) struct Distribution<'f> {
     /// As in [`SampleAllocation`](crate::passes::refinement::SampleAllocation).
     pub packets_scale: f64,
-    pub variance_rate: f64,
     pub packet_variance: f64,
-    pub max_packets: u32,
+    pub falloff: &'f VarianceFalloff,
+    /// Error that a pixel must save for each packet that it takes.
+    price: f64,
+}
+
+impl Distribution<'_> {
+    pub fn new(
+        packets_scale: f64,
+        packet_variance: f64,
+        falloff: &VarianceFalloff,
+    ) -> Distribution<'_> {
+        let rate = falloff.rate;
+        Distribution {
+            packets_scale,
+            packet_variance,
+            falloff,
+            price: rate * packets_scale.powf(-1.0 - rate),
+        }
+    }
+}
+
+/// How the variance of a gather falls with its packets.
+#[derive(Debug)]
+pub(super) struct VarianceFalloff {
+    rate: f64,
+    /// For each number of packets from 1 on.
+    shares: Vec<f64>,
+}
+
+impl VarianceFalloff {
+    pub fn new(rate: f64, max_packets: u32) -> VarianceFalloff {
+        let shares = (1..=max_packets).map(|packets| f64::from(packets).powf(-rate));
+        VarianceFalloff {
+            rate,
+            shares: shares.collect(),
+        }
+    }
+
+    fn max_packets(&self) -> u32 {
+        self.shares.len() as u32
+    }
+
+    /// Variance with this many packets, over that with one.
+    fn share(&self, packets: f64) -> f64 {
+        let index = packets as usize;
+        let known = self.shares.get(index.wrapping_sub(1));
+        let known = known.filter(|_| index as f64 == packets);
+        known.copied().unwrap_or_else(|| packets.powf(-self.rate))
+    }
 }
 
 impl ImageSamples {
     /// Squared error after smoothing with this many packets, over that of a packet with variance 1.
     fn error_with(&self, packets: f64, with: Distribution) -> f64 {
-        let own = self.variance * packets.powf(-with.variance_rate);
+        let own = self.variance * with.falloff.share(packets);
         self.model.map_or(own, |Model { error, leverage }| {
             let of_model = error / with.packet_variance + leverage * own;
             own * of_model / (own + of_model).max(f64::MIN_POSITIVE)
@@ -105,21 +152,16 @@ impl ImageSamples {
 
     /// The packets that the pixel takes, as in `shaders/sample_counts.wgsl`. It keeps those that it has.
     fn packets_with(&self, with: Distribution) -> f64 {
-        let Distribution {
-            packets_scale,
-            variance_rate,
-            max_packets,
-            ..
-        } = with;
+        let max_packets = with.falloff.max_packets();
         if self.model.is_none() {
-            let power = 1.0 / (1.0 + variance_rate);
-            return packets(self.variance, packets_scale, power, max_packets).max(self.packets);
+            let power = 1.0 / (1.0 + with.falloff.rate);
+            let scaled = with.packets_scale * self.variance.powf(power);
+            return packets(scaled, max_packets).max(self.packets);
         }
-        let price = variance_rate * packets_scale.powf(-1.0 - variance_rate);
         let (mut best, mut least) = (1.0, f64::INFINITY);
         let mut packets = 1;
         while packets <= max_packets {
-            let total = self.error_with(packets.into(), with) + price * f64::from(packets);
+            let total = self.error_with(packets.into(), with) + with.price * f64::from(packets);
             if total < least {
                 (best, least) = (packets.into(), total);
             }
@@ -127,6 +169,15 @@ impl ImageSamples {
         }
         self.packets.max(best)
     }
+}
+
+/// What smoothing leaves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Smoothed {
+    /// Squared error, in units of a packet's variance.
+    pub error: f64,
+    /// Mean packets of a gathered pixel.
+    pub mean_packets: f64,
 }
 
 /// Divides nothing by 0. Far below the square of any light in f32, and its inverse is finite many times over.
@@ -276,44 +327,57 @@ impl ErrorEstimate {
         1.0 / (1.0 + self.variance_rate())
     }
 
-    /// Noise over the radiance, with `packets_scale` packets for a pixel of variance 1, and at most `max_packets` for each pixel.
-    pub fn noise_with(&self, packets_scale: f64, max_packets: u32) -> f64 {
-        let (rate, power) = (self.variance_rate(), self.variance_power());
-        let variance_of_mean = |pixel: &Scatter| {
-            let packets = packets(pixel.relative, packets_scale, power, max_packets);
-            pixel.variance * packets.powf(-rate)
-        };
-        let sum: f64 = self.scatter.iter().map(variance_of_mean).sum();
-        (sum / self.signal * self.packet_variance()).sqrt()
+    /// Noise over the radiance, as a function of the packets for a pixel of variance 1, with at most `max_packets` for each pixel.
+    pub fn noise_with(&self, max_packets: u32) -> impl Fn(f64) -> f64 {
+        let power = self.variance_power();
+        let falloff = VarianceFalloff::new(self.variance_rate(), max_packets);
+        let of_pixel = |pixel: &Scatter| (pixel.variance, pixel.relative.powf(power));
+        let pixels: Vec<(f64, f64)> = self.scatter.iter().map(of_pixel).collect();
+        let (signal, packet_variance) = (self.signal, self.packet_variance());
+        move |packets_scale| {
+            let variance_of_mean = |&(variance, share): &(f64, f64)| {
+                variance * falloff.share(packets(packets_scale * share, max_packets))
+            };
+            let sum: f64 = pixels.iter().map(variance_of_mean).sum();
+            (sum / signal * packet_variance).sqrt()
+        }
     }
 
-    /// Squared error that smoothing leaves in the gathered pixels, in units of a packet's variance. `None`: with the samples that they have.
-    pub fn smoothed_error(&self, distribution: Option<Distribution>, with: Distribution) -> f64 {
-        let error = |pixel: &ImageSamples| {
-            let packets = distribution.map_or(pixel.packets, |to| pixel.packets_with(to));
-            pixel.share * pixel.error_with(packets, with)
-        };
-        self.gathered_in_image().map(error).sum()
+    /// What more samples leave of the gathered pixels' error.
+    pub fn smoothed(&self, with: Distribution) -> Smoothed {
+        self.smoothed_with(with, |pixel| pixel.packets_with(with))
     }
 
-    /// Mean packets of the gathered pixels. `None`: those that they have.
-    pub fn mean_smoothed_packets(&self, distribution: Option<Distribution>) -> f64 {
-        let packets =
-            |pixel: &ImageSamples| distribution.map_or(pixel.packets, |to| pixel.packets_with(to));
-        let gathered = || self.gathered_in_image();
-        let sum: f64 = gathered().map(|pixel| pixel.weight * packets(pixel)).sum();
-        let weights: f64 = gathered().map(|pixel| pixel.weight).sum();
-        sum / weights.max(f64::MIN_POSITIVE)
+    /// The same with the samples that they have.
+    pub fn smoothed_now(&self, with: Distribution) -> Smoothed {
+        self.smoothed_with(with, |pixel| pixel.packets)
     }
 
-    fn gathered_in_image(&self) -> impl Iterator<Item = &ImageSamples> {
-        self.of_image.iter().filter(|pixel| pixel.packets > 0.0)
+    fn smoothed_with(
+        &self,
+        with: Distribution,
+        packets: impl Fn(&ImageSamples) -> f64,
+    ) -> Smoothed {
+        let (mut error, mut sum, mut weights) = (0.0, 0.0, 0.0);
+        for pixel in self.of_image.iter().filter(|pixel| pixel.packets > 0.0) {
+            let packets = packets(pixel);
+            error += pixel.share * pixel.error_with(packets, with);
+            sum += pixel.weight * packets;
+            weights += pixel.weight;
+        }
+        Smoothed {
+            error,
+            mean_packets: sum / f64::max(weights, f64::MIN_POSITIVE),
+        }
     }
 
     /// Mean packets of a pixel, with the parameters of `noise_with`.
     pub fn mean_packets(&self, packets_scale: f64, max_packets: u32) -> f64 {
         let power = self.variance_power();
-        let of_pixel = |pixel: &Scatter| packets(pixel.relative, packets_scale, power, max_packets);
+        let of_pixel = |pixel: &Scatter| {
+            let scaled = packets_scale * pixel.relative.powf(power);
+            packets(scaled, max_packets)
+        };
         let sum: f64 = self.scatter.iter().map(of_pixel).sum();
         sum / self.scatter.len().max(1) as f64
     }
@@ -465,11 +529,9 @@ impl ErrorEstimate {
     }
 }
 
-/// Packets of a pixel with this variance, as in `shaders/sample_counts.wgsl`.
-fn packets(variance: f64, packets_scale: f64, variance_power: f64, max_packets: u32) -> f64 {
-    (packets_scale * variance.powf(variance_power))
-        .ceil()
-        .clamp(1.0, f64::from(max_packets))
+/// Packets of a pixel, as in `shaders/sample_counts.wgsl`.
+fn packets(scaled: f64, max_packets: u32) -> f64 {
+    scaled.ceil().clamp(1.0, f64::from(max_packets))
 }
 
 /// What Student's t distribution exceeds with this probability, at most 1/2, within 1 % from 15 degrees of freedom on and down to
@@ -533,13 +595,13 @@ mod tests {
     #[test]
     fn noise_is_expected_as_it_was_observed() {
         let mut pilot = ErrorEstimate::of_pilot(&[0.01, 1.0]);
-        let expected = pilot.noise_with(0.0, 1);
+        let expected = pilot.noise_with(1)(0.0);
         let mut gathers = ErrorEstimate::of_pilot(&[0.01, 1.0]);
         gathers.noise *= 2.0;
         let observed = pilot.observed_noise(&gathers);
         assert!((observed - 2f64.sqrt()).abs() < 1e-12);
         pilot.scale_noise(observed);
-        assert!((pilot.noise_with(0.0, 1) / expected - 2f64.sqrt()).abs() < 1e-12);
+        assert!((pilot.noise_with(1)(0.0) / expected - 2f64.sqrt()).abs() < 1e-12);
         assert!((pilot.observed_noise(&gathers) - 1.0).abs() < 1e-12);
         gathers.noise = 0.0;
         assert!(pilot.observed_noise(&gathers) > 0.0);
@@ -557,12 +619,8 @@ mod tests {
                 leverage: 0.2,
             }),
         };
-        let with = Distribution {
-            packets_scale: 20.0,
-            variance_rate: 1.4,
-            packet_variance: 0.005,
-            max_packets: 1024,
-        };
+        let falloff = VarianceFalloff::new(1.4, 1024);
+        let with = Distribution::new(20.0, 0.005, &falloff);
         let packets = [0.0, 1e-4, 1.0].map(|error| pixel(error).packets_with(with));
         assert!(
             packets.is_sorted() && 1.5 * packets[0] < packets[2],
@@ -579,9 +637,9 @@ mod tests {
             of_image: vec![pixel(1e-4); 4],
             ..ErrorEstimate::default()
         };
-        let [now, then] = [None, Some(with)].map(|to| estimate.smoothed_error(to, with));
-        assert!(then < now);
-        assert_eq!(estimate.mean_smoothed_packets(Some(with)), packets[1]);
+        let [now, then] = [estimate.smoothed_now(with), estimate.smoothed(with)];
+        assert!(then.error < now.error);
+        assert_eq!(then.mean_packets, packets[1]);
     }
 
     #[test]

@@ -1,9 +1,12 @@
 //! Judges an attempt: estimates its error at a sample of pixels, and whether the target is met.
 
+use std::collections::VecDeque;
+
 use super::{
+    expected_errors::ExpectedErrors,
     image_estimate::ImageEstimate,
     limits::pixels_for,
-    pixel_sample::{FEW_PIXELS, PixelSample, SAMPLE_PIXELS},
+    pixel_sample::{FEW_PIXELS, ListedPixels, PixelSample, SAMPLE_PIXELS, tile_px},
     refine::Refiner,
 };
 use crate::{
@@ -48,26 +51,48 @@ impl Judge {
         let target = plan.target_error.unwrap_or_default();
         let Judge { samples, looks } = self;
         if refiner.gatherer.is_exact() {
-            return samples[0].estimate(refiner, images, criteria, samples_per_pixel);
+            return samples[0].estimate(refiner, images, samples_per_pixel);
         }
         samples.clear();
-        let mut estimate_next = |pixels: u32| {
-            let number = samples.len() as u32;
-            let seed = 1 + attempt * MAX_SAMPLES + number;
-            let mut sample =
-                PixelSample::by_expected_error(refiner, images, plan.error_norm, (pixels, seed))?;
-            // The first two are there in any case, unless the error is far below the target.
-            if number >= 2 {
-                sample = sample.further();
-            }
-            let estimate = sample.estimate(refiner, images, criteria, samples_per_pixel);
-            samples.push(sample);
-            estimate
-        };
+        let tile_px = tile_px(plan.error_norm, refiner.context.plan.resolution_px);
+        let mut readback = refiner.context.readback.borrow_mut();
+        let expected = ExpectedErrors::read(refiner, images, tile_px, &mut readback)?;
+        let how = (plan.error_norm, criteria);
         // Two samples take twice the rays from the lights.
         let few = match pixels < SAMPLE_PIXELS {
             true => pixels,
             false => pixels_for(plan, FEW_PIXELS),
+        };
+        let rest = SAMPLE_PIXELS.saturating_sub(few);
+        let sizes: &[u32] = if few == pixels { &[few] } else { &[few, rest] };
+        let seed_of = |number: u32| 1 + attempt * MAX_SAMPLES + number;
+        let list = |refiner: &Refiner, (number, &pixels): (u32, &u32)| {
+            let which = (pixels, seed_of(number));
+            ListedPixels::by_expected_error(refiner, images, &expected, criteria, which)
+        };
+        // The device lists both at once, because the host waits for it.
+        let listed = (0..).zip(sizes).map(|size| list(refiner, size));
+        let mut listed = listed.collect::<Result<VecDeque<_>>>()?;
+        refiner.context.finish()?;
+        let mut estimate_next = |pixels: u32| {
+            let number = samples.len() as u32;
+            let ready = match listed.pop_front() {
+                Some(ready) => ready,
+                None => {
+                    let further = list(refiner, (number, &pixels))?;
+                    refiner.context.finish()?;
+                    further
+                }
+            };
+            let which = (pixels, seed_of(number));
+            let mut sample = PixelSample::listed(refiner, images, ready, how, which)?;
+            // The first two are there in any case, unless the error is far below the target.
+            if number >= 2 {
+                sample = sample.further();
+            }
+            let estimate = sample.estimate(refiner, images, samples_per_pixel);
+            samples.push(sample);
+            estimate
         };
         let mut estimate = estimate_next(few)?;
         estimate.set_looks(*looks + 1);
@@ -78,7 +103,7 @@ impl Judge {
             *looks += 1;
             return Ok(estimate);
         }
-        estimate.add(estimate_next(SAMPLE_PIXELS - few)?);
+        estimate.add(estimate_next(rest)?);
         *looks += 1;
         let enough = f64::from(SAMPLE_PIXELS) * estimate.growth_to_decide(target);
         if estimate.relative_error() < target

@@ -54,7 +54,7 @@ pub(super) struct Limits<'c> {
     pixels: u32,
 }
 
-/// Rays and time of the frame so far.
+/// Rays and time of the frame so far, with the rays that are recorded.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spent {
     pub rays: f64,
@@ -66,7 +66,7 @@ impl Spent {
         let cost = context.cost.borrow();
         Spent {
             rays: cost.ray_count() as f64,
-            seconds: cost.seconds(context.pipelines),
+            seconds: cost.seconds(context.pipelines) + cost.pending_seconds(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod error_estimate;
+mod expected_errors;
 mod image_estimate;
 mod judge;
 mod limits;

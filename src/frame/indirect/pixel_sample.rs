@@ -4,11 +4,12 @@ use std::collections::HashMap;
 
 use super::{
     error_estimate::{ErrorEstimate, PixelEstimate},
+    expected_errors::ExpectedErrors,
     image_estimate::{ImageEstimate, RangeFigures, RangeTarget, settle_signals},
     refine::{Refiner, SharedLightRays},
 };
 use crate::{
-    Result, metrics,
+    Error, Result, metrics,
     passes::{
         cost::{FIRST_ESTIMATE, FURTHER_ESTIMATES},
         error_estimate::{self, Compared, ESTIMATE_VECTORS},
@@ -20,7 +21,7 @@ use crate::{
         sample_counts::{PACKET_SAMPLES, SampleCounts},
     },
     scene::{ErrorNorm, MAX_FREQUENCIES},
-    vulkan::{Buffer, BufferUse, Readback},
+    vulkan::{Buffer, BufferUse},
 };
 
 /// Groups of pixels that have no samples in common.
@@ -28,8 +29,6 @@ pub(super) const GROUPS: u32 = 16;
 /// Pixels of a sample, and of one that is enough for a rough image.
 pub(super) const SAMPLE_PIXELS: u32 = 1024;
 pub(super) const FEW_PIXELS: u32 = 256;
-/// Share of the pixels that are chosen evenly; the others by the error that is expected of them. Nobody expects some errors.
-const EVEN_SHARE: f64 = 0.5;
 /// Seeds of the estimates, different from those of images.
 const FIRST_SEED: u32 = 0x5eed_0000;
 
@@ -50,7 +49,7 @@ pub(super) struct PixelSample {
     counted_for: &'static str,
     /// Number of gathers of this sample so far.
     gathers: u32,
-    /// Counts of the gathers that the image was compared with; `None` if gathers are exact.
+    /// Counts of the gathers that the image is compared with; `None` if gathers are exact.
     counts: Option<SampleCounts>,
 }
 
@@ -86,43 +85,35 @@ impl PixelSample {
         }
     }
 
-    /// Chooses `wanted` pixels with a probability that grows with the square of the error that the image expects of them. In an image of no
-    /// more pixels, and in one that expects nothing, chooses evenly.
-    pub fn by_expected_error(
+    /// The pixels of a list that the device has made, or if there is none, evenly chosen ones; with the samples that they take.
+    pub fn listed(
         refiner: &Refiner,
         images: &RefinementImages,
-        norm: ErrorNorm,
+        listed: Option<ListedPixels>,
+        (norm, criteria): (ErrorNorm, RefinementCriteria),
         (wanted, seed): (u32, u32),
     ) -> Result<PixelSample> {
-        let (context, gbuffer) = (refiner.context, refiner.gbuffer);
-        context.finish()?;
-        let mut readback = Readback::new(context.device, refiner.indirect_radiance.shape)?;
-        let image = readback.pixels(refiner.indirect_radiance)?;
-        let mut of_range = Vec::new();
-        if let Some(weights) = &images.range_weights {
-            let mut readback = Readback::new(context.device, weights.shape)?;
-            // What the worst of light and ranges makes of an error.
-            let worst = |pixel: &[f32; 4]| pixel.iter().fold(1.0, |a: f32, &b| a.max(b));
-            of_range.extend(readback.pixels(weights)?.iter().map(worst));
-        }
-        let resolution_px = context.plan.resolution_px;
-        let chosen = by_error(
-            (image, &of_range, resolution_px),
-            tile_px(norm, resolution_px),
-            (wanted, seed ^ random::hash(context.seed)),
-        );
-        if chosen.is_empty() {
-            return PixelSample::new(refiner, norm, (wanted, seed));
-        }
-        let pixels: Vec<u32> = chosen.iter().map(|&(pixel, _)| pixel).collect();
-        let receivers = Receivers::with_candidates(context.device, &pixels)?;
-        context.submit(|r| receivers::list(r, context, gbuffer, &receivers, None))?;
-        PixelSample::of(
-            refiner,
-            receivers,
-            chosen.into_iter().collect(),
-            (norm, seed),
-        )
+        let (mut sample, counts) = match listed {
+            Some(ListedPixels {
+                receivers,
+                counts,
+                weights,
+            }) => {
+                let sample = PixelSample::of(refiner, receivers, weights, (norm, seed))?;
+                (sample, counts)
+            }
+            None => {
+                let sample = PixelSample::new(refiner, norm, (wanted, seed))?;
+                let (context, receivers) = (refiner.context, &sample.receivers);
+                let counts = SampleCounts::of_estimate(context, sample.count)?;
+                let gbuffer = refiner.gbuffer;
+                context
+                    .submit(|r| counts.count(r, context, gbuffer, images, receivers, criteria))?;
+                (sample, counts)
+            }
+        };
+        sample.counts = Some(counts);
+        Ok(sample)
     }
 
     fn of(
@@ -174,7 +165,7 @@ impl PixelSample {
         if refiner.gatherer.is_exact() {
             self.gather(refiner, None, 0.0)?;
         } else {
-            let counts = SampleCounts::even(refiner.context, self.count, packets)?;
+            let counts = SampleCounts::even(refiner.context.device, self.count, packets)?;
             let samples = GatheredWith {
                 counts: &counts,
                 seed: FIRST_SEED + 2 * self.gathers,
@@ -194,28 +185,16 @@ impl PixelSample {
         &mut self,
         refiner: &mut Refiner,
         images: &RefinementImages,
-        criteria: RefinementCriteria,
         samples: u32,
     ) -> Result<ImageEstimate> {
-        let context = refiner.context;
         if refiner.gatherer.is_exact() {
             if self.gathers == 0 {
                 self.gather(refiner, None, 1.0)?;
             }
             return self.compare(refiner, images, None, 0);
         }
-        let counts = SampleCounts::of_estimate(context, self.count)?;
-        let receivers = &self.receivers;
-        context.submit(|recorder| {
-            counts.count(
-                recorder,
-                context,
-                refiner.gbuffer,
-                images,
-                receivers,
-                criteria,
-            )
-        })?;
+        let no_counts = || Error::internal("a sample of pixels has no sample counts");
+        let counts = self.counts.take().ok_or_else(no_counts)?;
         let samples = GatheredWith {
             counts: &counts,
             seed: FIRST_SEED - 2 * (self.seed + 1),
@@ -381,6 +360,44 @@ impl PixelSample {
     }
 }
 
+/// Pixels with the samples that they take. The device lists them with the next submission.
+pub(super) struct ListedPixels {
+    receivers: Receivers,
+    counts: SampleCounts,
+    /// As those of a [`PixelSample`].
+    weights: HashMap<u32, f64>,
+}
+
+impl ListedPixels {
+    /// Chooses `wanted` pixels with a probability that grows with the square of the error that the image expects of them. `None` in an
+    /// image of no more pixels, and in one that expects nothing.
+    pub fn by_expected_error(
+        refiner: &Refiner,
+        images: &RefinementImages,
+        expected: &ExpectedErrors,
+        criteria: RefinementCriteria,
+        (wanted, seed): (u32, u32),
+    ) -> Result<Option<ListedPixels>> {
+        let (context, gbuffer) = (refiner.context, refiner.gbuffer);
+        let chosen = expected.choose(wanted, seed ^ random::hash(context.seed));
+        if chosen.is_empty() {
+            return Ok(None);
+        }
+        let pixels: Vec<u32> = chosen.iter().map(|&(pixel, _)| pixel).collect();
+        let receivers = Receivers::with_candidates(context.device, &pixels)?;
+        let counts = SampleCounts::of_estimate(context, pixels.len() as u32)?;
+        context.record(|recorder| {
+            receivers::list(recorder, context, gbuffer, &receivers, None)?;
+            counts.count(recorder, context, gbuffer, images, &receivers, criteria)
+        })?;
+        Ok(Some(ListedPixels {
+            receivers,
+            counts,
+            weights: chosen.into_iter().collect(),
+        }))
+    }
+}
+
 /// The samples of two gathers.
 #[derive(Clone, Copy)]
 struct GatheredWith<'s> {
@@ -394,70 +411,11 @@ struct GatheredWith<'s> {
 }
 
 /// Edge of the tiles that errors are relative to; `None`: they are relative to the whole image.
-fn tile_px(norm: ErrorNorm, resolution_px: [u32; 2]) -> Option<u32> {
+pub(super) fn tile_px(norm: ErrorNorm, resolution_px: [u32; 2]) -> Option<u32> {
     match norm {
         ErrorNorm::Image => None,
         ErrorNorm::Local => Some(metrics::local_tile_px(resolution_px)),
     }
-}
-
-/// Chooses `wanted` pixels of an image with expected errors, and their weights. Those with a larger expected error are chosen more
-/// often, some repeatedly. `weights` are for the squared errors; 1 if there are none. None if the image has no more pixels than that, or expects no error.
-fn by_error(
-    (image, weights, [width, height]): (&[[f32; 4]], &[f32], [u32; 2]),
-    tile_px: Option<u32>,
-    (wanted, seed): (u32, u32),
-) -> Vec<(u32, f64)> {
-    const BLOCK_PX: u32 = 8;
-    let tile_px = tile_px.unwrap_or(width.max(height));
-    let tile_columns = width.div_ceil(tile_px);
-    let tile = |x: u32, y: u32| (y / tile_px * tile_columns + x / tile_px) as usize;
-    let at = |x: u32, y: u32| image[(y * width + x) as usize].map(f64::from);
-    // Block by block, so that each stratum of the cumulative probability is a region of the image.
-    let [columns, rows] = [width, height].map(|size| size.div_ceil(BLOCK_PX));
-    let seen = || {
-        let blocks = (0..columns * rows).flat_map(|block| {
-            let [left, top] = [block % columns, block / columns].map(|at| at * BLOCK_PX);
-            (0..BLOCK_PX * BLOCK_PX).map(move |at| [left + at % BLOCK_PX, top + at / BLOCK_PX])
-        });
-        blocks.filter(|&[x, y]| x < width && y < height && at(x, y)[3] != 0.0)
-    };
-    let mut tiles = vec![(0.0, 0.0); (tile_columns * height.div_ceil(tile_px)) as usize];
-    for [x, y] in seen() {
-        let [r, g, b, _] = at(x, y);
-        let (sum, count) = &mut tiles[tile(x, y)];
-        *sum += r * r + g * g + b * b;
-        *count += 1.0;
-    }
-    let (sum, count) = tiles
-        .iter()
-        .fold((0.0, 0.0), |all, tile| (all.0 + tile.0, all.1 + tile.1));
-    let floor = metrics::LOCAL_FLOOR.powi(2) * sum / f64::max(count, 1.0);
-    let expected = |x: u32, y: u32| {
-        let (sum, count) = tiles[tile(x, y)];
-        let weight = weights.get((y * width + x) as usize);
-        let weight = weight.map_or(1.0, |&weight| weight.into());
-        weight * at(x, y)[3].powi(2) / (sum / count).max(floor)
-    };
-    let total: f64 = seen().map(|[x, y]| expected(x, y)).sum();
-    if count <= f64::from(wanted) || !(total > 0.0 && total.is_finite()) {
-        return Vec::new();
-    }
-    let mut chosen = Vec::new();
-    let mut cumulative = 0.0;
-    let threshold = |stratum: usize| {
-        let word = random::hash(stratum as u32 ^ random::hash(seed));
-        (stratum as f64 + f64::from(word) / 4_294_967_296.0) / f64::from(wanted)
-    };
-    for [x, y] in seen() {
-        let even = 1.0 / count;
-        let probability = EVEN_SHARE * even + (1.0 - EVEN_SHARE) * expected(x, y) / total;
-        cumulative += probability;
-        while chosen.len() < wanted as usize && threshold(chosen.len()) < cumulative {
-            chosen.push((x + (y << 16), even / probability));
-        }
-    }
-    chosen
 }
 
 /// Chooses about `count` pixels, one at a random place in each cell of a grid over the image, each as column + 65536 · row.
@@ -483,31 +441,6 @@ fn scattered([width, height]: [u32; 2], count: u32, seed: u32) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Pixels with large errors are chosen more often, and weights undo it: sums over the sample are those over the image.
-    #[test]
-    fn weights_undo_the_choice_by_error() {
-        let size = [90, 70];
-        let error = |pixel: u32| if pixel % 53 == 7 { 1.0 } else { -0.05 };
-        let mut image: Vec<[f32; 4]> = (0..90 * 70).map(|p| [1.0, 2.0, 3.0, error(p)]).collect();
-        // The background.
-        image[..900].fill([0.0; 4]);
-        let pixels = image.len() as f64 - 900.0;
-        for tile in [None, Some(9)] {
-            let chosen = by_error((&image, &[], size), tile, (1024, 5));
-            assert_eq!(chosen.len(), 1024);
-            let of = |pixel: u32| image[((pixel >> 16) * 90 + (pixel & 0xffff)) as usize][3];
-            assert!(chosen.iter().all(|&(pixel, _)| of(pixel) != 0.0));
-            let large = chosen.iter().filter(|&&(pixel, _)| of(pixel) == 1.0);
-            assert!(large.clone().count() > 400);
-            let share = large.map(|(_, weight)| weight).sum::<f64>() / chosen.len() as f64;
-            let expected = image.iter().filter(|pixel| pixel[3] == 1.0).count() as f64 / pixels;
-            assert!((share / expected - 1.0).abs() < 0.1, "{share} {expected}");
-            let mean = chosen.iter().map(|(_, weight)| weight).sum::<f64>() / chosen.len() as f64;
-            assert!((mean - 1.0).abs() < 0.05, "{mean}");
-        }
-        assert!(by_error((&image[..900], &[], [90, 10]), None, (1024, 5)).is_empty());
-    }
 
     #[test]
     fn scattered_pixels_lie_in_the_image_each_in_a_cell_of_its_own() {

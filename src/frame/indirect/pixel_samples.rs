@@ -66,7 +66,7 @@ pub(super) fn average(
     // If all samples of a pixel are gathered, that pixel gets twice the samples of another.
     let packets = (2 * samples_of_pixel / PACKET_SAMPLES).div_ceil(all.len() as u32);
     let counts = (!refiner.gatherer.is_exact())
-        .then(|| SampleCounts::even(context, pixels, packets))
+        .then(|| SampleCounts::even(context.device, pixels, packets))
         .transpose()?;
     let pass = refiner.gatherer.pass();
     for (index, sample) in all.iter().enumerate() {

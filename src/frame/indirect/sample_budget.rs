@@ -1,6 +1,6 @@
 //! Derives the samples of each pixel and the tolerance of interpolation from the error that is aimed at.
 
-use super::error_estimate::{Distribution, ErrorEstimate};
+use super::error_estimate::{Distribution, ErrorEstimate, VarianceFalloff};
 use crate::{
     passes::{
         final_gather::MAX_SAMPLES,
@@ -43,7 +43,7 @@ pub(super) struct SampleBudget {
 impl SampleBudget {
     /// The budget for rays of the first attempt, whose noise the pilot measured.
     pub fn for_rays(aim: f64, pilot: &ErrorEstimate) -> SampleBudget {
-        let noise = |scale| pilot.noise_with(scale, MAX_PACKETS);
+        let noise = pilot.noise_with(MAX_PACKETS);
         let scale = scale_for(|scale| noise(scale) <= FIRST_NOISE_OVER_AIM * aim);
         SampleBudget {
             mean_packets: pilot.mean_packets(scale, MAX_PACKETS),
@@ -57,14 +57,16 @@ impl SampleBudget {
         pilot: &ErrorEstimate,
         last: &ErrorEstimate,
     ) -> SampleBudget {
-        let with = |scale| SampleBudget::with_scale(scale, aim, pilot).distribution();
-        let wanted = shrink * shrink * last.smoothed_error(None, with(1.0));
-        let error = |scale| last.smoothed_error(Some(with(scale)), with(1.0));
-        let mean_packets = |scale| last.mean_smoothed_packets(Some(with(scale)));
-        let most = MAX_GROWTH * last.mean_smoothed_packets(None);
-        let scale = scale_for(|scale| error(scale) <= wanted || mean_packets(scale) > most);
+        let falloff = VarianceFalloff::new(pilot.variance_rate(), MAX_PACKETS);
+        let with = |scale| Distribution::new(scale, pilot.packet_variance(), &falloff);
+        let now = last.smoothed_now(with(1.0));
+        let (wanted, most) = (shrink * shrink * now.error, MAX_GROWTH * now.mean_packets);
+        let scale = scale_for(|scale| {
+            let then = last.smoothed(with(scale));
+            then.error <= wanted || then.mean_packets > most
+        });
         SampleBudget {
-            mean_packets: mean_packets(scale).max(1.0),
+            mean_packets: last.smoothed(with(scale)).mean_packets.max(1.0),
             ..SampleBudget::with_scale(scale, aim, pilot)
         }
     }
@@ -75,7 +77,7 @@ impl SampleBudget {
             noise: GatherNoise {
                 evenness: pilot.evenness(),
                 rate: pilot.variance_rate(),
-                relative: pilot.noise_with(packets_scale, MAX_PACKETS),
+                relative: pilot.noise_with(MAX_PACKETS)(packets_scale),
             },
             allocation: SampleAllocation {
                 packets_scale,
@@ -92,33 +94,17 @@ impl SampleBudget {
         }
     }
 
-    fn distribution(&self) -> Distribution {
-        let SampleAllocation {
-            packets_scale,
-            variance_rate,
-            packet_variance,
-            max_packets,
-            ..
-        } = self.allocation;
-        Distribution {
-            packets_scale,
-            variance_rate,
-            packet_variance,
-            max_packets,
-        }
-    }
-
     /// How gathers are sampled that images are compared with. Their noise is about the error that is aimed at: with less, they would take
     /// more rays than they save pixels.
     pub fn of_estimate(target: f64, pilot: &ErrorEstimate) -> SampleAllocation {
-        let noise = |scale| pilot.noise_with(scale, MAX_PACKETS);
+        let noise = pilot.noise_with(MAX_PACKETS);
         let scale = scale_for(|scale| noise(scale) <= ESTIMATE_NOISE_OVER_TARGET * target);
         SampleBudget::with_scale(scale, target, pilot).allocation
     }
 
     /// The error that an attempt with the fewest samples aims at.
     pub fn coarsest_aim(pilot: &ErrorEstimate) -> f64 {
-        let one_packet = pilot.noise_with(0.0, MAX_PACKETS) / FIRST_NOISE_OVER_AIM;
+        let one_packet = pilot.noise_with(MAX_PACKETS)(0.0) / FIRST_NOISE_OVER_AIM;
         one_packet.max(MAX_TOLERANCE / TOLERANCE_OVER_AIM)
     }
 
@@ -128,11 +114,11 @@ impl SampleBudget {
         most_packets: f64,
         (pilot, last): (&ErrorEstimate, &ErrorEstimate),
     ) -> f64 {
-        let with = |scale| SampleBudget::with_scale(scale, 1.0, pilot).distribution();
-        let mean_packets = |scale| last.mean_smoothed_packets(Some(with(scale)));
-        let scale = scale_for(|scale| mean_packets(scale) > most_packets);
-        let error = |to| last.smoothed_error(to, with(1.0));
-        let fitting = (error(Some(with(scale))) / error(None)).sqrt();
+        let falloff = VarianceFalloff::new(pilot.variance_rate(), MAX_PACKETS);
+        let with = |scale| Distribution::new(scale, pilot.packet_variance(), &falloff);
+        let scale = scale_for(|scale| last.smoothed(with(scale)).mean_packets > most_packets);
+        let [then, now] = [last.smoothed(with(scale)), last.smoothed_now(with(1.0))];
+        let fitting = (then.error / now.error).sqrt();
         shrink.max(fitting.min(1.0))
     }
 
