@@ -120,7 +120,12 @@ pub(crate) fn read_layers(
     if let Some(position_mesh) = position_mesh {
         let pixels = readback.pixels(position_mesh)?;
         let camera = &description.camera;
-        geometry = Some(Geometry::of(pixels, camera, space, &mut pool));
+        let mut wanted_geometry = Geometry::LAYERS.into_iter().filter(|&l| is_wanted(l));
+        let only_ids = !wanted_geometry.any(|layer| layer != Layer::InstanceId);
+        geometry = Some(match only_ids {
+            true => Geometry::of_ids(pixels, &mut pool),
+            false => Geometry::of(pixels, camera, space, &mut pool),
+        });
         paths = tof.map(|camera| Paths::of(pixels, description, camera.tof, space));
     }
     if let (Some(paths), true) = (&mut paths, images.sampled.is_some()) {
@@ -334,6 +339,19 @@ impl Geometry {
         Layer::Range,
         Layer::InstanceId,
     ];
+
+    /// The ids alone.
+    fn of_ids(pixels: &[[f32; 4]], pool: &mut BufferPool) -> Geometry {
+        let mut mesh_ids = pool.ids(pixels.len());
+        per_pixel(&mut mesh_ids, |i| [pixels[i][3] as u32]);
+        Geometry {
+            position: Vec::new(),
+            in_camera: Vec::new(),
+            depth: Vec::new(),
+            range: Vec::new(),
+            mesh_ids,
+        }
+    }
 
     fn of(
         pixels: &[[f32; 4]],

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
-use camlux::output::{Attribute, Layer, dataset_layers, describe_frame, plain_path};
+use camlux::output::{Attribute, Layer, TofQuantity, dataset_layers, describe_frame, plain_path};
 use camlux::scene::{Camera, IndirectLight};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
@@ -43,6 +43,8 @@ pub struct Planned {
     pub file: String,
     /// The layers with plain files; empty: all layers are in one file.
     plain_layers: Vec<Layer>,
+    /// The layers of its file; `None`: all.
+    layers: Option<Vec<Layer>>,
     /// BLAKE3 of everything that the image and its file depend on.
     pub inputs: String,
     /// Its description in the manifest.
@@ -301,6 +303,7 @@ impl Frames {
                 true => dataset_layers(&loaded.scene, &self.job.exr, self.job.has_flow),
                 false => Vec::new(),
             },
+            layers: self.job.exr.layers.clone(),
             inputs: hasher.finalize().to_hex().to_string(),
             description,
             begin,
@@ -379,6 +382,23 @@ impl Moment {
 }
 
 impl Planned {
+    /// The layers that rendering the frame's scene has to read: those of its file, and what warnings look at. `None`: all.
+    pub fn layers_to_read(&self, scene: &Scene) -> Option<Vec<Layer>> {
+        let is_made_of_others = self.has_flow || self.exposed.moments().next().is_some();
+        let mut layers = self.layers.clone().filter(|_| !is_made_of_others)?;
+        let phases = scene.tof.as_ref().map_or(0, |tof| tof.phase_count);
+        for layer in layers.clone() {
+            let taps = |phase| match layer {
+                Layer::Tof(frequency, _) => Some(Layer::Tof(frequency, TofQuantity::Taps(phase))),
+                _ => None,
+            };
+            layers.extend((0..phases as u8).filter_map(taps));
+        }
+        layers.extend([Layer::Radiance, Layer::Indirect, Layer::InstanceId]);
+        layers.retain(|layer| layer.check_made_for(scene).is_ok());
+        Some(layers)
+    }
+
     /// The attributes that the header of its file has in addition to those of the frame.
     pub fn attributes(&self) -> Vec<(String, Attribute)> {
         let frame = i32::try_from(self.index).unwrap_or(i32::MAX);

@@ -1,8 +1,8 @@
-//! Renders frames and writes them. A separate thread packs and writes finished frames while the next ones render.
+//! Renders frames and writes them. Other threads pack and write finished frames while the next ones render.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Sender, SyncSender, channel, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -86,8 +86,10 @@ impl Engine {
             indirect: begin.indirect.filter(|_| samples.is_empty()),
             ..begin.clone()
         };
+        let layers = planned.layers_to_read(&scene);
         let mut options = RenderOptions {
             frame_index: Some(planned.index as u32),
+            layers: layers.as_deref(),
             repeat_unchanged: true,
             ..RenderOptions::default()
         };
@@ -157,6 +159,15 @@ fn frames_in_flight(device: &DeviceInfo) -> usize {
     }
 }
 
+/// Threads that pack and write frames. On a CPU driver, more would take the cores from it.
+fn writers(device: &DeviceInfo) -> usize {
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    match device.kind {
+        DeviceKind::Cpu => 1,
+        _ => (cores / 4).clamp(1, 4),
+    }
+}
+
 /// Renders these frames.
 ///
 /// # Errors
@@ -174,12 +185,13 @@ pub fn render(
     };
     let engines = (0..in_flight).map(|_| Engine::on(device.clone(), options.device));
     let engines = engines.collect::<Result<Vec<_>, Error>>()?;
-    render_by(engines, frames, indices, journal, options)
+    let writers = writers(device.info());
+    render_by((engines, writers), frames, indices, journal, options)
 }
 
-/// Renders frames; each engine renders one at a time.
+/// Renders frames; each engine renders one at a time, and each writer writes one.
 fn render_by(
-    engines: Vec<Engine>,
+    (engines, writers): (Vec<Engine>, usize),
     frames: &Frames,
     indices: &[u64],
     journal: Journal,
@@ -188,15 +200,15 @@ fn render_by(
     let device = engines
         .first()
         .map(|engine| engine.device.info().name.clone());
-    let mut writer = Writer {
-        exr: frames.job.exr.clone(),
-        folder: options.folder,
+    let record = Record {
         device: device.unwrap_or_default(),
         journal,
         progress: FrameProgress::new(indices.len() as u64),
         done: Done::default(),
     };
+    let record = Mutex::new(record);
     let (sender, rendered) = sync_channel(options.queue);
+    let rendered = Mutex::new(Some(rendered));
     let (give_back, written) = channel();
     let written = Mutex::new(written);
     let next = AtomicUsize::new(0);
@@ -233,24 +245,39 @@ fn render_by(
             }
         }
     };
+    let write_all = |give_back: Sender<Option<Frame>>| {
+        let next = || lock(&rendered).as_ref().and_then(|all| all.recv().ok());
+        while let Some(next) = next() {
+            let (folder, exr) = (options.folder, &frames.job.exr);
+            let written = write(next, (folder, exr), &record);
+            // Without it, no frame can be sent to a writer any more.
+            let written = written.inspect_err(|_| drop(lock(&rendered).take()))?;
+            // The rendering threads may have ended already.
+            let _ = give_back.send(written);
+        }
+        Ok::<_, Error>(())
+    };
     thread::scope(|scope| {
-        let writing = scope.spawn(move || {
-            for rendered in rendered {
-                // The rendering threads may have ended already.
-                let _ = give_back.send(writer.write(rendered)?);
-            }
-            Ok::<_, Error>(writer)
+        let writing = (0..writers).map(|_| {
+            let (write_all, give_back) = (&write_all, give_back.clone());
+            scope.spawn(move || write_all(give_back))
         });
+        let writing: Vec<_> = writing.collect();
+        drop(give_back);
         for engine in engines {
             let (work, sender) = (&work, sender.clone());
             scope.spawn(move || work(engine, sender));
         }
         drop(sender);
-        let ended = writing.join();
-        let mut writer = ended.map_err(|_| "internal error: the writing thread panicked")??;
-        writer.done.is_whole = rendered_count.load(Ordering::Relaxed) == indices.len();
-        Ok((writer.done, writer.journal))
-    })
+        for writer in writing {
+            let ended = writer.join();
+            ended.map_err(|_| "internal error: a writing thread panicked")??;
+        }
+        Ok::<_, Failure>(())
+    })?;
+    let mut record = record.into_inner().unwrap_or_else(PoisonError::into_inner);
+    record.done.is_whole = rendered_count.load(Ordering::Relaxed) == indices.len();
+    Ok((record.done, record.journal))
 }
 
 /// Locks data that a panic elsewhere cannot leave half changed.
@@ -258,83 +285,91 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-struct Writer<'w> {
-    exr: ExrOptions,
-    folder: &'w Path,
+/// What the run has done, for its manifest and its summary.
+struct Record {
     device: String,
     journal: Journal,
     progress: FrameProgress,
     done: Done,
 }
 
-impl Writer<'_> {
-    /// Returns the frame unless it failed.
-    fn write(&mut self, rendered: Rendered) -> Result<Option<Frame>, Error> {
-        let Rendered {
-            planned,
-            frame,
-            time,
-        } = rendered;
-        let Planned { index, inputs, .. } = &planned;
-        let description = planned.description.as_object().cloned().unwrap_or_default();
-        let mut line = json!({ "index": index });
-        description
-            .into_iter()
-            .for_each(|(key, value)| line[key] = value);
-        self.done.rendering += time;
-        let ms = (time.as_secs_f64() * 1e6).round() * 1e-3;
-        let written = match frame {
-            Ok(frame) => {
-                let start = Instant::now();
-                self.exr.attributes = planned.attributes();
-                let path = self.folder.join(&planned.file);
-                let written = write_exr_files(&path, &frame, &self.exr)?;
-                match self.exr.plain {
-                    false => line["file"] = json!(planned.file),
-                    true => line["files"] = json!(planned.plain_files()),
-                }
-                line["blake3"] = json!(written.blake3);
-                line["bytes"] = json!(written.bytes);
-                line["ms"] = json!(ms);
-                line["estimated_error"] = json!(frame.stats.estimated_error);
-                line["estimated_error_upper"] = json!(frame.stats.estimated_error_upper);
-                if let Some(error_mm) = frame.stats.estimated_range_error_mm {
-                    line["estimated_range_error_mm"] = json!(error_mm);
-                    line["estimated_range_error_upper_mm"] =
-                        json!(frame.stats.estimated_range_error_upper_mm);
-                }
-                line["stop"] = json!(frame.stats.stop.map(StopReason::name));
-                if let Some(error) = frame.stats.estimated_interpolation_error {
-                    line["estimated_interpolation_error"] = json!(error);
-                }
-                if let Some(error) = frame.stats.estimated_area_light_error {
-                    line["estimated_area_light_error"] = json!(error);
-                }
-                let warnings = [frame.warnings(), self.exr.warnings(&frame)].concat();
-                self.done.warned += u64::from(!warnings.is_empty());
-                line["warnings"] = json!(warnings);
-                self.done.written += 1;
-                self.done.bytes += written.bytes;
-                let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
-                self.done.gpu += Duration::from_secs_f64(gpu_ms * 1e-3);
-                self.done.writing += start.elapsed();
-                Some(frame)
-            }
-            Err(error) => {
-                let failed = format!("camlux: frame {index} failed: {error}");
-                self.progress.say(&failed);
-                line["error"] = json!(error.to_string());
-                line["ms"] = json!(ms);
-                self.done.failed += 1;
-                None
-            }
+/// Writes a frame and records it. Returns the frame unless it failed.
+fn write(
+    rendered: Rendered,
+    (folder, exr): (&Path, &ExrOptions),
+    record: &Mutex<Record>,
+) -> Result<Option<Frame>, Error> {
+    let Rendered {
+        planned,
+        frame,
+        time,
+    } = rendered;
+    let Planned { index, inputs, .. } = &planned;
+    let description = planned.description.as_object().cloned().unwrap_or_default();
+    let mut line = json!({ "index": index });
+    description
+        .into_iter()
+        .for_each(|(key, value)| line[key] = value);
+    let start = Instant::now();
+    let written = frame.map(|frame| {
+        let exr = ExrOptions {
+            attributes: planned.attributes(),
+            ..exr.clone()
         };
-        line["device"] = json!(self.device);
-        line["inputs"] = json!(inputs);
-        self.journal.append(&line)?;
-        self.progress.step();
-        Ok(written)
-    }
+        let written = write_exr_files(&folder.join(&planned.file), &frame, &exr)?;
+        let warnings = [frame.warnings(), exr.warnings(&frame)].concat();
+        Ok::<_, Error>((frame, written, warnings))
+    });
+    let mut record = lock(record);
+    record.done.rendering += time;
+    let ms = (time.as_secs_f64() * 1e6).round() * 1e-3;
+    let written = match written {
+        Ok(written) => {
+            let (frame, written, warnings) = written?;
+            match exr.plain {
+                false => line["file"] = json!(planned.file),
+                true => line["files"] = json!(planned.plain_files()),
+            }
+            line["blake3"] = json!(written.blake3);
+            line["bytes"] = json!(written.bytes);
+            line["ms"] = json!(ms);
+            line["estimated_error"] = json!(frame.stats.estimated_error);
+            line["estimated_error_upper"] = json!(frame.stats.estimated_error_upper);
+            if let Some(error_mm) = frame.stats.estimated_range_error_mm {
+                line["estimated_range_error_mm"] = json!(error_mm);
+                line["estimated_range_error_upper_mm"] =
+                    json!(frame.stats.estimated_range_error_upper_mm);
+            }
+            line["stop"] = json!(frame.stats.stop.map(StopReason::name));
+            if let Some(error) = frame.stats.estimated_interpolation_error {
+                line["estimated_interpolation_error"] = json!(error);
+            }
+            if let Some(error) = frame.stats.estimated_area_light_error {
+                line["estimated_area_light_error"] = json!(error);
+            }
+            record.done.warned += u64::from(!warnings.is_empty());
+            line["warnings"] = json!(warnings);
+            record.done.written += 1;
+            record.done.bytes += written.bytes;
+            let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
+            record.done.gpu += Duration::from_secs_f64(gpu_ms * 1e-3);
+            record.done.writing += start.elapsed();
+            Some(frame)
+        }
+        Err(error) => {
+            let failed = format!("camlux: frame {index} failed: {error}");
+            record.progress.say(&failed);
+            line["error"] = json!(error.to_string());
+            line["ms"] = json!(ms);
+            record.done.failed += 1;
+            None
+        }
+    };
+    line["device"] = json!(record.device);
+    line["inputs"] = json!(inputs);
+    record.journal.append(&line)?;
+    record.progress.step();
+    Ok(written)
 }
 
 /// The result of the work, for readers.
@@ -367,9 +402,9 @@ mod tests {
     }
 
     #[test]
-    fn frames_in_flight_do_not_show() {
+    fn frames_in_flight_and_writers_do_not_show() {
         let frames = frames("frames = 5\n[[light]]\nindex = 0\npower_factor_range = [0.5, 2.0]\n");
-        let written_by = |engine_count: usize| {
+        let written_by = |engine_count: usize, writers: usize| {
             let folder = tempfile::tempdir().expect("a folder");
             std::fs::create_dir(folder.path().join("frames")).expect("a folder");
             let journal =
@@ -384,7 +419,13 @@ mod tests {
             };
             let indices: Vec<u64> = (0..frames.count()).collect();
             let journal = journal.expect("a manifest");
-            let done = render_by(engines.collect(), &frames, &indices, journal, options);
+            let done = render_by(
+                (engines.collect(), writers),
+                &frames,
+                &indices,
+                journal,
+                options,
+            );
             let (
                 Done {
                     written, is_whole, ..
@@ -397,7 +438,7 @@ mod tests {
                 .map(|&i| std::fs::read(folder.path().join(frames.plan(i).file)).expect("a frame"))
                 .collect::<Vec<_>>()
         };
-        assert!(written_by(2) == written_by(1));
+        assert!(written_by(4, 3) == written_by(1, 1));
     }
 
     #[test]
