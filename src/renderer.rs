@@ -2,8 +2,13 @@
 
 use std::{
     cell::{Cell, RefCell},
+    iter,
     ops::ControlFlow,
-    sync::Arc,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -15,14 +20,15 @@ use crate::{
     },
     model::FrameKey,
     output::{Frame, FrameDescription, FrameStats, Layer, PassTime, StopReason},
+    parallel::thread_count,
     passes::{
         Context,
         cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES, Pace},
-        modulation,
+        kernels, modulation,
         trace::RayList,
     },
     scene::{IndirectLight, MAX_FREQUENCIES, PixelSampling, TARGET_ERRORS},
-    vulkan::{CommandPool, PassTimes, Pipelines, Readback, Timeline},
+    vulkan::{CommandPool, PassTimes, Pipelines, Readback, Timeline, shaders::Key},
 };
 
 /// Renders frames on a device.
@@ -307,7 +313,10 @@ impl Renderer {
     ) -> Result<DrawnFrame> {
         let drawn = self.try_to_draw(scene, options, stays_on_device, observe);
         // Copies that are still waiting are of no use.
-        drawn.inspect_err(|_| self.commands = CommandPool::new(&self.device))
+        drawn.inspect_err(|_| {
+            self.commands = CommandPool::new(&self.device);
+            self.readback = Readback::new(&self.device).into();
+        })
     }
 
     fn try_to_draw(
@@ -378,7 +387,10 @@ impl Renderer {
             Some(_) => &mut nothing,
             None => &mut self.cache,
         };
-        let drawn = frame::draw(&context, cache, &mut progress, observe);
+        let missing = self.pipelines.missing(kernels::of_final_gather(&plan));
+        let drawn = with_kernels(&self.pipelines, missing, || {
+            frame::draw(&context, cache, &mut progress, observe)
+        });
         let images = cache.images.take();
         let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
         self.rays = rays.into_inner();
@@ -424,6 +436,37 @@ impl Renderer {
             description: self.describe(scene, options),
         })
     }
+}
+
+/// Draws while other threads make the pipelines of kernels.
+fn with_kernels<T>(
+    pipelines: &Pipelines,
+    missing: Vec<Key>,
+    draw: impl FnOnce() -> Result<T>,
+) -> Result<T> {
+    let threads = missing.len().min(thread_count().saturating_sub(1));
+    let next = Mutex::new(missing.into_iter());
+    let is_over = AtomicBool::new(false);
+    let take = || match is_over.load(Ordering::Relaxed) {
+        true => None,
+        false => next.lock().map_or(None, |mut next| next.next()),
+    };
+    thread::scope(|scope| {
+        let makers = (0..threads).map(|_| {
+            let take = &take;
+            scope.spawn(move || pipelines.make_ahead(iter::from_fn(take)))
+        });
+        let makers: Vec<_> = makers.collect();
+        let drawn = draw();
+        // What the frame did not need can wait.
+        is_over.store(true, Ordering::Relaxed);
+        let drawn = drawn?;
+        for maker in makers {
+            let panicked = |_| Error::internal("a thread that makes pipelines panicked");
+            maker.join().map_err(panicked)??;
+        }
+        Ok(drawn)
+    })
 }
 
 /// What the images of a frame depend on, and what they have cost.

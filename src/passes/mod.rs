@@ -28,6 +28,7 @@ pub(crate) mod gatherer;
 pub(crate) mod gbuffer;
 pub(crate) mod hits;
 pub(crate) mod instances;
+pub(crate) mod kernels;
 pub(crate) mod light;
 pub(crate) mod light_rays;
 pub(crate) mod materials;

@@ -1,10 +1,10 @@
 //! Pipelines whose layouts come from the shaders' own bindings.
 
 use std::{
-    collections::{HashMap, hash_map::Entry},
+    collections::HashMap,
     sync::{
         Arc, Mutex,
-        atomic::{AtomicU64, Ordering},
+        atomic::{AtomicBool, AtomicU64, Ordering},
     },
     time::{Duration, Instant},
 };
@@ -24,9 +24,17 @@ const SETS_OF_A_POOL: u32 = 4;
 /// The pipelines of a device, made on first use.
 pub(crate) struct Pipelines {
     device: Device,
-    made: Mutex<HashMap<Key, Arc<Pipeline>>>,
-    /// Time that went into making them.
+    /// Threads that want the same pipeline wait for the one that makes it; others do not.
+    made: Mutex<HashMap<Key, Arc<Slot>>>,
+    /// Time in which passes waited for their pipelines.
     nanoseconds: AtomicU64,
+}
+
+#[derive(Default)]
+struct Slot {
+    pipeline: Mutex<Option<Arc<Pipeline>>>,
+    /// Whether a pass has asked for it.
+    is_used: AtomicBool,
 }
 
 impl Pipelines {
@@ -38,13 +46,47 @@ impl Pipelines {
         }
     }
 
-    /// Time that went into making pipelines so far.
+    /// Time in which passes waited for their pipelines so far.
     pub fn making_time(&self) -> Duration {
         Duration::from_nanos(self.nanoseconds.load(Ordering::Relaxed))
     }
 
     pub fn compute(&self, key: Key) -> Result<Arc<Pipeline>> {
         self.get_or_make(key, || Pipeline::compute(&self.device, key))
+    }
+
+    /// Those of these kernels that are still to be made.
+    pub fn missing(&self, keys: Vec<Key>) -> Vec<Key> {
+        let made = lock(&self.made);
+        keys.into_iter()
+            .filter(|key| !made.contains_key(key))
+            .collect()
+    }
+
+    /// Makes the pipelines of kernels, before a pass asks for them.
+    pub fn make_ahead(&self, keys: impl Iterator<Item = Key>) -> Result<()> {
+        for key in keys {
+            let slot = self.slot(key);
+            let mut pipeline = lock(&slot.pipeline);
+            if pipeline.is_none() {
+                *pipeline = Some(Arc::new(Pipeline::compute(&self.device, key)?));
+            }
+        }
+        Ok(())
+    }
+
+    /// The kernels that passes have asked for.
+    #[cfg(test)]
+    pub fn used(&self) -> Vec<Key> {
+        let made = lock(&self.made);
+        let used = made
+            .iter()
+            .filter(|(_, slot)| slot.is_used.load(Ordering::Relaxed));
+        used.map(|(key, _)| *key).collect()
+    }
+
+    fn slot(&self, key: Key) -> Arc<Slot> {
+        lock(&self.made).entry(key).or_default().clone()
     }
 
     /// The raster pipeline of a pass: the common vertex stage and the pass's own fragment stage, which writes `color_count`
@@ -60,18 +102,17 @@ impl Pipelines {
         key: Key,
         make: impl FnOnce() -> Result<Pipeline>,
     ) -> Result<Arc<Pipeline>> {
-        let mut made = lock(&self.made);
-        let pipeline = match made.entry(key) {
-            Entry::Occupied(found) => found.into_mut(),
-            Entry::Vacant(place) => {
-                let start = Instant::now();
-                let made = Arc::new(make()?);
-                let nanoseconds = start.elapsed().as_nanos() as u64;
-                self.nanoseconds.fetch_add(nanoseconds, Ordering::Relaxed);
-                place.insert(made)
-            }
+        let slot = self.slot(key);
+        slot.is_used.store(true, Ordering::Relaxed);
+        let start = Instant::now();
+        let mut pipeline = lock(&slot.pipeline);
+        let made = match &*pipeline {
+            Some(made) => made.clone(),
+            None => pipeline.insert(Arc::new(make()?)).clone(),
         };
-        Ok(pipeline.clone())
+        let nanoseconds = start.elapsed().as_nanos() as u64;
+        self.nanoseconds.fetch_add(nanoseconds, Ordering::Relaxed);
+        Ok(made)
     }
 }
 

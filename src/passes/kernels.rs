@@ -1,0 +1,149 @@
+//! The kernels of final gathering, listed before they run, so that they can be made while the scene is copied to the device.
+
+use crate::{
+    Tracer,
+    plan::Plan,
+    vulkan::shaders::{Brdf, Hit, Key, Receiver, Search, Traced},
+};
+
+/// The kernels that any frame of final gathering runs after its direct light. Those that only some frames need are made when they run.
+pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
+    if !plan.has_final_gather() {
+        return Vec::new();
+    }
+    let (brdf, phasors) = (plan.brdf(), plan.has_phasors());
+    let (surface, instanced) = (plan.surface(), plan.has_shared_meshes);
+    let (noisy, range) = (true, plan.target_range_error_m().is_some());
+    let receivers: &[Receiver] = match brdf {
+        Brdf::Lambert => &[Receiver::LambertMatte],
+        Brdf::Phong => &[Receiver::PhongMatte, Receiver::PhongGlossy],
+    };
+    let gathers = receivers.iter().flat_map(|&receiver| {
+        let shade = Key::FinalGatherShade {
+            phasors,
+            receiver,
+            surface,
+            instanced,
+        };
+        [
+            Key::FinalGatherEmit { receiver },
+            Key::FinalGatherDraw { phasors, receiver },
+            shade,
+            Key::FinalGatherSum { phasors, receiver },
+        ]
+    });
+    let shade_light_rays = Key::LightRaysShade {
+        phasors,
+        brdf,
+        surface,
+        instanced,
+    };
+    let scatter = Key::Scatter {
+        phasors,
+        brdf,
+        noisy,
+        range,
+    };
+    let predict = Key::Predict {
+        phasors,
+        brdf,
+        noisy,
+        range,
+    };
+    let error_estimate = Key::ErrorEstimate {
+        phasors,
+        brdf,
+        noisy,
+        range,
+    };
+    let resolve = Key::Resolve {
+        phasors,
+        brdf,
+        noisy,
+    };
+    let first = [
+        Key::ReceiversCount { brdf },
+        Key::CompactScan {},
+        Key::ReceiversWrite { brdf },
+        Key::LightRaysEmit {},
+        shade_light_rays,
+    ];
+    let then = [
+        error_estimate,
+        Key::SampleCounts { phasors, brdf },
+        scatter,
+        predict,
+        Key::Smooth { phasors, brdf },
+        Key::SmoothResiduals { phasors, brdf },
+        resolve,
+    ];
+    let first = trace(plan).into_iter().chain(first);
+    first.chain(gathers).chain(then).collect()
+}
+
+/// Both kernels that trace rays, unless the host does.
+fn trace(plan: &Plan) -> Vec<Key> {
+    let search = match plan.tracer {
+        Some(Tracer::Query) => Search::Query,
+        Some(Tracer::Kernel) => Search::Kernel,
+        Some(Tracer::Host) | None => return Vec::new(),
+    };
+    let traced = match plan.has_shared_meshes {
+        true => Some(Traced::Instanced),
+        false => plan.has_cutouts.then_some(Traced::Cutout),
+    };
+    let key = |hit| Key::Trace {
+        hit,
+        search,
+        traced,
+    };
+    vec![key(Hit::Any), key(Hit::Closest)]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::{Device, DeviceOptions, RenderOptions, Renderer, Scene, scene::IndirectLight};
+
+    /// What is made ahead is used, and final gathering makes nothing else but what only some frames need.
+    #[test]
+    fn a_frame_uses_what_is_made_ahead() {
+        let device = Device::open(&DeviceOptions::default()).expect("a driver");
+        for name in ["cornell_spot", "glossy", "leaves", "tof_corner"] {
+            let file = format!("scenes/{name}.toml");
+            let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+            let mut scene = Scene::load(&file).expect("a scene");
+            scene.camera.resolution_px = [64, 48];
+            scene.camera.pixel_sampling = None;
+            scene.indirect = Some(IndirectLight::final_gather(0.1));
+            let mut plan = Plan::new(&scene, device.info()).expect("a plan");
+            plan.trace_by(Tracer::Kernel, device.info())
+                .expect("it runs everywhere");
+            let ahead = of_final_gather(&plan);
+            let mut renderer = Renderer::new(&device).expect("a renderer");
+            let mut options = RenderOptions {
+                tracer: Some(Tracer::Kernel),
+                ..RenderOptions::default()
+            };
+            renderer.render(&scene, &mut options).expect("a frame");
+            let used = device.pipelines().used();
+            let unused: Vec<_> = ahead.iter().filter(|key| !used.contains(key)).collect();
+            assert!(unused.is_empty(), "{name}: {unused:?}");
+            let of_some = ["unoccluded", "stderr", "sensor", "range_weights"];
+            let is_later = |key: &&Key| {
+                let pass = key.pass();
+                let is_before = ["gbuffer", "direct", "shadow", "vertex", "rsm"];
+                !is_before.iter().any(|name| pass.starts_with(name)) && !of_some.contains(&pass)
+            };
+            let missing: Vec<_> = used
+                .iter()
+                .filter(is_later)
+                .filter(|key| !ahead.contains(key))
+                .collect();
+            assert!(missing.is_empty(), "{name}: {missing:?}");
+            drop(renderer);
+        }
+    }
+}
