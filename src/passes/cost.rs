@@ -208,8 +208,7 @@ impl Cost {
         if let Some(pending) = &mut self.pending {
             pending.amount += amount + along;
         }
-        // A recorder whose device is lost takes no work, and its submission tells.
-        amount == 0 || room < LEAST_ROOM * self.budget(kind)
+        room < LEAST_ROOM * self.budget(kind)
     }
 
     /// Seconds that recorded rays are expected to take.

@@ -29,6 +29,7 @@ use crate::{
     },
 };
 
+/// Rays, and the work that comes with them.
 const RAYS: WorkKind = WorkKind {
     pass: "final_gather",
     kernel: "final_gather",

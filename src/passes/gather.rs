@@ -165,6 +165,10 @@ impl<'g> Gather<'g> {
                     })
                 })?;
                 self.context.add_work(work, pairs, 0)?;
+                if pairs == 0 {
+                    // The device is lost, and the submission says so.
+                    self.context.finish()?;
+                }
                 proceed(pairs)?;
             }
             done += receiver_count;
