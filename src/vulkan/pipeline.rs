@@ -104,6 +104,11 @@ impl Pipelines {
     ) -> Result<Arc<Pipeline>> {
         let slot = self.slot(key);
         slot.is_used.store(true, Ordering::Relaxed);
+        if let Ok(found) = slot.pipeline.try_lock()
+            && let Some(made) = &*found
+        {
+            return Ok(made.clone());
+        }
         let start = Instant::now();
         let mut pipeline = lock(&slot.pipeline);
         let made = match &*pipeline {
