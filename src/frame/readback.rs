@@ -12,14 +12,43 @@ use crate::{
     },
     parallel::for_each_at_once,
     passes::Context,
+    plan::{Plan, TofPlan},
     scene::{Camera, TimeOfFlight},
-    vulkan::{Image, Readback},
+    vulkan::{DeviceLimits, Image, Readback},
 };
 
-/// Images of a frame that are no larger together are copied to the host at once.
-pub(super) const MAX_BYTES_AT_ONCE: u64 = 1 << 28;
-/// Most images of a frame that are copied, besides those of phasors.
-pub(super) const MAX_IMAGES: u64 = 8;
+/// Images of a frame that are no larger together are copied to the host at once: for larger ones, waiting for each takes little of the time.
+const MAX_BYTES_AT_ONCE: u64 = 1 << 26;
+const PIXEL_BYTES: u64 = 16;
+
+/// Bytes of images that are copied to the host at once, on a device with these limits, and bytes of the buffer for them.
+pub(super) fn buffer_bytes(plan: &Plan, limits: Option<&DeviceLimits>) -> u64 {
+    let others = [
+        plan.indirect.is_some(),
+        plan.has_stderr_layer(),
+        plan.joule_per_irradiance.is_some(),
+        plan.pixel_sampling.is_some(),
+    ];
+    // Those of every frame: positions, materials, normals and direct light.
+    let count = 4 + others.into_iter().filter(|&is_there| is_there).count() as u64;
+    let phasor_layers =
+        plan.tof.map_or(0, TofPlan::pair_count) + plan.bounced_tof().map_or(0, TofPlan::pair_count);
+    let pixels: u64 = plan.resolution_px.map(u64::from).iter().product();
+    let phasors = u64::from(phasor_layers) * pixels * PIXEL_BYTES;
+    let all = count * pixels * PIXEL_BYTES + phasors;
+    match all <= bytes_at_once(limits) {
+        true => all,
+        // Images of phasors are copied together in any case.
+        false => phasors.max(pixels * PIXEL_BYTES),
+    }
+}
+
+fn bytes_at_once(limits: Option<&DeviceLimits>) -> u64 {
+    limits.map_or(MAX_BYTES_AT_ONCE, |limits| {
+        let most = limits.max_buffer_bytes.min(limits.max_allocation_bytes);
+        most.min(MAX_BYTES_AT_ONCE)
+    })
+}
 
 /// The images of a frame that its layers are made from, or those of a list.
 pub(super) struct NeededImages<'i> {
@@ -85,7 +114,8 @@ impl<'i> NeededImages<'i> {
 pub(super) fn record(context: &Context, images: &FrameImages) -> Result<()> {
     let mut readback = context.readback.borrow_mut();
     let needed = NeededImages::new(images, context.layers).all();
-    let at_once = Readback::bytes(&needed) <= MAX_BYTES_AT_ONCE;
+    let limits = &context.device.info().limits;
+    let at_once = Readback::bytes(&needed) <= bytes_at_once(Some(limits));
     let needed = if at_once { needed } else { Vec::new() };
     context.record(|recorder| readback.record(recorder, &needed))
 }

@@ -3,7 +3,7 @@
 use super::{
     images::{FrameImages, FrameImagesKey},
     indirect::{RefinementResources, SampleResources},
-    readback::{MAX_BYTES_AT_ONCE, MAX_IMAGES},
+    readback::buffer_bytes,
 };
 use crate::{
     Result,
@@ -13,7 +13,7 @@ use crate::{
         final_gather, hits, light, materials, primary_rays, rays, rsm::Rsm, shadow::ShadowMap,
         surface, textures, trace::RayList, vpl::VplLists,
     },
-    plan::{Plan, TofPlan},
+    plan::Plan,
     scene::{Scene, Shadow},
     vulkan::{
         Allocate, BufferUse, DeviceInfo, DeviceKind, GrowsWith, Requirements,
@@ -31,7 +31,6 @@ const MAPS_SHARE_OF_MEMORY: u64 = 8;
 const SAMPLE_BYTES: u64 = 640 << 10;
 const PILOT_BYTES: u64 = 1792 << 10;
 const WORD_BYTES: u64 = 4;
-const PIXEL_BYTES: u64 = 16;
 
 impl Plan {
     /// Plans a frame of a valid scene.
@@ -101,15 +100,11 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
         VplLists::for_plan(&vpls, plan)?;
     }
     light::declare(&requirements.of(GrowsWith::Rsm), plan)?;
-    gathering(plan, requirements)?;
+    // After the copies of the scene.
+    requirements.either_later(|requirements| gathering(plan, requirements), |_| Ok(()))?;
     // The renderer keeps it from frame to frame.
     let readback = requirements.of(GrowsWith::Resolution);
-    let phasor_layers =
-        plan.tof.map_or(0, TofPlan::pair_count) + plan.bounced_tof().map_or(0, TofPlan::pair_count);
-    let image = plan.pixel_count() * PIXEL_BYTES;
-    let phasors = image * u64::from(phasor_layers);
-    let at_once = (MAX_IMAGES * image + phasors).min(MAX_BYTES_AT_ONCE);
-    let bytes = at_once.max(image).max(phasors);
+    let bytes = buffer_bytes(plan, requirements.limits());
     readback.buffer("readback", bytes, BufferUse::Readback)?;
     surfaces(plan, scene, requirements)
 }

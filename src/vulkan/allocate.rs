@@ -97,6 +97,11 @@ impl<'d> Requirements<'d> {
         }
     }
 
+    /// The limits that are checked, if any are.
+    pub fn limits(&self) -> Option<&DeviceLimits> {
+        self.device.map(|device| &device.limits)
+    }
+
     /// Receives declarations whose size grows with `grows_with`.
     pub fn of(&self, grows_with: GrowsWith) -> Declarations<'_> {
         Declarations {
