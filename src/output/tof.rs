@@ -43,7 +43,7 @@ struct Measured {
     intensity: f64,
 }
 
-/// What the layers of a frequency are made from: where their memory comes from, and which of them are made.
+/// Which layers of a frequency are made, and where their memory comes from.
 pub(crate) struct WantedLayers<'w> {
     pub is_wanted: &'w dyn Fn(Layer) -> bool,
     /// This many values, with arbitrary contents.

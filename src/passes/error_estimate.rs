@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     Result,
+    plan::Plan,
     vulkan::{
         Buffer, Image, Recorder, Resource,
         shaders::{ErrorEstimateParameters, Key},
@@ -24,6 +25,15 @@ pub(crate) struct Compared<'i> {
     pub direct_phasors: Option<&'i Image>,
     /// There is no image yet: its errors mean nothing.
     pub is_pilot: bool,
+}
+
+pub(super) fn key(plan: &Plan, (noisy, range): (bool, bool)) -> Key {
+    Key::ErrorEstimate {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+        noisy,
+        range,
+    }
 }
 
 /// Compares the image at `count` receivers with two gathers. The first gather's results begin at the start of `results`,
@@ -61,11 +71,6 @@ pub(crate) fn compare(
         second_result,
         is_pilot: image.is_pilot.into(),
     };
-    let key = Key::ErrorEstimate {
-        phasors: context.plan.has_phasors(),
-        brdf: context.plan.brdf(),
-        noisy: counts.is_some(),
-        range: images.has_range(),
-    };
+    let key = key(context.plan, (counts.is_some(), images.has_range()));
     context.dispatch(recorder, key, &resources, &parameters, [count, 1])
 }

@@ -6,11 +6,12 @@ use super::{
     receivers::{ReceiverRange, Receivers},
     refinement::RefinementImages,
     sample_counts::SampleCounts,
+    scatter,
 };
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Allocate, Buffer, BufferUse, shaders::Key},
+    vulkan::{Allocate, Buffer, BufferUse},
 };
 
 /// Upper limits of the receivers that share a set of rays from the lights, and of their samples together.
@@ -96,12 +97,7 @@ impl Results<'_> {
 
     /// Result vectors per receiver.
     pub fn vectors(plan: &Plan) -> Result<u32> {
-        let scatter = Key::Scatter {
-            phasors: plan.has_phasors(),
-            brdf: plan.brdf(),
-            noisy: false,
-            range: false,
-        };
+        let scatter = scatter::key(plan, (false, false));
         scatter.module().constant("RESULT_VECTORS")
     }
 }

@@ -1,5 +1,8 @@
 //! The kernels of final gathering, listed before they run, so that they can be made while the scene is copied to the device.
 
+use super::{
+    error_estimate, light_rays, predict, resolve, sample_counts, scatter, smooth, smooth_residuals,
+};
 use crate::{
     Tracer,
     plan::Plan,
@@ -32,50 +35,21 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
             Key::FinalGatherSum { phasors, receiver },
         ]
     });
-    let shade_light_rays = Key::LightRaysShade {
-        phasors,
-        brdf,
-        surface,
-        instanced,
-    };
-    let scatter = Key::Scatter {
-        phasors,
-        brdf,
-        noisy,
-        range,
-    };
-    let predict = Key::Predict {
-        phasors,
-        brdf,
-        noisy,
-        range,
-    };
-    let error_estimate = Key::ErrorEstimate {
-        phasors,
-        brdf,
-        noisy,
-        range,
-    };
-    let resolve = Key::Resolve {
-        phasors,
-        brdf,
-        noisy,
-    };
     let first = [
         Key::ReceiversCount { brdf },
         Key::CompactScan {},
         Key::ReceiversWrite { brdf },
         Key::LightRaysEmit {},
-        shade_light_rays,
+        light_rays::shade_key(plan),
     ];
     let then = [
-        error_estimate,
-        Key::SampleCounts { phasors, brdf },
-        scatter,
-        predict,
-        Key::Smooth { phasors, brdf },
-        Key::SmoothResiduals { phasors, brdf },
-        resolve,
+        error_estimate::key(plan, (noisy, range)),
+        sample_counts::key(plan),
+        scatter::key(plan, (noisy, range)),
+        predict::key(plan, (noisy, range)),
+        smooth::key(plan),
+        smooth_residuals::key(plan),
+        resolve::key(plan, noisy),
     ];
     let first = trace(plan).into_iter().chain(first);
     first.chain(gathers).chain(then).collect()

@@ -54,7 +54,7 @@ impl<A: Allocate> LightRays<A> {
     }
 }
 
-fn shade_key(plan: &Plan) -> Key {
+pub(super) fn shade_key(plan: &Plan) -> Key {
     Key::LightRaysShade {
         phasors: plan.has_phasors(),
         brdf: plan.brdf(),

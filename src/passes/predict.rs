@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     Result,
-    plan::GridStep,
+    plan::{GridStep, Plan},
     vulkan::{
         Recorder, Resource,
         shaders::{
@@ -17,6 +17,15 @@ use crate::{
         },
     },
 };
+
+pub(super) fn key(plan: &Plan, (noisy, range): (bool, bool)) -> Key {
+    Key::Predict {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+        noisy,
+        range,
+    }
+}
 
 /// Interpolates pixels of a step. The others become candidates, unless they were gathered before.
 /// Does nothing for the coarsest grid, which has no neighbours to predict from.
@@ -35,12 +44,7 @@ pub(crate) fn predict(
         GridStep::Edges { reach } => (EDGES, reach),
     };
     let plan = context.plan;
-    let key = Key::Predict {
-        phasors: plan.has_phasors(),
-        brdf: plan.brdf(),
-        noisy: images.is_noisy(),
-        range: images.has_range(),
-    };
+    let key = key(plan, (images.is_noisy(), images.has_range()));
     let [columns, rows] = step.extent(plan.resolution_px);
     let parameters = PredictParameters {
         reach,

@@ -7,11 +7,20 @@ use super::{
 };
 use crate::{
     Result,
+    plan::Plan,
     vulkan::{
         Image, Recorder, Resource,
         shaders::{Key, ResolveParameters},
     },
 };
+
+pub(super) fn key(plan: &Plan, noisy: bool) -> Key {
+    Key::Resolve {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+        noisy,
+    }
+}
 
 /// Computes L_{P→C} of the bounce for every pixel with a surface, and its expected error; with time of flight also Z.
 pub(crate) fn resolve(
@@ -27,11 +36,7 @@ pub(crate) fn resolve(
     resources.push(("indirect_radiance", Resource::Image(indirect_radiance)));
     resources.extend(indirect_phasors.map(|image| ("indirect_phasors", Resource::Image(image))));
     let plan = context.plan;
-    let key = Key::Resolve {
-        phasors: plan.has_phasors(),
-        brdf: plan.brdf(),
-        noisy: images.is_noisy(),
-    };
+    let key = key(plan, images.is_noisy());
     let parameters = ResolveParameters {
         evenness: criteria.noise.evenness as f32,
         variance_rate: criteria.noise.rate as f32,

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::{
     Result,
+    plan::Plan,
     vulkan::{
         Allocate, Buffer, BufferUse, Device, Recorder, Resource,
         shaders::{Key, SampleCountParameters},
@@ -27,6 +28,13 @@ pub(crate) struct SampleCounts<A: Allocate = Device> {
     capacity: u32,
     /// Whether the image is compared with these gathers. They begin with their first packet; the image's continue from what it has.
     of_estimate: bool,
+}
+
+pub(super) fn key(plan: &Plan) -> Key {
+    Key::SampleCounts {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+    }
 }
 
 impl<A: Allocate> SampleCounts<A> {
@@ -98,10 +106,7 @@ impl SampleCounts {
             least_radiance: criteria.least_radiance(),
             own_share: criteria.own_share(),
         };
-        let key = Key::SampleCounts {
-            phasors: context.plan.has_phasors(),
-            brdf: context.plan.brdf(),
-        };
+        let key = key(context.plan);
         let size = [receivers.candidate_count(), 1];
         context.dispatch(recorder, key, &resources, &parameters, size)?;
         recorder.barrier();

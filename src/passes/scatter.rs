@@ -9,11 +9,21 @@ use super::{
 };
 use crate::{
     Result,
+    plan::Plan,
     vulkan::{
         Buffer, Recorder, Resource,
         shaders::{Key, ScatterParameters},
     },
 };
+
+pub(super) fn key(plan: &Plan, (noisy, range): (bool, bool)) -> Key {
+    Key::Scatter {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+        noisy,
+        range,
+    }
+}
 
 /// Takes the first results for the receivers of a range. With noise, and where pixels may be interpolated, a gather changes its
 /// prediction only as far as it differs from it by more than noise.
@@ -41,13 +51,7 @@ pub(crate) fn scatter(
         evenness: criteria.noise.evenness as f32,
         variance_rate: criteria.noise.rate as f32,
     };
-    let plan = context.plan;
-    let key = Key::Scatter {
-        phasors: plan.has_phasors(),
-        brdf: plan.brdf(),
-        noisy: images.is_noisy(),
-        range: images.has_range(),
-    };
+    let key = key(context.plan, (images.is_noisy(), images.has_range()));
     let size = [range.count, 1];
     context.dispatch(recorder, key, &resources, &parameters, size)
 }

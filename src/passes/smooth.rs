@@ -7,11 +7,19 @@ use super::{
 };
 use crate::{
     Result,
+    plan::Plan,
     vulkan::{
         Recorder,
         shaders::{Key, SmoothParameters},
     },
 };
+
+pub(super) fn key(plan: &Plan) -> Key {
+    Key::Smooth {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+    }
+}
 
 /// Models what was gathered at every `stride_px`-th pixel of each row and column. With `by_ratio`, the model is of the light over that of
 /// VPLs without occlusion.
@@ -34,10 +42,7 @@ pub(crate) fn smooth(
     };
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
-    let key = Key::Smooth {
-        phasors: context.plan.has_phasors(),
-        brdf: context.plan.brdf(),
-    };
+    let key = key(context.plan);
     let size = [parameters.item_count, 1];
     context.dispatch(recorder, key, &resources, &parameters, size)
 }

@@ -3,11 +3,19 @@
 use super::{Context, gbuffer::GBuffer, refinement::RefinementImages};
 use crate::{
     Result,
+    plan::Plan,
     vulkan::{
         Recorder,
         shaders::{Key, SmoothResidualsParameters},
     },
 };
+
+pub(super) fn key(plan: &Plan) -> Key {
+    Key::SmoothResiduals {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+    }
+}
 
 /// Replaces what was gathered at every `stride_px`-th pixel of each row and column that has a model.
 pub(crate) fn smooth(
@@ -25,10 +33,7 @@ pub(crate) fn smooth(
     };
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
-    let key = Key::SmoothResiduals {
-        phasors: context.plan.has_phasors(),
-        brdf: context.plan.brdf(),
-    };
+    let key = key(context.plan);
     let size = [parameters.item_count, 1];
     context.dispatch(recorder, key, &resources, &parameters, size)
 }

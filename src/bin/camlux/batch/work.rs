@@ -2,8 +2,8 @@
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{Sender, SyncSender, channel, sync_channel};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -208,7 +208,8 @@ fn render_by(
     };
     let record = Mutex::new(record);
     let (sender, rendered) = sync_channel(options.queue);
-    let rendered = Mutex::new(Some(rendered));
+    // It is gone with the last writer, and engines then end.
+    let rendered = Arc::new(Mutex::new(rendered));
     let (give_back, written) = channel();
     let written = Mutex::new(written);
     let next = AtomicUsize::new(0);
@@ -245,13 +246,12 @@ fn render_by(
             }
         }
     };
-    let write_all = |give_back: Sender<Option<Frame>>| {
-        let next = || lock(&rendered).as_ref().and_then(|all| all.recv().ok());
+    let write_all = |rendered: Arc<Mutex<Receiver<Rendered>>>, give_back: Sender<_>| {
+        let next = || lock(&rendered).recv().ok();
         while let Some(next) = next() {
             let (folder, exr) = (options.folder, &frames.job.exr);
             let written = write(next, (folder, exr), &record);
-            // Without it, no frame can be sent to a writer any more.
-            let written = written.inspect_err(|_| drop(lock(&rendered).take()))?;
+            let written = written.inspect_err(|_| is_stopped.store(true, Ordering::Relaxed))?;
             // The rendering threads may have ended already.
             let _ = give_back.send(written);
         }
@@ -259,11 +259,12 @@ fn render_by(
     };
     thread::scope(|scope| {
         let writing = (0..writers).map(|_| {
-            let (write_all, give_back) = (&write_all, give_back.clone());
-            scope.spawn(move || write_all(give_back))
+            let (write_all, rendered, give_back) =
+                (&write_all, rendered.clone(), give_back.clone());
+            scope.spawn(move || write_all(rendered, give_back))
         });
         let writing: Vec<_> = writing.collect();
-        drop(give_back);
+        drop((rendered, give_back));
         for engine in engines {
             let (work, sender) = (&work, sender.clone());
             scope.spawn(move || work(engine, sender));
@@ -439,6 +440,29 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         assert!(written_by(4, 3) == written_by(1, 1));
+    }
+
+    #[test]
+    fn a_frame_that_cannot_be_written_ends_the_work() {
+        let frames = frames("frames = 9\n[[light]]\nindex = 0\npower_factor_range = [0.5, 2.0]\n");
+        for writers in [1, 3] {
+            let folder = tempfile::tempdir().expect("a folder");
+            let manifest = folder.path().join("manifest.jsonl");
+            let journal = Journal::begin(&manifest, &Default::default()).expect("a manifest");
+            let device = DeviceOptions::default();
+            let engines = (0..2).map(|_| Engine::open(&device).expect("a driver"));
+            // The folder `frames` is missing.
+            let options = WorkOptions {
+                folder: folder.path(),
+                device: &device,
+                queue: 2,
+                fail_fast: false,
+            };
+            let indices: Vec<u64> = (0..frames.count()).collect();
+            let by = (engines.collect(), writers);
+            let ended = render_by(by, &frames, &indices, journal, options);
+            assert!(ended.is_err(), "{writers} writers");
+        }
     }
 
     #[test]
