@@ -37,10 +37,16 @@ pub(crate) struct WorkKind {
     /// The pass that it is counted for, and its kernel. Kernels differ in speed by a factor of up to ten.
     pub pass: &'static str,
     pub kernel: &'static str,
-    /// The passes that do it.
+    /// The beginnings of the names of the passes that do it.
     pub done_by: &'static [&'static str],
     /// Work of the first submission, before the device's speed is known.
     pub first: f64,
+}
+
+impl WorkKind {
+    pub fn is_done_by(&self, pass: &str) -> bool {
+        self.done_by.iter().any(|name| pass.starts_with(name))
+    }
 }
 
 /// A submission with less room than this share is full.
@@ -52,6 +58,9 @@ struct Pending {
     amount: u64,
     /// Pass times from here on are those of this work.
     first_time: usize,
+    /// When recording began, and how long pipelines had been made by then.
+    started: Instant,
+    made_before: Duration,
 }
 
 /// Counts work in the unit of each pass: pairs of a pixel and a VPL, or rays.
@@ -126,6 +135,11 @@ impl Cost {
         self.work_of("final_gather") + self.work_of("light_rays")
     }
 
+    /// Seconds of final gathering so far, and those of the first guess.
+    pub fn ray_seconds(&self) -> f64 {
+        self.traced.1
+    }
+
     /// How fast final gathering was so far, all its passes included.
     pub fn rays_per_second(&self) -> f64 {
         let (rays, seconds) = self.traced;
@@ -158,57 +172,73 @@ impl Cost {
     }
 
     /// Submits recorded passes, waits for them and adds their times. Measures the speed of the work among them.
-    pub(super) fn submit(&mut self, recorder: Recorder) -> Result<()> {
+    pub(super) fn submit(&mut self, recorder: Recorder, pipelines: &Pipelines) -> Result<()> {
         let start = Instant::now();
         self.times.extend(recorder.submit()?);
         self.waiting += start.elapsed();
         self.submissions += 1;
-        let Some(Pending {
-            kind,
-            amount,
-            first_time,
-        }) = self.pending.take_if(|pending| pending.amount > 0)
-        else {
+        let Some(done) = self.pending.take_if(|pending| pending.amount > 0) else {
             return Ok(());
         };
-        let times = self.times[first_time..].iter();
-        let times = times.filter(|(pass, _)| kind.done_by.contains(pass));
-        let milliseconds: f64 = times.map(|(_, milliseconds)| milliseconds).sum();
-        let seconds = (1e-3 * milliseconds).max(1e-6);
-        self.speeds.insert(kind.kernel, amount as f64 / seconds);
+        let (kind, amount) = (done.kind, done.amount as f64);
+        // Where the host traces rays, a submission ends in the middle of the next work.
+        self.begin_work(kind, pipelines);
+        let (mut own, mut others) = (0.0, 0.0);
+        for (pass, milliseconds) in &self.times[done.first_time..] {
+            match kind.is_done_by(pass) {
+                true => own += 1e-3 * milliseconds,
+                false => others += 1e-3 * milliseconds,
+            }
+        }
+        self.speeds
+            .insert(kind.kernel, amount / f64::max(own, 1e-6));
         if kind.pass == "final_gather" {
-            self.traced.0 += amount as f64;
-            self.traced.1 += seconds;
+            // With what the host does for the rays.
+            let making = pipelines.making_time() - done.made_before;
+            let wall = done.started.elapsed().saturating_sub(making).as_secs_f64();
+            self.traced.0 += amount;
+            self.traced.1 += (wall - others).max(own);
         }
         Ok(())
     }
 
     /// Whether work of another kernel is recorded.
-    pub(super) fn is_pending(&self, other_than: &str) -> bool {
+    pub(super) fn has_other_work(&self, kind: WorkKind) -> bool {
         let pending = self.pending.as_ref();
-        pending.is_some_and(|pending| pending.amount > 0 && pending.kind.kernel != other_than)
+        pending.is_some_and(|pending| pending.amount > 0 && pending.kind.kernel != kind.kernel)
+    }
+
+    /// From here on, passes and the host's time are those of this work.
+    pub(super) fn begin_work(&mut self, kind: WorkKind, pipelines: &Pipelines) {
+        if self
+            .pending
+            .as_ref()
+            .is_none_or(|pending| pending.amount == 0)
+        {
+            self.pending = Some(Pending {
+                kind,
+                amount: 0,
+                first_time: self.times.len(),
+                started: Instant::now(),
+                made_before: pipelines.making_time(),
+            });
+        }
     }
 
     /// Work of this kind that the next submission has room for.
-    pub(super) fn room_for(&mut self, kind: WorkKind) -> f64 {
-        let pending = self.pending.get_or_insert(Pending {
-            kind,
-            amount: 0,
-            first_time: self.times.len(),
-        });
-        pending.kind = kind;
-        let amount = pending.amount as f64;
-        self.budget(kind) - amount
+    pub(super) fn room_for(&self, kind: WorkKind) -> f64 {
+        let pending = self.pending.as_ref();
+        self.budget(kind) - pending.map_or(0.0, |pending| pending.amount as f64)
     }
 
     /// Counts work that was recorded, and `along`: work of other passes, which takes as long per unit. Returns whether the submission is full.
     pub(super) fn add_work(&mut self, kind: WorkKind, amount: u64, along: u64) -> bool {
         self.count_work(kind.pass, amount);
-        let room = self.room_for(kind) - (amount + along) as f64;
-        if let Some(pending) = &mut self.pending {
+        let budget = self.budget(kind);
+        self.pending.as_mut().is_some_and(|pending| {
             pending.amount += amount + along;
-        }
-        room < LEAST_ROOM * self.budget(kind)
+            budget - pending.amount as f64 <= LEAST_ROOM * budget
+        })
     }
 
     /// Seconds that recorded rays are expected to take.

@@ -30,7 +30,7 @@ use crate::{
 };
 
 /// Rays, and the work that comes with them.
-const RAYS: WorkKind = WorkKind {
+pub(super) const RAYS: WorkKind = WorkKind {
     pass: "final_gather",
     kernel: "final_gather",
     done_by: &["final_gather", "trace", "light_rays"],
@@ -398,6 +398,7 @@ impl Gatherer for FinalGather<'_> {
             samples: if sends_to_vpls { light_rays.samples } else { 0 },
             ..light_rays
         };
+        self.context.begin_work(RAYS)?;
         let mut light_rays_along = self.send_light_rays(wanted, results.first)?;
         let Some(table) = &self.sampling[light_rays.gathered_for as usize].table else {
             return Err(Error::internal("no rays were sent from the lights"));
@@ -454,7 +455,7 @@ impl Gatherer for FinalGather<'_> {
         let mut chunks = chunks(&ranges, (first, results));
         let most = self.context.plan.rays_at_once / room_of_packet;
         loop {
-            let room = self.context.room_for(RAYS)?;
+            let room = self.context.room_for(RAYS);
             let in_budget = (room - light_rays_along as f64) / f64::from(rays_per_packet);
             let limits = ChunkLimits {
                 packets: (in_budget as u32).min(most).max(1),

@@ -126,11 +126,12 @@ impl<'g> Gather<'g> {
             done_by: &["gather"],
             first: FIRST_SUBMISSION_PAIRS,
         };
+        self.context.begin_work(work)?;
 
         let mut done = 0;
         while done < range.count {
             // As many receivers as fill a submission with their range of VPLs, but at least one workgroup. `as` saturates.
-            let groups = self.context.room_for(work)? / f64::from(DISPATCH_VPLS.min(list.count));
+            let groups = self.context.room_for(work) / f64::from(DISPATCH_VPLS.min(list.count));
             let groups = (groups as u32 / group_receivers).clamp(1, MAX_GROUPS);
             let receiver_count = groups
                 .saturating_mul(group_receivers)
@@ -139,7 +140,7 @@ impl<'g> Gather<'g> {
 
             let mut summed = 0;
             while summed < list.count {
-                let room = self.context.room_for(work)?;
+                let room = self.context.room_for(work);
                 let mut pairs = 0;
                 self.context.record(|recorder| {
                     recorder.pass("gather", |recorder| {

@@ -78,7 +78,7 @@ fn trace(plan: &Plan) -> Vec<Key> {
 mod tests {
     use std::path::Path;
 
-    use super::*;
+    use super::{super::final_gather::RAYS, *};
     use crate::{Device, DeviceOptions, RenderOptions, Renderer, Scene, scene::IndirectLight};
 
     /// What is made ahead is used, and final gathering makes nothing else but what only some frames need.
@@ -96,6 +96,21 @@ mod tests {
             plan.trace_by(Tracer::Kernel, device.info())
                 .expect("it runs everywhere");
             let ahead = of_final_gather(&plan);
+            // Kernels of the gather are known as such, as their time decides how much a submission holds.
+            let of_gather = |key: &&Key| {
+                matches!(
+                    key,
+                    Key::FinalGatherEmit { .. }
+                        | Key::FinalGatherDraw { .. }
+                        | Key::FinalGatherShade { .. }
+                        | Key::FinalGatherSum { .. }
+                        | Key::LightRaysEmit {}
+                        | Key::LightRaysShade { .. }
+                        | Key::Trace { .. }
+                )
+            };
+            let measured = ahead.iter().filter(|key| RAYS.is_done_by(key.pass()));
+            assert_eq!(measured.count(), ahead.iter().filter(of_gather).count());
             let mut renderer = Renderer::new(&device).expect("a renderer");
             let mut options = RenderOptions {
                 tracer: Some(Tracer::Kernel),

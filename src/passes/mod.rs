@@ -108,12 +108,18 @@ impl Context<'_> {
         self.finish()
     }
 
-    /// Work of this kind that fits into the submission that is being recorded. `as u32` saturates it.
-    pub fn room_for(&self, kind: WorkKind) -> Result<f64> {
-        if self.cost.borrow().is_pending(kind.kernel) {
+    /// Begins work whose speed is measured.
+    pub fn begin_work(&self, kind: WorkKind) -> Result<()> {
+        if self.cost.borrow().has_other_work(kind) {
             self.finish()?;
         }
-        Ok(self.cost.borrow_mut().room_for(kind))
+        self.cost.borrow_mut().begin_work(kind, self.pipelines);
+        Ok(())
+    }
+
+    /// Work of this kind that fits into the submission that is being recorded. `as u32` saturates it.
+    pub fn room_for(&self, kind: WorkKind) -> f64 {
+        self.cost.borrow().room_for(kind)
     }
 
     /// Counts work that was recorded, and work of other passes along with it. Submits it if the submission is full.
@@ -130,7 +136,7 @@ impl Context<'_> {
     /// Submits what was recorded and waits.
     pub fn finish(&self) -> Result<()> {
         match self.recorded.take() {
-            Some(recorder) => self.cost.borrow_mut().submit(recorder),
+            Some(recorder) => self.cost.borrow_mut().submit(recorder, self.pipelines),
             None => Ok(()),
         }
     }

@@ -32,9 +32,10 @@ pub(crate) fn fill(
         brdf: context.plan.brdf(),
     };
     let pixels = context.plan.resolution_px.iter().product();
+    context.begin_work(PAIRS)?;
     let mut first_pixel = 0;
     while first_pixel < pixels {
-        let room = context.room_for(PAIRS)?;
+        let room = context.room_for(PAIRS);
         // Whole workgroups. `as` saturates.
         let count = (room / f64::from(vpl_count) / 64.0).max(1.0) as u32;
         let count = count.saturating_mul(64).min(pixels - first_pixel);

@@ -59,6 +59,8 @@ pub(super) struct Limits<'c> {
 pub(super) struct Spent {
     pub rays: f64,
     pub seconds: f64,
+    /// Of them those of the rays.
+    ray_seconds: f64,
 }
 
 impl Spent {
@@ -67,6 +69,7 @@ impl Spent {
         Spent {
             rays: cost.ray_count() as f64,
             seconds: cost.seconds(context.pipelines) + cost.pending_seconds(),
+            ray_seconds: cost.ray_seconds() + cost.pending_seconds(),
         }
     }
 
@@ -74,6 +77,7 @@ impl Spent {
         Spent {
             rays: self.rays - earlier.rays,
             seconds: self.seconds - earlier.seconds,
+            ray_seconds: self.ray_seconds - earlier.ray_seconds,
         }
     }
 }
@@ -139,7 +143,7 @@ impl<'c> Limits<'c> {
     pub fn learn(&mut self, attempt: &Spent) {
         let mut cost = self.context.cost.borrow_mut();
         let rays_per_second = cost.rays_per_second();
-        self.attempt_seconds = (attempt.seconds - attempt.rays / rays_per_second).max(0.0);
+        self.attempt_seconds = (attempt.seconds - attempt.ray_seconds).max(0.0);
         cost.pace = Some(Pace {
             rays_per_second,
             attempt_seconds: self.attempt_seconds,
