@@ -10,6 +10,7 @@ mod pixel_sample;
 mod pixel_samples;
 mod refine;
 mod sample_budget;
+mod smoothed;
 
 pub(crate) use pixel_samples::SampleResources;
 pub(crate) use refine::RefinementResources;

@@ -1,6 +1,9 @@
 //! Derives the samples of each pixel and the tolerance of interpolation from the error that is aimed at.
 
-use super::error_estimate::{Distribution, ErrorEstimate, VarianceFalloff};
+use super::{
+    error_estimate::ErrorEstimate,
+    smoothed::{Distribution, VarianceFalloff},
+};
 use crate::{
     passes::{
         final_gather::MAX_SAMPLES,
