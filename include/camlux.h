@@ -1704,8 +1704,11 @@ camlux_status camlux_renderer_render(camlux_renderer *renderer,
                                      camlux_frame **frame);
 
 /**
- * Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What the lights see and what rays hit is computed
- * once. All frames have the same index, and each camera has its own noise. A light that is relative to the camera moves to each of them.
+ * Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What rays hit is computed once. All frames have the
+ * same index, and each camera has its own noise. A light that is relative to the camera moves to each of them.
+ *
+ * On a GPU up to four frames render at a time, each in images of its own, which the renderer keeps. One after the other (on a CPU driver, with
+ * on_device, and where the memory holds only one) they also share what the lights see.
  *
  * \param cameras the first of `count`, each initialised with CAMLUX_CAMERA_INIT. A camera with another image size needs new images.
  * \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of a struct whose first member is a camera.

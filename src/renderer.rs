@@ -49,12 +49,14 @@ pub struct Renderer {
     /// The timeline of the frames that stay on the device; `None` before the first.
     timeline: Option<Arc<Timeline>>,
     /// The index of the next frame, unless its options give one.
-    next_frame_index: u32,
+    pub(crate) next_frame_index: u32,
     last: Option<RenderedFrame>,
     /// The frame whose images are in the cache.
     kept: Option<KeptFrame>,
     /// Of the last frame with final gathering.
     pace: Option<Pace>,
+    /// Renderers for frames that render at the same time as this one's.
+    pub(crate) others: Vec<Renderer>,
 }
 
 /// Largest width and height of the frame that prepares a renderer.
@@ -123,7 +125,7 @@ impl Renderer {
             device: device.clone(),
             pipelines: device.pipelines(),
             commands: CommandPool::new(device),
-            cache: FrameCache::default(),
+            cache: FrameCache::new(device),
             rays: None,
             pool: BufferPool::default(),
             readback: Readback::new(device).into(),
@@ -132,12 +134,14 @@ impl Renderer {
             last: None,
             kept: None,
             pace: None,
+            others: Vec::new(),
         })
     }
 
     /// Frees what the last frame left on the device, and the memory of frames. The next frame makes it again.
     pub fn forget(&mut self) {
-        self.cache = FrameCache::default();
+        self.others.clear();
+        self.cache.clear();
         self.kept = None;
         self.rays = None;
         self.commands = CommandPool::new(&self.device);
@@ -392,7 +396,7 @@ impl Renderer {
             frame::draw(&context, cache, &mut progress, observe)
         });
         let images = cache.images.take();
-        let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
+        let (estimates, vpl_count) = drawn.inspect_err(|_| cache.clear())?;
         self.rays = rays.into_inner();
         let mut cost = cost.into_inner();
         cost.begin_step("layers", &self.pipelines);

@@ -205,7 +205,7 @@ public:
         return detail::ended(status, frame(rendered));
     }
 
-    /** Renders the scene from several cameras. What the lights see and what rays hit is computed once. */
+    /** Renders the scene from several cameras: see camlux_renderer_render_cameras. */
     std::vector<frame> render(const scene &scene, const std::vector<camera> &cameras, const render_options &options = {})
     {
         return try_render(scene, cameras, options).value();

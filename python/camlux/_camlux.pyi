@@ -9,7 +9,7 @@ import numpy.typing as npt
 from typing_extensions import Self, disjoint_base
 
 from ._layers import Points
-from .scene import Material, Number, Scene, Vector, Whole
+from .scene import Camera, Material, Number, Scene, Vector, Whole
 
 _Default = TypeVar("_Default")
 
@@ -191,6 +191,18 @@ class Renderer:
         progress: Callable[[Progress], object] | bool | None = None,
         keep_partial: bool = False,
     ) -> Frame: ...
+    def render_cameras(
+        self,
+        scene: Scene,
+        cameras: Sequence[Camera],
+        *,
+        target_error: Number | None = None,
+        seed: Whole = 0,
+        frame_index: Whole | None = None,
+        layers: str | Sequence[str] | None = None,
+        progress: Callable[[Progress], object] | bool | None = None,
+        keep_partial: bool = False,
+    ) -> list[Frame]: ...
     def __reduce__(self) -> NoReturn: ...
 
 @final

@@ -22,9 +22,14 @@ import_exception!(camlux.errors, CamluxWarning);
 
 /// The exception for an error of the engine.
 pub fn raised(error: camlux::Error) -> PyErr {
+    raised_within("", error)
+}
+
+/// The same; its message begins with what failed.
+fn raised_within(what: &str, error: camlux::Error) -> PyErr {
     use camlux::Error as E;
     // An option of other interfaces.
-    let text = error.to_string();
+    let text = format!("{what}{error}");
     let text = text.replace("set a shorter submission_target or ", "");
     let is_missing = match &error {
         // The number of ENOENT, with which std ends the text of its error.
@@ -131,15 +136,15 @@ impl Watch {
         }
     }
 
-    /// The result of the work, or the exception that was raised meanwhile.
-    pub fn outcome<T>(self, py: Python, result: camlux::Result<T>) -> PyResult<T> {
+    /// The result of the work, or the exception that was raised meanwhile. `what`: how the message of an error begins.
+    pub fn outcome<T>(self, py: Python, what: &str, result: camlux::Result<T>) -> PyResult<T> {
         if let (true, Some(bar)) = (self.is_bar, &self.callback) {
             bar.call_method1(py, "close", (result.is_ok(),))?;
         }
         match (result, self.raised) {
             // A render may keep what it has.
             (Err(camlux::Error::Cancelled) | Ok(_), Some(error)) => Err(error),
-            (result, _) => result.map_err(raised),
+            (result, _) => result.map_err(|error| raised_within(what, error)),
         }
     }
 }

@@ -69,5 +69,5 @@ pub fn reference(
             ControlFlow::Break(()) => Err(camlux::Error::Cancelled),
         }
     });
-    Frame::create(py, watch.outcome(py, found)?, &scene, None)
+    Frame::create(py, watch.outcome(py, "", found)?, &scene, None)
 }

@@ -12,7 +12,7 @@ use camlux::scene::{
 use pyo3::prelude::*;
 
 use crate::attributes::Part;
-use crate::errors::raised;
+use crate::errors::{ArgumentTypeError, raised};
 use crate::mesh::Mesh;
 use crate::parts::{Pattern, ProjectedImage, Texture};
 
@@ -64,6 +64,15 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     let sources = textures.list.iter().map(|texture| &texture.get().0);
     scene.textures = scene::in_their_roles(sources, &mut scene.materials);
     Ok(scene)
+}
+
+/// The cameras of a list.
+pub fn cameras_from(list: &Bound<'_, PyAny>) -> PyResult<Vec<Camera>> {
+    let wrong = |_| ArgumentTypeError::new_err("cameras is not a list of camlux.Camera; give one");
+    let cameras = list.try_iter().map_err(wrong)?.enumerate();
+    let cameras =
+        cameras.map(|(place, camera)| camera_from(&Part::new(camera?, format!("camera {place}"))?));
+    cameras.collect()
 }
 
 fn camera_from(part: &Part) -> PyResult<Camera> {

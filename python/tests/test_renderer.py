@@ -52,6 +52,29 @@ def test_a_bar_ends_at_100_percent(renderer, scene, capsys, monkeypatch):
         renderer.render(scene, progress=True)
 
 
+def test_cameras_of_a_list_see_what_they_see_alone(renderer, scene):
+    cameras = [dataclasses.replace(scene.camera, position_m=(0.05 * i, 1, 3.2)) for i in range(3)]
+    seen = []
+    frames = renderer.render_cameras(scene, cameras, layers=["radiance", "depth"], target_error=0.1, frame_index=7, progress=seen.append)
+    fractions = [progress.fraction for progress in seen]
+    assert fractions == sorted(fractions) and fractions[-1] == 1
+    assert [frame.frame_index for frame in frames] == [7, 7, 7]
+    for camera, frame in zip(cameras, frames):
+        alone = camlux.Renderer(renderer.device).render(dataclasses.replace(scene, camera=camera), target_error=0.1)
+        assert list(frame) == ["radiance", "depth"]
+        assert all(np.array_equal(frame[name], alone[name]) for name in frame)
+    assert renderer.render_cameras(scene, []) == []
+    cameras[1].fov_y_deg = 200
+    with pytest.raises(camlux.SceneError, match="camera 1: .*fov_y_deg"):
+        renderer.render_cameras(scene, cameras)
+    with pytest.raises(camlux.ArgumentTypeError, match="give one"):
+        renderer.render_cameras(scene, 3)
+    with pytest.raises(camlux.SceneTypeError, match="camera 0"):
+        renderer.render_cameras(scene, [scene])
+    with pytest.raises(camlux.Cancelled):
+        renderer.render_cameras(scene, cameras[:1] * 2, progress=lambda progress: False)
+
+
 def test_false_cancels_and_an_exception_passes_through(renderer, scene):
     with pytest.raises(camlux.Cancelled):
         renderer.render(scene, progress=lambda progress: progress.fraction < 0.1)

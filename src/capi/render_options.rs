@@ -2,14 +2,16 @@
 
 use std::{
     ffi::{c_char, c_void},
+    ops::ControlFlow,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
+    time::Duration,
 };
 
 use super::*;
-use crate::Progress;
+use crate::{Progress, RenderOptions};
 
 /// Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
 /// call; "done" at the end, when the fraction is 1), and the user pointer of the options.
@@ -152,6 +154,31 @@ impl Request {
         })
     }
 
+    /// The options as the library has them.
+    pub fn render_options<'r>(
+        &self,
+        report: &'r mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> RenderOptions<'r> {
+        let options = &self.options;
+        RenderOptions {
+            progress: Some(report),
+            keep_partial: self.keeps_partial,
+            repeat_unchanged: true,
+            submission_target: Duration::from_millis(options.submission_target_ms.into()),
+            seed: options.seed,
+            frame_index: (options.frame_index != CAMLUX_NEXT_FRAME).then_some(options.frame_index),
+            ..RenderOptions::default()
+        }
+    }
+
+    /// Reports the progress to the host. Breaks if the host cancels the render.
+    pub fn report(&self, progress: Progress) -> ControlFlow<()> {
+        match is_enough(progress, &self.options) || self.is_cancelled() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
     pub fn is_cancelled(&self) -> bool {
         self.token.is_cancelled() || self.abandoned.is_cancelled()
     }
@@ -167,8 +194,8 @@ impl CancelToken {
     }
 }
 
-/// Reports the progress to the host. Returns whether the host cancels the render.
-pub(super) fn is_enough(progress: Progress, options: &camlux_render_options) -> bool {
+/// Returns whether the host cancels the render.
+fn is_enough(progress: Progress, options: &camlux_render_options) -> bool {
     let Some(callback) = options.progress else {
         return false;
     };

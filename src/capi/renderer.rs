@@ -1,9 +1,8 @@
 //! Renderers.
 
 use std::{
-    ops::ControlFlow,
     sync::{Arc, Mutex, MutexGuard, OnceLock, TryLockError},
-    time::{Duration, Instant},
+    time::Instant,
 };
 
 use super::*;
@@ -78,8 +77,11 @@ pub unsafe extern "C" fn camlux_renderer_render(
     })
 }
 
-/// Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What the lights see and what rays hit is computed
-/// once. All frames have the same index, and each camera has its own noise. A light that is relative to the camera moves to each of them.
+/// Renders a scene from several cameras, each as if camlux_scene_set_camera had set it. What rays hit is computed once. All frames have the
+/// same index, and each camera has its own noise. A light that is relative to the camera moves to each of them.
+///
+/// On a GPU up to four frames render at a time, each in images of its own, which the renderer keeps. One after the other (on a CPU driver, with
+/// on_device, and where the memory holds only one) they also share what the lights see.
 ///
 /// \param cameras the first of `count`, each initialised with CAMLUX_CAMERA_INIT. A camera with another image size needs new images.
 /// \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of a struct whose first member is a camera.
@@ -230,24 +232,22 @@ impl RendererObject {
             let fits = target.check(snapshot.now.camera.resolution_px);
             fits.map_err(|failure| failure.within(&format!("target {place}")))?;
         }
-        let mut rendered = args::room_for(cameras.len(), "frames")?;
-        let given = request.options.frame_index;
-        let mut frame_index = (given != CAMLUX_NEXT_FRAME).then_some(given);
-        let ended = cameras.iter().enumerate().try_for_each(|(done, camera)| {
-            snapshot.now.camera = *camera;
-            let share = [done, cameras.len()];
-            let frame = draw(&mut renderer, &snapshot.now, request, frame_index, share)?;
-            // All cameras see the same frame.
-            frame_index = Some(frame.description().key.index);
-            rendered.push(frame);
-            Ok(())
-        });
+        let rendered = match cameras {
+            [camera] => {
+                snapshot.now.camera = *camera;
+                let frame = draw(&mut renderer, &snapshot.now, request);
+                frame.map(|frame| vec![frame]).map_err(Failure::from)
+            }
+            _ => {
+                let frames = draw_all(&mut renderer, &snapshot.now, request, cameras);
+                frames.map_err(|(place, error)| {
+                    Failure::from(error).within(&format!("camera {place}"))
+                })
+            }
+        };
         drop(renderer);
         self.device.log_validation();
-        ended.map_err(|error: crate::Error| match cameras.len() {
-            1 => Failure::from(error),
-            _ => Failure::from(error).within(&format!("camera {}", rendered.len())),
-        })?;
+        let rendered = rendered?;
         snapshot.scene.log_warnings(&snapshot.now);
         // Of several cameras, only one may have a light at its lens.
         if cameras.len() == 1 {
@@ -261,45 +261,62 @@ impl RendererObject {
     }
 }
 
-/// Renders one frame, after `done` of `all` frames: each is by another camera.
+/// Renders one frame.
 fn draw(
     renderer: &mut Renderer,
     scene: &crate::Scene,
     request: &Request,
-    frame_index: Option<u32>,
-    [done, all]: [usize; 2],
 ) -> crate::Result<Rendered> {
-    let options = &request.options;
-    let mut report = |mut progress: Progress| {
-        progress.fraction = (done as f32 + progress.fraction) / all as f32;
-        if is_enough(progress, options) || request.is_cancelled() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    };
+    let mut report = |progress| request.report(progress);
     let layers: Vec<Layer> = request.targets.iter().map(|target| target.layer).collect();
-    let mut render_options = RenderOptions {
-        progress: Some(&mut report),
-        keep_partial: request.keeps_partial,
-        repeat_unchanged: true,
+    let mut options = RenderOptions {
         layers: (!layers.is_empty()).then_some(&layers[..]),
-        submission_target: Duration::from_millis(options.submission_target_ms.into()),
-        seed: options.seed,
-        frame_index,
-        camera_index: done as u32,
-        ..RenderOptions::default()
+        ..request.render_options(&mut report)
     };
     if request.stays_on_device {
-        let frame = renderer.render_on_device(scene, &mut render_options)?;
-        Ok(Rendered::OnDevice(frame, OnceLock::new()))
-    } else {
-        let frame = renderer.render(scene, &mut render_options)?;
-        match layers[..] {
-            [] => Ok(Rendered::ToHost(frame)),
-            _ => to_targets(renderer, frame, &request.targets),
-        }
+        let frame = renderer.render_on_device(scene, &mut options)?;
+        return Ok(Rendered::OnDevice(frame, OnceLock::new()));
     }
+    let frame = renderer.render(scene, &mut options)?;
+    match layers[..] {
+        [] => Ok(Rendered::ToHost(frame)),
+        _ => to_targets(renderer, frame, &request.targets),
+    }
+}
+
+/// Renders a frame from each of some cameras. An error has the place of the camera.
+fn draw_all(
+    renderer: &mut Renderer,
+    scene: &crate::Scene,
+    request: &Request,
+    cameras: &[Camera],
+) -> std::result::Result<Vec<Rendered>, (usize, crate::Error)> {
+    if !request.stays_on_device {
+        let mut report = |progress| request.report(progress);
+        let mut options = request.render_options(&mut report);
+        let frames = renderer.render_cameras(scene, cameras, &mut options)?;
+        return Ok(frames.into_iter().map(Rendered::ToHost).collect());
+    }
+    let mut frame_index = None;
+    let drawn = cameras.iter().enumerate().map(|(place, &camera)| {
+        let mut report = |mut progress: Progress| {
+            progress.fraction = (place as f32 + progress.fraction) / cameras.len() as f32;
+            request.report(progress)
+        };
+        let mut options = request.render_options(&mut report);
+        options.frame_index = frame_index.or(options.frame_index);
+        options.camera_index = place as u32;
+        let scene = crate::Scene {
+            camera,
+            ..scene.clone()
+        };
+        let frame = renderer.render_on_device(&scene, &mut options);
+        let frame = frame.map_err(|error| (place, error))?;
+        // All cameras see the same frame.
+        frame_index = Some(frame.description().key.index);
+        Ok(Rendered::OnDevice(frame, OnceLock::new()))
+    });
+    drawn.collect()
 }
 
 /// Copies layers to the host's memory, and returns their buffers to the renderer for the next frame.

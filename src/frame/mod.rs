@@ -34,6 +34,7 @@ use crate::{
 };
 
 pub(crate) use buffer_pool::BufferPool;
+use cache::LockedLate;
 pub(crate) use cache::{Cached, FrameCache};
 pub(crate) use drawn::DrawnFrame;
 pub use drawn::{DeviceFrame, DeviceImage};
@@ -65,7 +66,7 @@ pub(crate) fn draw(
     cache.images.drop_unless(&images_key);
     cache.lights.drop_unless(&lights_key);
     let start = Instant::now();
-    if cache.scene.update(context)? {
+    if cache.scene.update(context, &cache.scenes)? {
         context.cost.borrow_mut().copying += start.elapsed();
     }
     let (scene, surfaces) = (&cache.scene, cache.scene.surfaces()?);
@@ -168,6 +169,7 @@ pub(crate) fn draw(
         readback::record(context, images)?;
     }
     context.finish()?;
+    scene.share(LockedLate::new(&cache.scenes).lock());
     progress.end()?;
     let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
     Ok((estimates, vpl_count))

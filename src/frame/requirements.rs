@@ -31,6 +31,8 @@ const MAPS_SHARE_OF_MEMORY: u64 = 8;
 const SAMPLE_BYTES: u64 = 640 << 10;
 const PILOT_BYTES: u64 = 1792 << 10;
 const WORD_BYTES: u64 = 4;
+/// More frames at a time do not help a GPU.
+const MOST_FRAMES_IN_FLIGHT: u64 = 4;
 
 impl Plan {
     /// Plans a frame of a valid scene.
@@ -67,6 +69,33 @@ impl Plan {
         // Without limits nothing is refused.
         let declared = declare(self, scene, &unlimited);
         declared.map_or(u64::MAX, |()| unlimited.total())
+    }
+
+    /// How many such frames to render at a time, each with a renderer of its own: on a GPU as many as its memory holds, up to four. The GPU
+    /// works on one of them while the host decides what the others need next. A CPU driver uses the host's threads, so it is one there.
+    ///
+    /// Renderers of a device share what is the same in their scenes. `keeps_surfaces`: all frames have the same meshes at the same places,
+    /// with the same materials and textures.
+    pub fn frames_in_flight(
+        &self,
+        scene: &Scene,
+        device: &DeviceInfo,
+        keeps_surfaces: bool,
+    ) -> usize {
+        if device.kind == DeviceKind::Cpu {
+            return 1;
+        }
+        let requirements = Requirements::without_limits(self.image_block_rows);
+        if declare(self, scene, &requirements).is_err() {
+            return 1;
+        }
+        let shared = match keeps_surfaces {
+            true => requirements.bytes(GrowsWith::Scene),
+            false => 0,
+        };
+        let own = requirements.total().saturating_sub(shared).max(1);
+        let room = device.limits.memory_bytes.saturating_sub(shared);
+        (room / own).clamp(1, MOST_FRAMES_IN_FLIGHT) as usize
     }
 
     /// Bytes of the frame's layers, which are stored in the host's memory.

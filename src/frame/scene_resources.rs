@@ -1,8 +1,8 @@
-//! The surfaces of a scene on the device. Frames share them until a mesh, a material or a texture changes.
+//! The surfaces of a scene on the device. Frames share them until a mesh, a material or a texture changes, and so do renderers of one device.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
-use super::cache::Cached;
+use super::cache::{LockedLate, SharedValue, SharedValues};
 use crate::{
     Error, LocalSpace, Result, Tracer,
     geometry::{Geometry, are_shared},
@@ -13,7 +13,7 @@ use crate::{
         materials::Materials,
         primary_rays,
         rays::RayTriangles,
-        surface::Surfaces,
+        surface::{SurfaceLists, Surfaces},
         textures::{TextureUses, Textures, uses_of},
     },
     ray_tree::MeshTrees,
@@ -24,23 +24,39 @@ use crate::{
 /// Surfaces as the passes see them, in parts that change independently.
 #[derive(Default)]
 pub(crate) struct SceneResources {
-    textures: Cached<TexturesKey, Arc<Textures>>,
-    geometry: Cached<GeometryKey, Arc<Geometry>>,
-    surfaces: Cached<SurfacesKey, Surfaces>,
+    textures: SharedValue<TexturesKey, Arc<Textures>>,
+    geometry: SharedValue<GeometryKey, Arc<Geometry>>,
+    surface_lists: SharedValue<SurfacesKey, Arc<SurfaceLists>>,
+    surfaces: Option<Surfaces>,
     /// Only if kernels read it.
-    materials: Cached<SurfacesKey, Arc<Materials>>,
+    materials: SharedValue<SurfacesKey, Arc<Materials>>,
     /// Only if something casts rays.
-    ray_tree: Cached<RayTreeKey, RayTriangles>,
+    ray_tree: SharedValue<RayTreeKey, RayTriangles>,
     mesh_trees: MeshTrees,
     /// Only if what the rays hit is shaded.
-    hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
+    hit_surfaces: SharedValue<SurfacesKey, HitSurfaces>,
     /// Only if the camera's lens distorts the image.
-    lens_rays: Cached<(Lens, [u32; 2]), Arc<Buffer>>,
+    lens_rays: SharedValue<LensKey, Arc<Buffer>>,
     /// The points that final gathering draws from; only if it does.
-    lattice: Option<TexelList>,
+    lattice: SharedValue<(), TexelList>,
     /// Generation of the surfaces. Another number means other surfaces.
     pub generation: u64,
 }
+
+/// The parts that the renderers of a device have on it.
+#[derive(Default)]
+pub(crate) struct SharedScenes {
+    textures: SharedValues<TexturesKey, Arc<Textures>>,
+    geometry: SharedValues<GeometryKey, Arc<Geometry>>,
+    surface_lists: SharedValues<SurfacesKey, Arc<SurfaceLists>>,
+    materials: SharedValues<SurfacesKey, Arc<Materials>>,
+    ray_tree: SharedValues<RayTreeKey, RayTriangles>,
+    hit_surfaces: SharedValues<SurfacesKey, HitSurfaces>,
+    lens_rays: SharedValues<LensKey, Arc<Buffer>>,
+    lattice: SharedValues<(), TexelList>,
+}
+
+type LensKey = (Lens, [u32; 2]);
 
 /// The alpha texture of a material, and its cutoff.
 type Cutout = (Option<TextureLookup>, f64);
@@ -117,8 +133,35 @@ impl PartialEq for SameGeometry {
 }
 
 impl SceneResources {
-    /// Copies to the device what has changed since the previous frame. Returns whether anything has.
-    pub fn update(&mut self, context: &Context) -> Result<bool> {
+    /// Copies to the device what has changed since the previous frame and no other renderer has there. Returns whether anything has changed.
+    pub fn update(&mut self, context: &Context, scenes: &Arc<Mutex<SharedScenes>>) -> Result<bool> {
+        let shared = &mut LockedLate::new(scenes);
+        let is_changed = self.update_parts(context, shared)?;
+        // Other renderers may wait for what is new. Without others, it is shared at the end of the frame.
+        if shared.is_locked() && Arc::strong_count(scenes) > 1 {
+            context.submit(|_| Ok(()))?;
+            self.share(shared.lock());
+        }
+        Ok(is_changed)
+    }
+
+    /// Lets other renderers find what is here. It must have been copied to the device.
+    pub fn share(&self, scenes: &mut SharedScenes) {
+        self.textures.share(&mut scenes.textures);
+        self.geometry.share(&mut scenes.geometry);
+        self.surface_lists.share(&mut scenes.surface_lists);
+        self.materials.share(&mut scenes.materials);
+        self.ray_tree.share(&mut scenes.ray_tree);
+        self.hit_surfaces.share(&mut scenes.hit_surfaces);
+        self.lens_rays.share(&mut scenes.lens_rays);
+        self.lattice.share(&mut scenes.lattice);
+    }
+
+    fn update_parts(
+        &mut self,
+        context: &Context,
+        shared: &mut LockedLate<SharedScenes>,
+    ) -> Result<bool> {
         let Context {
             commands,
             scene,
@@ -134,7 +177,9 @@ impl SceneResources {
         let before = self.geometry.get().cloned();
         self.geometry.drop_unless(&geometry_key);
         let geometry = || Ok(Geometry::of(scene, before.as_deref()).into());
-        let (geometry, _) = self.geometry.get_or_make(geometry_key, geometry)?;
+        let (geometry, _) =
+            self.geometry
+                .get_or_make(geometry_key, shared, |all| &mut all.geometry, geometry)?;
         let geometry = geometry.clone();
         let textures_key = TexturesKey {
             is_textured: plan.reads_texcoords(),
@@ -162,31 +207,40 @@ impl SceneResources {
             }),
         };
         self.textures.drop_unless(&textures_key);
-        self.surfaces.drop_unless(&surfaces_key);
+        self.surfaces = None;
+        self.surface_lists.drop_unless(&surfaces_key);
         self.ray_tree.drop_unless(&ray_tree_key);
         self.hit_surfaces.drop_unless(&surfaces_key);
         self.materials.drop_unless(&surfaces_key);
         if tracer.is_none() {
-            self.ray_tree.take();
+            self.ray_tree.clear();
             self.mesh_trees = MeshTrees::default();
         }
         if !plan.shades_hits() {
-            self.hit_surfaces.take();
+            self.hit_surfaces.clear();
         }
         let lens_key = (scene.camera.lens, plan.resolution_px);
         self.lens_rays.drop_unless(&lens_key);
 
-        let (textures, _) = self.textures.get_or_make(textures_key, || {
+        let upload = || {
             Ok(Arc::new(match plan.reads_texcoords() {
                 true => Textures::upload(commands, scene)?,
                 false => Textures::default(),
             }))
-        })?;
+        };
+        let (textures, _) =
+            self.textures
+                .get_or_make(textures_key, shared, |all| &mut all.textures, upload)?;
         let (instances, are_moved) = match tracer {
             Some(tracer) => {
                 let by = (tracer, &mut self.mesh_trees);
                 let tree = || RayTriangles::of(commands, scene, &geometry, space, textures, by);
-                let (tree, is_new) = self.ray_tree.get_or_make(ray_tree_key, tree)?;
+                let (tree, is_new) = self.ray_tree.get_or_make(
+                    ray_tree_key,
+                    shared,
+                    |all| &mut all.ray_tree,
+                    tree,
+                )?;
                 (
                     tree.instances.clone(),
                     is_new && !geometry.shared.is_empty(),
@@ -201,42 +255,67 @@ impl SceneResources {
         let materials = match plan.needs_materials() {
             true => {
                 let upload = || Ok(Materials::upload(commands, scene, &geometry, textures)?.into());
-                Some(&*self.materials.get_or_make(surfaces_key.clone(), upload)?.0)
+                let (materials, _) = self.materials.get_or_make(
+                    surfaces_key.clone(),
+                    shared,
+                    |all| &mut all.materials,
+                    upload,
+                )?;
+                Some(materials)
             }
             false => {
-                self.materials.take();
+                self.materials.clear();
                 None
             }
         };
-        let (surfaces, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
-            let instanced = (&*geometry, &instances);
+        let upload = || {
             let shown = (&*textures, materials);
-            Surfaces::upload(commands, scene, plan, space, shown, instanced)
-        })?;
-        surfaces.instances = instances;
-        if !plan.has_final_gather() {
-            self.lattice = None;
-        } else if self.lattice.is_none() {
-            self.lattice = Some(final_gather::upload_lattice(commands)?);
+            SurfaceLists::upload(commands, scene, plan, space, shown, &geometry).map(Arc::new)
+        };
+        let (lists, is_new) = self.surface_lists.get_or_make(
+            surfaces_key.clone(),
+            shared,
+            |all| &mut all.surface_lists,
+            upload,
+        )?;
+        self.surfaces = Some(Surfaces {
+            lists: lists.clone(),
+            instances,
+        });
+        match plan.has_final_gather() {
+            true => {
+                let upload = || final_gather::upload_lattice(commands);
+                self.lattice
+                    .get_or_make((), shared, |all| &mut all.lattice, upload)?;
+            }
+            false => self.lattice.clear(),
         }
         let mut is_changed = is_new || are_moved;
         self.generation += u64::from(is_changed);
         if plan.has_distortion {
             let lens = || primary_rays::upload_lens(commands, &scene.camera);
-            is_changed |= self.lens_rays.get_or_make(lens_key, lens)?.1;
+            let (_, is_new) =
+                self.lens_rays
+                    .get_or_make(lens_key, shared, |all| &mut all.lens_rays, lens)?;
+            is_changed |= is_new;
         }
         if plan.shades_hits() {
             let materials = materials.ok_or_else(|| {
                 Error::internal("the materials of what rays hit are not on the device")
             })?;
             let hits = || HitSurfaces::upload(commands, &geometry, textures, materials);
-            self.hit_surfaces.get_or_make(surfaces_key, hits)?;
+            self.hit_surfaces.get_or_make(
+                surfaces_key,
+                shared,
+                |all| &mut all.hit_surfaces,
+                hits,
+            )?;
         }
         Ok(is_changed)
     }
 
     pub fn surfaces(&self) -> Result<&Surfaces> {
-        let surfaces = self.surfaces.get();
+        let surfaces = self.surfaces.as_ref();
         surfaces.ok_or_else(|| Error::internal("the surfaces are not on the device"))
     }
 
@@ -252,7 +331,7 @@ impl SceneResources {
 
     /// The points that final gathering draws from.
     pub fn lattice(&self) -> Result<&TexelList> {
-        let lattice = self.lattice.as_ref();
+        let lattice = self.lattice.get();
         lattice.ok_or_else(|| Error::internal("the lattice is not on the device"))
     }
 

@@ -20,16 +20,21 @@ use crate::{
     },
 };
 
-/// Vertices, triangles and textures of a scene, in device memory.
+/// What frames draw.
 pub(crate) struct Surfaces {
+    pub lists: Arc<SurfaceLists>,
+    /// Where the instances of shared meshes are. Only this changes when they move.
+    pub instances: Arc<Instances>,
+}
+
+/// Vertices, triangles and textures of a scene, in device memory.
+pub(crate) struct SurfaceLists {
     positions: Arc<Buffer>,
     indices: Arc<Buffer>,
     normals: Arc<Buffer>,
     texcoords: Arc<Buffer>,
     textures: Arc<Textures>,
     materials: Option<Arc<Materials>>,
-    /// Where the instances of shared meshes are. Only this changes when they move.
-    pub instances: Arc<Instances>,
     ranges: Vec<Range>,
 }
 
@@ -71,7 +76,7 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> R
     Ok(())
 }
 
-impl Surfaces {
+impl SurfaceLists {
     /// Copies a scene's surfaces to the device.
     pub fn upload(
         commands: &CommandPool,
@@ -79,8 +84,8 @@ impl Surfaces {
         plan: &Plan,
         space: &LocalSpace,
         (textures, materials): (&Arc<Textures>, Option<&Arc<Materials>>),
-        (geometry, instances): (&Geometry, &Arc<Instances>),
-    ) -> Result<Surfaces> {
+        geometry: &Geometry,
+    ) -> Result<SurfaceLists> {
         let mut lists = Lists::default();
         let shading = Shading {
             scene,
@@ -99,23 +104,24 @@ impl Surfaces {
             lists.add(&shading, &shared.space, index, &shared.mesh);
             first += count;
         }
-        Ok(Surfaces {
+        Ok(SurfaceLists {
             positions: commands.upload("positions", &lists.positions)?,
             indices: commands.upload("indices", &lists.indices)?,
             normals: commands.upload("normals", &lists.normals)?,
             texcoords: commands.upload("texcoords", &lists.texcoords)?,
             textures: textures.clone(),
             materials: materials.cloned(),
-            instances: instances.clone(),
             ranges: lists.ranges,
         })
     }
+}
 
+impl Surfaces {
     /// The lists of triangles with their names in the shaders.
     pub fn triangles(&self) -> [(&'static str, Resource<'_>); 2] {
         [
-            ("positions", Resource::Buffer(&self.positions)),
-            ("indices", Resource::Buffer(&self.indices)),
+            ("positions", Resource::Buffer(&self.lists.positions)),
+            ("indices", Resource::Buffer(&self.lists.indices)),
         ]
     }
 
@@ -130,8 +136,9 @@ impl Surfaces {
         more_resources: &[(&str, Resource)],
     ) -> Result<()> {
         let pipelines = context.pipelines;
+        let lists = &*self.lists;
         recorder.render(target, |recorder| {
-            for range in &self.ranges {
+            for range in &lists.ranges {
                 let is_textured = range.draw.texture.size[0] > 0;
                 let is_detailed = range.is_detailed || range.has_cutouts;
                 let surface = surface_axis(range.is_smooth, is_textured, is_detailed);
@@ -139,13 +146,13 @@ impl Surfaces {
                 let pipeline = pipelines.raster(key, target.colors.len())?;
                 let mut resources = vec![
                     ("view", Resource::Buffer(view)),
-                    ("normals", Resource::Buffer(&self.normals)),
-                    ("texcoords", Resource::Buffer(&self.texcoords)),
+                    ("normals", Resource::Buffer(&lists.normals)),
+                    ("texcoords", Resource::Buffer(&lists.texcoords)),
                 ];
                 resources.extend(self.triangles());
                 resources.push(self.instances.resource());
-                resources.extend(self.textures.resource());
-                let materials = self.materials.iter();
+                resources.extend(lists.textures.resource());
+                let materials = lists.materials.iter();
                 resources.extend(materials.flat_map(|materials| materials.resources()));
                 resources.extend_from_slice(more_resources);
                 recorder.bind_raster(&pipeline, &resources)?;

@@ -141,6 +141,11 @@ impl<'d> Requirements<'d> {
         Ok(())
     }
 
+    /// Bytes that are held throughout the frame and grow with this.
+    pub fn bytes(&self, grows_with: GrowsWith) -> u64 {
+        self.bytes[grows_with as usize].get()
+    }
+
     /// Bytes of everything that was declared, plus the allowance for small buffers.
     pub fn total(&self) -> u64 {
         let sum = |cells: &[Cell<u64>]| cells.iter().map(Cell::get).fold(0, u64::saturating_add);

@@ -1,6 +1,7 @@
 //! The logical device, its queue and its memory allocator.
 
 use std::{
+    any::Any,
     ffi::CStr,
     mem::ManuallyDrop,
     sync::{Arc, Mutex, MutexGuard, Weak},
@@ -95,6 +96,7 @@ struct Shared {
     condition: Mutex<Condition>,
     /// Those that its users hold.
     pipelines: Mutex<Weak<Pipelines>>,
+    shared_by_renderers: Mutex<Option<Weak<dyn Any + Send + Sync>>>,
     faults: Faults,
     info: DeviceInfo,
     /// Present if the device's own units can trace rays.
@@ -311,6 +313,7 @@ impl Device {
                 usage: MemoryUse::default(),
             })),
             pipelines: Mutex::default(),
+            shared_by_renderers: Mutex::default(),
             condition: Mutex::new(Condition {
                 last_pass: "none",
                 lost_in: None,
@@ -408,6 +411,19 @@ impl Device {
             *held = Arc::downgrade(&made);
             made
         })
+    }
+
+    /// What all renderers of the device share, of a type of theirs. It stays as long as someone holds it.
+    pub(crate) fn shared_by_renderers<T: Default + Send + Sync + 'static>(&self) -> Arc<T> {
+        let mut held = lock(&self.shared.shared_by_renderers);
+        let kept = held.as_ref().and_then(Weak::upgrade);
+        kept.and_then(|kept| kept.downcast().ok())
+            .unwrap_or_else(|| {
+                let made = Arc::<T>::default();
+                let any: Arc<dyn Any + Send + Sync> = made.clone();
+                *held = Some(Arc::downgrade(&any));
+                made
+            })
     }
 
     /// Fails on a lost device, so that nothing more is called on it.

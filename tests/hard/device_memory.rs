@@ -5,11 +5,11 @@ use std::time::Instant;
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
 use crate::common::instances::crowd;
 use camlux::{
-    DeviceInfo, DeviceKind, Error, Plan, Quirks, RenderOptions, Scene,
+    DeviceInfo, DeviceKind, Error, Plan, Quirks, RenderOptions, Renderer, Scene,
     output::Layer,
     scene::{
         ChargeUnit, IndirectLight, Instance, Light, Mesh, Photodetector, PixelFilter,
-        PixelSampling, Sensor, Shadow, Texels, TimeOfFlight, VplSum,
+        PixelSampling, Sensor, Shadow, Texels, Texture, TimeOfFlight, VplSum,
     },
 };
 use glam::{DAffine3, DVec3, dvec3};
@@ -172,6 +172,45 @@ fn a_thousand_instances_take_the_memory_of_one() {
         held[1] < held[0] + 2 * 1000 * (128 + 32) + (64 << 10),
         "{held:?}"
     );
+}
+
+/// The same values in other objects, which nothing shares.
+fn copy_of(scene: &Scene) -> Scene {
+    with(scene, |scene| {
+        for instance in &mut scene.meshes {
+            instance.mesh = Mesh::clone(&instance.mesh).into();
+        }
+        for texture in &mut scene.textures {
+            *texture = Texture::clone(texture).into();
+        }
+    })
+}
+
+#[test]
+fn renderers_of_a_device_hold_a_scene_once() {
+    let gpu = Gpu::open();
+    for name in ["knot", "textured"] {
+        let scene = demo_scene(name, [16, 16]);
+        let scene = with(&scene, |scene| scene.indirect = FINAL_GATHER);
+        let mut renderers = Vec::new();
+        let added = [scene.clone(), copy_of(&scene), scene].map(|scene| {
+            let before = gpu.device.memory_use().bytes;
+            let mut renderer = Renderer::new(&gpu.device).expect("a renderer");
+            let rendered = renderer.render(&scene, &mut RenderOptions::default());
+            rendered.expect("a frame");
+            renderers.push(renderer);
+            gpu.device.memory_use().bytes - before
+        });
+        let [first, copied, again] = added;
+        println!("{first} B for the first, {copied} B for a copy, {again} B for the scene again");
+        // What every scene has is shared with the copy, too.
+        assert!(
+            copied + (2 << 20) >= first && copied > again + (512 << 10),
+            "{name}"
+        );
+        renderers.clear();
+        assert_eq!(gpu.device.memory_use().bytes, 0);
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The data that a renderer keeps between frames changes no image, and saves the passes whose input has not changed.
 
+use std::thread;
+
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use crate::common::instances::{crowd, slabs};
 use camlux::{
@@ -520,4 +522,49 @@ fn a_change_of_a_shared_value_does_not_reach_the_others() {
     second.push(2);
     assert_eq!((&*first, &*second), (&vec![1], &vec![1, 2]));
     assert!(!first.ptr_eq(&second));
+}
+
+/// Renderers that find the surfaces of a scene on their device, while others change theirs.
+#[test]
+fn what_renderers_share_does_not_show() {
+    const THREADS: usize = 3;
+    const FRAMES: usize = 12;
+    let mut gpu = Gpu::open();
+    for base in [crowd([24, 24]), demo_scene("textured", [24, 24])] {
+        // Some frames are alike, others differ in a pose, a colour or both.
+        let scene_of = |frame: usize| {
+            let mut scene = final_gather(base.clone());
+            let turn = DAffine3::from_rotation_y(0.1 * (frame / 2 % 3) as f64);
+            scene.meshes[1].to_world *= turn;
+            scene.materials[0].kd = [0.3 + 0.2 * (frame / THREADS % 2) as f64; 3];
+            scene
+        };
+        let alone: Vec<Frame> = (0..FRAMES)
+            .map(|frame| gpu.render_seeded(&scene_of(frame), frame as u32))
+            .collect();
+        gpu.renderer.forget();
+        let device = &gpu.device;
+        let frames_of = |thread: usize| -> Vec<(usize, Frame)> {
+            let mut renderer = Renderer::new(device).expect("a renderer");
+            let frames = (thread..FRAMES).step_by(THREADS);
+            let rendered = frames.map(|frame| {
+                let mut options = RenderOptions {
+                    seed: frame as u32,
+                    ..RenderOptions::default()
+                };
+                let rendered = renderer.render(&scene_of(frame), &mut options);
+                (frame, rendered.expect("a frame"))
+            });
+            rendered.collect()
+        };
+        thread::scope(|scope| {
+            let threads = (0..THREADS).map(|thread| scope.spawn(move || frames_of(thread)));
+            let threads: Vec<_> = threads.collect();
+            for thread in threads {
+                for (frame, rendered) in thread.join().expect("frames") {
+                    assert_same(&format!("frame {frame}"), &rendered, &alone[frame]);
+                }
+            }
+        });
+    }
 }

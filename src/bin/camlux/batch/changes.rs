@@ -51,6 +51,13 @@ pub enum Values<const N: usize> {
 }
 
 impl Changes {
+    /// Whether frames may differ in the places of meshes, in materials or in textures.
+    pub fn moves_surfaces(&self) -> bool {
+        let mut changes = self.values.iter().chain(&self.sweeps);
+        let is_of_surfaces = |change: &Change| matches!(change, Change::Kd(..));
+        !self.meshes.is_empty() || !self.materials.is_empty() || changes.any(is_of_surfaces)
+    }
+
     pub fn read(keys: &mut Keys, folder: &Path) -> Result<Self, Failure> {
         let mut changes = Changes::default();
         if let Some(mut camera) = keys.table("camera")? {

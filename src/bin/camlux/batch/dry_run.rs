@@ -10,8 +10,8 @@ use camlux::output::write_exr_files;
 use serde_json::json;
 
 use super::frames::Frames;
-use super::work::Engine;
-use crate::{Failure, print, tell};
+use super::work::{Engine, frames_in_flight};
+use crate::{Failure, counted, print, tell};
 
 /// Number of frames that are tried besides the first. The time of the first includes one-off work.
 const TRIED_FRAMES: usize = 3;
@@ -75,6 +75,11 @@ pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(
     tell(&format!(
         "{total} frames, {first} to {last}: about {} and {megabytes:.1} MB, estimated from {tried} of them, rendered and written one after the other",
         humantime::format_duration(Duration::from_secs(time.as_secs())),
+    ));
+    let in_flight = frames_in_flight(frames, indices, &engine.device_info());
+    tell(&format!(
+        "{} at a time",
+        counted(in_flight as u64, "frame renders", "frames render")
     ));
     match failures.len() {
         0 => Ok(()),

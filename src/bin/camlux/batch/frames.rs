@@ -184,10 +184,15 @@ impl Frames {
         self.count_in_scene() * self.scenes.len() as u64
     }
 
+    /// The index of the frame's scene.
+    pub fn scene_index(&self, index: u64) -> usize {
+        (index / self.count_in_scene()) as usize
+    }
+
     /// The scene in a frame, or `later` after its beginning, as a fraction of the time to the next frame.
     fn moment(&self, index: u64, later: f64) -> Moment {
         let changes = &self.job.changes;
-        let scene_index = (index / self.count_in_scene()) as usize;
+        let scene_index = self.scene_index(index);
         let number = index % self.count_in_scene();
         let frame = (number % u64::from(self.job.frame_count)) as u32;
         let loaded = &self.scenes[scene_index];

@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use camlux::output::{Exposure, ExrOptions, Frame, FrameDescription, StopReason, write_exr_files};
 use camlux::scene::ChargeUnit;
 use camlux::{
-    Device, DeviceInfo, DeviceKind, DeviceOptions, Error, RenderOptions, Renderer, Scene,
+    Device, DeviceInfo, DeviceKind, DeviceOptions, Error, Plan, RenderOptions, Renderer, Scene,
 };
 use serde_json::json;
 
@@ -48,34 +48,81 @@ pub struct Done {
     pub is_whole: bool,
 }
 
-/// A device and what it keeps from frame to frame.
+/// A renderer, and what the engines of a job share.
 pub struct Engine {
-    options: DeviceOptions,
-    device: Device,
     renderer: Renderer,
+    /// How often the device had been lost when the renderer was made.
+    losses: u32,
+    shared: Arc<EngineDevice>,
+}
+
+/// The device of all engines of a job. On it, their renderers share the scene.
+struct EngineDevice {
+    options: DeviceOptions,
+    /// The device, and how often it has been lost. An engine that renders reads it, and one that renders alone writes it.
+    opened: RwLock<(Device, u32)>,
 }
 
 impl Engine {
     pub fn open(options: &DeviceOptions) -> Result<Engine, Error> {
-        Engine::on(Device::open(options)?, options)
+        Engine::on(&EngineDevice::new(Device::open(options)?, options))
     }
 
-    fn on(device: Device, options: &DeviceOptions) -> Result<Engine, Error> {
-        let renderer = Renderer::new(&device)?;
+    fn on(shared: &Arc<EngineDevice>) -> Result<Engine, Error> {
+        let (device, losses) = &*shared.read();
         Ok(Engine {
-            options: options.clone(),
-            device,
-            renderer,
+            renderer: Renderer::new(device)?,
+            losses: *losses,
+            shared: shared.clone(),
         })
     }
 
+    pub fn device_info(&self) -> DeviceInfo {
+        self.shared.read().0.info().clone()
+    }
+
     pub fn render(&mut self, planned: &Planned) -> Result<Frame, Error> {
+        let shared = self.shared.clone();
+        let opened = shared.read();
+        self.follow(&opened)?;
         let rendered = self.try_to_render(planned);
-        if let Err(Error::DeviceLost { .. }) = rendered {
-            // A lost device cannot be used again; the remaining frames need a new one.
-            *self = Engine::open(&self.options)?;
+        drop(opened);
+        if !is_device_lost(&rendered) {
+            return rendered;
         }
-        rendered
+        // A lost device cannot be used again; the remaining frames need a new one.
+        let mut opened = shared
+            .opened
+            .write()
+            .unwrap_or_else(PoisonError::into_inner);
+        self.replace_lost(&mut opened)?;
+        let has_others = Arc::strong_count(&shared) > 2;
+        if !has_others {
+            return rendered;
+        }
+        // The frame of another engine may have lost it. So this one renders again, alone.
+        let again = self.try_to_render(planned);
+        if is_device_lost(&again) {
+            self.replace_lost(&mut opened)?;
+        }
+        again
+    }
+
+    /// Opens another device unless another engine has.
+    fn replace_lost(&mut self, opened: &mut (Device, u32)) -> Result<(), Error> {
+        if self.losses == opened.1 {
+            *opened = (Device::open(&self.shared.options)?, opened.1 + 1);
+        }
+        self.follow(opened)
+    }
+
+    /// Renders on the device that is open now.
+    fn follow(&mut self, (device, losses): &(Device, u32)) -> Result<(), Error> {
+        if self.losses != *losses {
+            self.renderer = Renderer::new(device)?;
+            self.losses = *losses;
+        }
+        Ok(())
     }
 
     fn try_to_render(&mut self, planned: &Planned) -> Result<Frame, Error> {
@@ -143,6 +190,23 @@ impl Engine {
     }
 }
 
+impl EngineDevice {
+    fn new(device: Device, options: &DeviceOptions) -> Arc<EngineDevice> {
+        Arc::new(EngineDevice {
+            options: options.clone(),
+            opened: RwLock::new((device, 0)),
+        })
+    }
+
+    fn read(&self) -> RwLockReadGuard<'_, (Device, u32)> {
+        self.opened.read().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn is_device_lost(rendered: &Result<Frame, Error>) -> bool {
+    matches!(rendered, Err(Error::DeviceLost { .. }))
+}
+
 /// A rendered frame that waits to be written.
 struct Rendered {
     planned: Planned,
@@ -150,13 +214,18 @@ struct Rendered {
     time: Duration,
 }
 
-/// Number of frames that render at a time. With two, the GPU works on one frame while the host decides what the other needs next. A CPU
-/// driver uses the host's threads, so that two would gain nothing.
-fn frames_in_flight(device: &DeviceInfo) -> usize {
-    match device.kind {
-        DeviceKind::Cpu => 1,
-        _ => 2,
-    }
+/// Number of frames that render at a time.
+pub fn frames_in_flight(frames: &Frames, indices: &[u64], device: &DeviceInfo) -> usize {
+    let keeps_surfaces = !frames.job.changes.moves_surfaces();
+    let of_scenes = indices.chunk_by(|&a, &b| frames.scene_index(a) == frames.scene_index(b));
+    let first_of_scenes = of_scenes.filter_map(|of_scene| of_scene.first());
+    let of_scenes = first_of_scenes.filter_map(|&index| {
+        let scene = frames.plan(index).begin.scene();
+        // A scene that has no plan fails when it is rendered.
+        let plan = Plan::new(&scene, device).ok()?;
+        Some(plan.frames_in_flight(&scene, device, keeps_surfaces))
+    });
+    of_scenes.min().unwrap_or(1).min(indices.len())
 }
 
 /// Threads that pack and write frames. On a CPU driver, more would take the cores from it.
@@ -181,11 +250,13 @@ pub fn render(
     let device = Device::open(options.device)?;
     let in_flight = match options.queue {
         0 => 1,
-        _ => frames_in_flight(device.info()),
+        _ => frames_in_flight(frames, indices, device.info()),
     };
-    let engines = (0..in_flight).map(|_| Engine::on(device.clone(), options.device));
-    let engines = engines.collect::<Result<Vec<_>, Error>>()?;
     let writers = writers(device.info());
+    let device = EngineDevice::new(device, options.device);
+    let engines = (0..in_flight).map(|_| Engine::on(&device));
+    let engines = engines.collect::<Result<Vec<_>, Error>>()?;
+    drop(device);
     render_by((engines, writers), frames, indices, journal, options)
 }
 
@@ -197,9 +268,7 @@ fn render_by(
     journal: Journal,
     options: WorkOptions,
 ) -> Result<(Done, Journal), Failure> {
-    let device = engines
-        .first()
-        .map(|engine| engine.device.info().name.clone());
+    let device = engines.first().map(|engine| engine.device_info().name);
     let record = Record {
         device: device.unwrap_or_default(),
         journal,
@@ -390,9 +459,9 @@ pub fn tell_summary(done: &Done, wall: Duration) {
 mod tests {
     use std::path::Path;
 
-    use camlux::{DeviceOptions, Error, Fault};
+    use camlux::{Device, DeviceOptions, Error, Fault};
 
-    use super::{Done, Engine, Frames, WorkOptions, render_by};
+    use super::{Engine, EngineDevice, Frames, WorkOptions, render_by};
     use crate::batch::{job::Job, manifest::Journal};
 
     fn frames(job: &str) -> Frames {
@@ -402,44 +471,71 @@ mod tests {
         frames.expect("a job")
     }
 
+    fn engines(count: usize) -> Vec<Engine> {
+        let options = DeviceOptions::default();
+        let device = Device::open(&options).expect("scripts/test has a driver");
+        let device = EngineDevice::new(device, &options);
+        let engines = (0..count).map(|_| Engine::on(&device).expect("a renderer"));
+        engines.collect()
+    }
+
+    /// Renders five frames. Returns their files, in the order of the frames; `None` for one that failed.
+    fn files_of(engine_count: usize, writers: usize, fault: Option<Fault>) -> Vec<Option<Vec<u8>>> {
+        let frames = frames("frames = 5\n[[light]]\nindex = 0\npower_factor_range = [0.5, 2.0]\n");
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::create_dir(folder.path().join("frames")).expect("a folder");
+        let journal = Journal::begin(&folder.path().join("manifest.jsonl"), &Default::default());
+        let device = DeviceOptions::default();
+        let engines = engines(engine_count);
+        engines[0].shared.read().0.inject(fault);
+        let options = WorkOptions {
+            folder: folder.path(),
+            device: &device,
+            queue: 2,
+            fail_fast: false,
+        };
+        let indices: Vec<u64> = (0..frames.count()).collect();
+        let journal = journal.expect("a manifest");
+        let done = render_by((engines, writers), &frames, &indices, journal, options);
+        let (done, _) = done.expect("frames");
+        let files = indices
+            .iter()
+            .map(|&index| std::fs::read(folder.path().join(frames.plan(index).file)).ok());
+        let files: Vec<_> = files.collect();
+        let written = files.iter().flatten().count() as u64;
+        assert!(done.is_whole && [done.written, done.failed] == [written, 5 - written]);
+        files
+    }
+
     #[test]
     fn frames_in_flight_and_writers_do_not_show() {
-        let frames = frames("frames = 5\n[[light]]\nindex = 0\npower_factor_range = [0.5, 2.0]\n");
-        let written_by = |engine_count: usize, writers: usize| {
-            let folder = tempfile::tempdir().expect("a folder");
-            std::fs::create_dir(folder.path().join("frames")).expect("a folder");
-            let journal =
-                Journal::begin(&folder.path().join("manifest.jsonl"), &Default::default());
-            let device = DeviceOptions::default();
-            let engines = (0..engine_count).map(|_| Engine::open(&device).expect("a driver"));
-            let options = WorkOptions {
-                folder: folder.path(),
-                device: &device,
-                queue: 2,
-                fail_fast: false,
-            };
-            let indices: Vec<u64> = (0..frames.count()).collect();
-            let journal = journal.expect("a manifest");
-            let done = render_by(
-                (engines.collect(), writers),
-                &frames,
-                &indices,
-                journal,
-                options,
-            );
-            let (
-                Done {
-                    written, is_whole, ..
-                },
-                _,
-            ) = done.expect("frames");
-            assert!(is_whole && written == 5);
-            indices
-                .iter()
-                .map(|&i| std::fs::read(folder.path().join(frames.plan(i).file)).expect("a frame"))
-                .collect::<Vec<_>>()
+        let one_by_one = files_of(1, 1, None);
+        assert!(one_by_one.iter().all(Option::is_some));
+        assert!(files_of(4, 3, None) == one_by_one);
+    }
+
+    #[test]
+    fn a_frame_that_fails_leaves_those_in_flight_whole() {
+        let whole = files_of(1, 1, None);
+        let fault = Fault::OutOfMemory {
+            function: None,
+            call: 300,
         };
-        assert!(written_by(4, 3) == written_by(1, 1));
+        let files = files_of(4, 1, Some(fault));
+        let failed = files.iter().filter(|file| file.is_none()).count();
+        assert_eq!(failed, 1);
+        assert!(
+            files
+                .iter()
+                .zip(&whole)
+                .all(|(file, whole)| file.is_none() || file == whole)
+        );
+    }
+
+    #[test]
+    fn a_device_that_one_of_several_frames_loses_costs_none() {
+        let fault = Fault::DeviceLostIn { pass: "gbuffer" };
+        assert!(files_of(4, 1, Some(fault)) == files_of(1, 1, None));
     }
 
     #[test]
@@ -450,7 +546,6 @@ mod tests {
             let manifest = folder.path().join("manifest.jsonl");
             let journal = Journal::begin(&manifest, &Default::default()).expect("a manifest");
             let device = DeviceOptions::default();
-            let engines = (0..2).map(|_| Engine::open(&device).expect("a driver"));
             // The folder `frames` is missing.
             let options = WorkOptions {
                 folder: folder.path(),
@@ -459,7 +554,7 @@ mod tests {
                 fail_fast: false,
             };
             let indices: Vec<u64> = (0..frames.count()).collect();
-            let by = (engines.collect(), writers);
+            let by = (engines(2), writers);
             let ended = render_by(by, &frames, &indices, journal, options);
             assert!(ended.is_err(), "{writers} writers");
         }
@@ -474,9 +569,8 @@ mod tests {
         let before = engine.render(&planned).expect("a frame");
         // The same frame again would come back without a pass.
         engine.render(&frames.plan(1)).expect("a frame");
-        engine
-            .device
-            .inject(Some(Fault::DeviceLostIn { pass: "gbuffer" }));
+        let fault = Fault::DeviceLostIn { pass: "gbuffer" };
+        engine.shared.read().0.inject(Some(fault));
         let lost = engine.render(&planned).err();
         assert!(matches!(lost, Some(Error::DeviceLost { .. })), "{lost:?}");
         let after = engine.render(&planned).expect("a frame");
