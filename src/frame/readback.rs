@@ -176,6 +176,19 @@ pub(crate) fn read_layers(
         Ok::<_, Error>(ids)
     });
     let material_ids = material_ids.transpose()?;
+    // The usual layer, alone: one sum of what was copied, without layers in between.
+    let mut alone = None;
+    if let (true, Some(direct), Some(indirect)) = (has_radiance, direct, indirect)
+        && !is_wanted(Layer::Direct)
+        && !is_wanted(Layer::Indirect)
+        && let (Ok(direct), Ok(indirect)) = (readback.copied(direct), readback.copied(indirect))
+    {
+        let radiance = alone.insert(pool.floats(3 * direct.len()));
+        per_pixel(radiance, |i| {
+            [0, 1, 2].map(|band| direct[i][band] + indirect[i][band])
+        });
+    }
+    let [direct, indirect] = [direct, indirect].map(|image| image.filter(|_| alone.is_none()));
     let mut rgb = |image: Option<&Image>| -> Result<Option<Vec<f32>>> {
         let Some(image) = image else {
             return Ok(None);
@@ -198,6 +211,7 @@ pub(crate) fn read_layers(
         }
         radiance
     });
+    let radiance = radiance.or(alone);
 
     let (position, in_camera, depth, range, mesh_ids) = match geometry {
         Some(geometry) => (
