@@ -156,6 +156,15 @@ pub(crate) struct SampleAllocation {
     pub least_variance: f64,
 }
 
+impl SampleAllocation {
+    /// Packets of a pixel of which nothing is known, as in `shaders/sample_counts.wgsl`.
+    pub fn packets_of_unknown(&self) -> u32 {
+        let power = 1.0 / (1.0 + self.variance_rate);
+        let packets = self.packets_scale * self.mean_variance.powf(power);
+        (packets.ceil() as u32).min(self.max_packets).max(1)
+    }
+}
+
 /// Largest tolerance of criteria that are relaxed. A little more, and every pixel would be interpolated.
 const MAX_RELAXED: f64 = 0.9;
 

@@ -73,6 +73,15 @@ impl SampleCounts {
         })
     }
 
+    /// Gives each of the first receivers this many packets, in all passes that are recorded from here on.
+    pub fn set_even(&mut self, recorder: &mut Recorder, count: u32, packets: u32) -> Result<()> {
+        let range = packets << 16;
+        recorder.fill_words(&self.ranges, count, range);
+        let known = self.readback.mapped_mut::<u32>(count as usize)?;
+        known.fill(range);
+        Ok(())
+    }
+
     /// Computes what each receiver of a list takes, from the variances that the image knows. The host can read it after the submission.
     pub fn count(
         &self,

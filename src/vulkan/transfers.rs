@@ -72,6 +72,15 @@ impl Recorder {
         }
     }
 
+    /// Sets the first words of a buffer, after all previous work.
+    pub fn fill_words(&mut self, buffer: &Buffer, count: u32, word: u32) {
+        self.kept.push(buffer.keep());
+        self.barrier();
+        let (raw, bytes) = (self.device.raw(), 4 * u64::from(count.max(1)));
+        // SAFETY: the command buffer is being recorded, and the buffer, which is kept, has as many words and is never empty.
+        unsafe { raw.cmd_fill_buffer(self.commands, buffer.raw, 0, bytes, word) };
+    }
+
     /// Overwrites an image with a buffer's first bytes.
     #[cfg(feature = "internals")]
     pub fn copy_to_image(&mut self, from: &Buffer, to: &Image) {

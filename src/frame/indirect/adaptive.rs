@@ -11,6 +11,7 @@ use super::{
     image_estimate::ImageEstimate,
     judge::Judge,
     limits::{Limits, Spent, pixels_for, rays_of_pixel},
+    listed_pixels::ScatteredPixels,
     pixel_sample::{FEW_PIXELS, PixelSample, SAMPLE_PIXELS},
     refine::{Attempt, Refiner},
     sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, SampleBudget, next_aim},
@@ -291,8 +292,11 @@ fn pilot(
         return Ok((sample, pilot));
     }
     let few = limits.pilot_pixels(pixels_for(plan, FEW_PIXELS));
+    // The device lists these along with the few, because the host waits for it.
+    let pixels: u32 = refiner.context.plan.resolution_px.iter().product();
+    let listed = |refiner: &Refiner| ScatteredPixels::list(refiner, (SAMPLE_PIXELS, 0));
+    let mut more = (pixels > FEW_PIXELS).then(|| listed(refiner)).transpose()?;
     let mut sample = PixelSample::new(refiner, plan.error_norm, (few, ROUGH_SEED))?;
-    let mut is_rough = true;
     // One pilot finds a narrow feature; those that follow find its shape.
     let mut variances = [f64::INFINITY; 3];
     let mut round = 0;
@@ -321,18 +325,16 @@ fn pilot(
             variances[0],
             variances[1],
         ];
-        let pixels: u32 = refiner.context.plan.resolution_px.iter().product();
         let mean_packets = match pilot.is_dark() {
             true => f64::INFINITY,
             false => SampleBudget::for_rays(aim, pilot.hardest()).mean_packets,
         };
         // How many such pilots the limits leave room for.
         let room = limits.room_for_pilots(&Spent::so_far(refiner.context).since(&before));
-        let needs_more = mean_packets > MAX_PACKETS_OF_ROUGH_IMAGE && pixels > FEW_PIXELS;
-        if is_rough && needs_more && room >= LEAST_ROOM_FOR_MORE {
-            let more = PixelSample::new(refiner, plan.error_norm, (SAMPLE_PIXELS, 0))?;
+        let needs_more = mean_packets > MAX_PACKETS_OF_ROUGH_IMAGE && room >= LEAST_ROOM_FOR_MORE;
+        if let Some(more) = more.take_if(|_| needs_more) {
+            let more = PixelSample::scattered(refiner, plan.error_norm, more)?;
             sample = more.after(&sample);
-            is_rough = false;
             continue;
         }
         let image_packets = mean_packets * f64::from(pixels);
@@ -379,6 +381,8 @@ fn try_directions_alone(
 fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
     refiner.progress.begin_attempt(0, true);
     let mut resources = refiner.resources(1)?;
+    // For the number of pixels.
+    refiner.context.finish()?;
     let limits = Limits::none(refiner.context);
     let budget = SampleBudget::for_sums(1.0, true);
     let attempt = Attempt {

@@ -110,6 +110,12 @@ impl<'r> ExpectedErrors<'r> {
         ExpectedErrors { blocks, ..errors }
     }
 
+    /// The error that is expected of the whole image, relative to its radiance.
+    pub fn relative_error(&self, radiance: f64) -> f64 {
+        let mean_square = self.total.expected / self.total.count;
+        (mean_square / 3.0).sqrt() / radiance
+    }
+
     fn block_counts(&self) -> [u32; 2] {
         self.size_px.map(|size| size.div_ceil(BLOCK_PX))
     }

@@ -6,15 +6,18 @@ mod expected_errors;
 mod image_estimate;
 mod judge;
 mod limits;
+mod listed_pixels;
 mod pixel_sample;
 mod pixel_samples;
 mod refine;
 mod sample_budget;
+mod shared_light_rays;
 mod smoothed;
 
 pub(crate) use pixel_samples::SampleResources;
 pub(crate) use refine::RefinementResources;
-use refine::{Refiner, SharedLightRays};
+use refine::Refiner;
+use shared_light_rays::SharedLightRays;
 
 use super::{FrameImages, ProgressReport, lights::Lights, scene_resources::SceneResources};
 use crate::{

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 
 use super::{
     error_estimate::{ErrorEstimate, PixelEstimate},
-    expected_errors::ExpectedErrors,
     image_estimate::{ImageEstimate, RangeFigures, RangeTarget, settle_signals},
-    refine::{Refiner, SharedLightRays},
+    listed_pixels::{ListedPixels, ScatteredPixels},
+    refine::Refiner,
+    shared_light_rays::SharedLightRays,
 };
 use crate::{
     Error, Result, metrics,
@@ -15,11 +16,11 @@ use crate::{
         error_estimate::{self, Compared, ESTIMATE_VECTORS},
         gatherer::{GatheredFor, LightRaySets, Results, Samples},
         modulation::USUAL_TURNING_SHARE,
-        random,
-        receivers::{self, ReceiverRange, Receivers},
+        receivers::{ReceiverRange, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
         sample_counts::{PACKET_SAMPLES, SampleCounts},
     },
+    plan::Plan,
     scene::{ErrorNorm, MAX_FREQUENCIES},
     vulkan::{Buffer, BufferUse},
 };
@@ -51,6 +52,8 @@ pub(super) struct PixelSample {
     gathers: u32,
     /// Counts of the gathers that the image is compared with; `None` if gathers are exact.
     counts: Option<SampleCounts>,
+    /// What the device has found out for the last estimate, after the next submission.
+    estimates: Option<Buffer>,
 }
 
 impl PixelSample {
@@ -60,29 +63,27 @@ impl PixelSample {
         norm: ErrorNorm,
         (at_least, seed): (u32, u32),
     ) -> Result<PixelSample> {
-        let (context, gbuffer) = (refiner.context, refiner.gbuffer);
-        let resolution_px = context.plan.resolution_px;
-        let pixel_count: u64 = resolution_px.map(u64::from).iter().product();
-        let mut requested = at_least;
-        let mut copies = 1;
-        loop {
-            let pixels = scattered(resolution_px, requested, seed ^ random::hash(context.seed));
-            let receivers = Receivers::with_candidates(context.device, &pixels.repeat(copies))?;
-            context.submit(|r| receivers::list(r, context, gbuffer, &receivers, None))?;
-            let ranges = receivers.ranges()?;
-            let count: u32 = ranges.iter().map(|range| range.count).sum();
-            let is_all = u64::from(requested) >= pixel_count;
-            if is_all && (1..GROUPS).contains(&count) {
-                // Repeat the pixels, so that each group has some.
-                copies = GROUPS.div_ceil(count) as usize;
-                continue;
-            }
-            // If little of the image shows a surface, more places are tried.
-            if count >= at_least / 4 || is_all {
-                return PixelSample::of(refiner, receivers, HashMap::new(), (norm, seed));
-            }
-            requested = requested.saturating_mul(4);
+        let listed = ScatteredPixels::list(refiner, (at_least, seed))?;
+        refiner.context.finish()?;
+        PixelSample::scattered(refiner, norm, listed)
+    }
+
+    /// The pixels that the device has listed.
+    pub fn scattered(
+        refiner: &Refiner,
+        norm: ErrorNorm,
+        mut listed: ScatteredPixels,
+    ) -> Result<PixelSample> {
+        while let Some(other) = listed.list_more(refiner)? {
+            refiner.context.finish()?;
+            listed = other;
         }
+        PixelSample::of(
+            refiner,
+            listed.receivers,
+            HashMap::new(),
+            (norm, listed.seed),
+        )
     }
 
     /// The pixels of a list that the device has made, or if there is none, evenly chosen ones; with the samples that they take.
@@ -136,6 +137,7 @@ impl PixelSample {
             counted_for: FIRST_ESTIMATE,
             gathers: 0,
             counts: None,
+            estimates: None,
         })
     }
 
@@ -162,59 +164,65 @@ impl PixelSample {
         images: &RefinementImages,
         (packets, gathered_for): (u32, [GatheredFor; 2]),
     ) -> Result<ImageEstimate> {
-        if refiner.gatherer.is_exact() {
-            self.gather(refiner, None, 0.0)?;
-        } else {
-            let counts = SampleCounts::even(refiner.context.device, self.count, packets)?;
-            let samples = GatheredWith {
-                counts: &counts,
-                seed: FIRST_SEED + 2 * self.gathers,
-                samples: PACKET_SAMPLES * packets,
-                gathered_for,
-                set_count: 1,
-            };
-            self.gather(refiner, Some(samples), 0.0)?;
-            return self.compare(refiner, images, Some(&counts), packets);
-        }
-        self.compare(refiner, images, None, 0)
+        let counts = match refiner.gatherer.is_exact() {
+            true => None,
+            false => {
+                let device = refiner.context.device;
+                Some(SampleCounts::even(device, self.count, packets)?)
+            }
+        };
+        let samples = counts.as_ref().map(|counts| GatheredWith {
+            counts,
+            seed: FIRST_SEED + 2 * self.gathers,
+            samples: PACKET_SAMPLES * packets,
+            gathered_for,
+            set_count: 1,
+        });
+        self.gather(refiner, samples, 0.0)?;
+        let estimates = self.compare(refiner, images, counts.as_ref(), packets > 0)?;
+        refiner.context.finish()?;
+        self.estimate_from(refiner, &estimates, packets)
     }
 
-    /// Compares the image with two gathers that have samples of their own, or with one exact gather, which is made once. `samples` is the
-    /// approximate number of samples of a receiver.
-    pub fn estimate(
+    /// Records the comparison of the image with two gathers that have samples of their own, or with one exact gather, which is made once.
+    /// `samples` is the approximate number of samples of a receiver.
+    pub fn record_estimate(
         &mut self,
         refiner: &mut Refiner,
         images: &RefinementImages,
         samples: u32,
-    ) -> Result<ImageEstimate> {
-        if refiner.gatherer.is_exact() {
-            if self.gathers == 0 {
-                self.gather(refiner, None, 1.0)?;
-            }
-            return self.compare(refiner, images, None, 0);
-        }
-        let no_counts = || Error::internal("a sample of pixels has no sample counts");
-        let counts = self.counts.take().ok_or_else(no_counts)?;
-        let samples = GatheredWith {
-            counts: &counts,
+    ) -> Result<()> {
+        let counts = self.counts.take();
+        let with = counts.as_ref().map(|counts| GatheredWith {
+            counts,
             seed: FIRST_SEED - 2 * (self.seed + 1),
             samples,
             gathered_for: [GatheredFor::Estimate; 2],
             set_count: GROUPS,
-        };
-        self.gather(refiner, Some(samples), 1.0)?;
-        let estimate = self.compare(refiner, images, Some(&counts), 0);
-        self.counts = Some(counts);
-        estimate
+        });
+        if with.is_some() || self.gathers == 0 {
+            self.gather(refiner, with, 1.0)?;
+        }
+        self.counts = counts;
+        self.record_estimate_again(refiner, images)
     }
 
-    /// Compares the image with the gathers of the last estimate.
-    pub fn estimate_again(
-        &self,
+    /// Records the comparison of the image with the gathers of the last estimate.
+    pub fn record_estimate_again(
+        &mut self,
         refiner: &Refiner,
         images: &RefinementImages,
-    ) -> Result<ImageEstimate> {
-        self.compare(refiner, images, self.counts.as_ref(), 0)
+    ) -> Result<()> {
+        let estimates = self.compare(refiner, images, self.counts.as_ref(), false)?;
+        self.estimates = Some(estimates);
+        Ok(())
+    }
+
+    /// The estimate that was recorded last; valid after the submission.
+    pub fn estimate(&self, refiner: &Refiner) -> Result<ImageEstimate> {
+        let no_estimate = || Error::internal("a sample of pixels was not compared with the image");
+        let estimates = self.estimates.as_ref().ok_or_else(no_estimate)?;
+        self.estimate_from(refiner, estimates, 0)
     }
 
     /// Gathers twice with independent samples, or once exactly. Reports meanwhile that `fraction` of the attempt is done.
@@ -262,32 +270,21 @@ impl PixelSample {
         Ok(())
     }
 
+    /// Records the comparison of the image with what was gathered, into a buffer that the host can read after the submission.
     fn compare(
         &self,
         refiner: &Refiner,
         images: &RefinementImages,
         counts: Option<&SampleCounts>,
-        packets: u32,
-    ) -> Result<ImageEstimate> {
+        is_pilot: bool,
+    ) -> Result<Buffer> {
         let (context, count) = (refiner.context, self.count);
-        let frequency_count = context
-            .plan
-            .bounced_tof()
-            .map_or(0, |tof| tof.frequency_count);
-        let vectors = match frequency_count {
-            0 => ESTIMATE_VECTORS,
-            _ => ESTIMATE_VECTORS + MAX_FREQUENCIES,
-        };
-        let total = count as usize * vectors;
-        let bytes = (total * size_of::<[f32; 4]>()) as u64;
-        let estimates = Buffer::new(
-            context.device,
-            "error estimates",
-            bytes,
-            BufferUse::Readback,
-        )?;
+        let vectors = count as usize * vectors_of_pixel(context.plan);
+        let bytes = (vectors * size_of::<[f32; 4]>()) as u64;
+        let usage = BufferUse::Readback;
+        let estimates = Buffer::new(context.device, "error estimates", bytes, usage)?;
         let second_result = if counts.is_some() { count } else { 0 };
-        context.submit(|recorder| {
+        context.record(|recorder| {
             error_estimate::compare(
                 recorder,
                 context,
@@ -296,13 +293,27 @@ impl PixelSample {
                     indirect_radiance: refiner.indirect_radiance,
                     indirect_phasors: refiner.indirect_phasors,
                     direct_phasors: refiner.direct_phasors,
-                    is_pilot: packets > 0,
+                    is_pilot,
                 },
                 (images, &self.receivers, counts),
                 (&self.results, second_result),
                 (&estimates, count),
             )
         })?;
+        Ok(estimates)
+    }
+
+    /// The estimate of a comparison. `packets` are those of a pilot's gather; 0: it is of the image.
+    fn estimate_from(
+        &self,
+        refiner: &Refiner,
+        estimates: &Buffer,
+        packets: u32,
+    ) -> Result<ImageEstimate> {
+        let context = refiner.context;
+        let frequency_count = frequency_count(context.plan);
+        let vectors = vectors_of_pixel(context.plan);
+        let total = self.count as usize * vectors;
         let estimates = estimates.mapped::<[f32; 4]>(total)?;
         let estimate = |pixels: &[_], tile_px| ErrorEstimate::new(pixels, packets, GROUPS, tile_px);
         let pixels = || estimates.chunks_exact(vectors);
@@ -360,44 +371,6 @@ impl PixelSample {
     }
 }
 
-/// Pixels with the samples that they take. The device lists them with the next submission.
-pub(super) struct ListedPixels {
-    receivers: Receivers,
-    counts: SampleCounts,
-    /// As those of a [`PixelSample`].
-    weights: HashMap<u32, f64>,
-}
-
-impl ListedPixels {
-    /// Chooses `wanted` pixels with a probability that grows with the square of the error that the image expects of them. `None` in an
-    /// image of no more pixels, and in one that expects nothing.
-    pub fn by_expected_error(
-        refiner: &Refiner,
-        images: &RefinementImages,
-        expected: &ExpectedErrors,
-        criteria: RefinementCriteria,
-        (wanted, seed): (u32, u32),
-    ) -> Result<Option<ListedPixels>> {
-        let (context, gbuffer) = (refiner.context, refiner.gbuffer);
-        let chosen = expected.choose(wanted, seed ^ random::hash(context.seed));
-        if chosen.is_empty() {
-            return Ok(None);
-        }
-        let pixels: Vec<u32> = chosen.iter().map(|&(pixel, _)| pixel).collect();
-        let receivers = Receivers::with_candidates(context.device, &pixels)?;
-        let counts = SampleCounts::of_estimate(context, pixels.len() as u32)?;
-        context.record(|recorder| {
-            receivers::list(recorder, context, gbuffer, &receivers, None)?;
-            counts.count(recorder, context, gbuffer, images, &receivers, criteria)
-        })?;
-        Ok(Some(ListedPixels {
-            receivers,
-            counts,
-            weights: chosen.into_iter().collect(),
-        }))
-    }
-}
-
 /// The samples of two gathers.
 #[derive(Clone, Copy)]
 struct GatheredWith<'s> {
@@ -410,53 +383,23 @@ struct GatheredWith<'s> {
     set_count: u32,
 }
 
+/// Frequencies of time of flight in the bounce.
+fn frequency_count(plan: &Plan) -> u32 {
+    plan.bounced_tof().map_or(0, |tof| tof.frequency_count)
+}
+
+/// Vectors that the error_estimate pass writes for a pixel.
+fn vectors_of_pixel(plan: &Plan) -> usize {
+    match frequency_count(plan) {
+        0 => ESTIMATE_VECTORS,
+        _ => ESTIMATE_VECTORS + MAX_FREQUENCIES,
+    }
+}
+
 /// Edge of the tiles that errors are relative to; `None`: they are relative to the whole image.
 pub(super) fn tile_px(norm: ErrorNorm, resolution_px: [u32; 2]) -> Option<u32> {
     match norm {
         ErrorNorm::Image => None,
         ErrorNorm::Local => Some(metrics::local_tile_px(resolution_px)),
-    }
-}
-
-/// Chooses about `count` pixels, one at a random place in each cell of a grid over the image, each as column + 65536 · row.
-fn scattered([width, height]: [u32; 2], count: u32, seed: u32) -> Vec<u32> {
-    let pixels = f64::from(width) * f64::from(height);
-    let edge = (pixels / f64::from(count)).sqrt().max(1.0);
-    let [columns, rows] = [width, height].map(|size| (f64::from(size) / edge).ceil() as u32);
-    let mut chosen = Vec::new();
-    for cell in 0..columns * rows {
-        let random = |salt: u32| {
-            let word = random::hash((2 * cell + salt) ^ random::hash(seed));
-            f64::from(word) / 4_294_967_296.0
-        };
-        let x = ((f64::from(cell % columns) + random(0)) * edge) as u32;
-        let y = ((f64::from(cell / columns) + random(1)) * edge) as u32;
-        if x < width && y < height {
-            chosen.push(x + (y << 16));
-        }
-    }
-    chosen
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn scattered_pixels_lie_in_the_image_each_in_a_cell_of_its_own() {
-        for size in [[1, 1], [2, 3], [70, 1], [96, 96], [800, 600]] {
-            let chosen = scattered(size, SAMPLE_PIXELS, 0);
-            let [width, height] = size;
-            let inside = |&pixel: &u32| pixel & 0xffff < width && pixel >> 16 < height;
-            assert!(chosen.iter().all(inside));
-            let different: std::collections::BTreeSet<u32> = chosen.iter().copied().collect();
-            assert_eq!(different.len(), chosen.len());
-            let due = (width * height).min(SAMPLE_PIXELS) as usize;
-            assert!(
-                chosen.len() >= due * 9 / 10 && chosen.len() <= due * 5 / 4,
-                "{size:?}: {}",
-                chosen.len()
-            );
-        }
     }
 }

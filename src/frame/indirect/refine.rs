@@ -3,7 +3,10 @@
 //! A gathered pixel shows how wrong its prediction from coarser pixels was. Where the prediction was good, the finer pixels around it
 //! are interpolated. If the grid's stride is 1, every pixel is gathered.
 
-use super::limits::{self, Limits, rays_of_pixel};
+use super::{
+    limits::{self, Limits, rays_of_pixel},
+    shared_light_rays::SharedLightRays,
+};
 use crate::{
     Result,
     frame::ProgressReport,
@@ -79,31 +82,6 @@ pub(super) struct Attempt<'l> {
 /// A step has light rays of its own if all its rays are this many times as many.
 const OWN_LIGHT_RAYS: f64 = 16.0;
 
-/// The light rays that receivers of an attempt share, also in steps of few receivers.
-#[derive(Default)]
-pub(super) struct SharedLightRays {
-    /// How many sets the attempt had before, and how many receivers share this one.
-    set: u32,
-    receivers: u32,
-}
-
-impl SharedLightRays {
-    /// Begins another set with the next receivers.
-    fn begin(&mut self) {
-        self.receivers = u32::MAX;
-    }
-
-    /// The number of the set for so many more receivers, of which `most` may share one.
-    pub fn set_for(&mut self, receivers: u32, most: u32) -> u32 {
-        if self.receivers.saturating_add(receivers) > most {
-            self.set += 1;
-            self.receivers = 0;
-        }
-        self.receivers += receivers;
-        self.set
-    }
-}
-
 /// The images, lists and buffers of the refinement.
 pub(crate) struct RefinementResources<A: Allocate = Device> {
     steps: Vec<GridStep>,
@@ -161,7 +139,7 @@ impl Refiner<'_, '_> {
         context.record(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
     }
 
-    /// Allocates the resources. No pixel has samples.
+    /// Allocates the resources. No pixel has samples. The device lists those of the coarsest grid with the next submission.
     pub fn resources(&self, coarsest_stride: u32) -> Result<RefinementResources> {
         let Context { device, plan, .. } = *self.context;
         let is_exact = self.gatherer.is_exact();
@@ -170,7 +148,7 @@ impl Refiner<'_, '_> {
         self.scale_errors(&mut resources, [1.0; MAX_FREQUENCIES], turning_shares)?;
         self.context.record(|recorder| {
             resources.images.clear_samples(recorder);
-            Ok(())
+            self.list_candidates(recorder, &mut resources, 0)
         })?;
         Ok(resources)
     }
@@ -270,7 +248,10 @@ impl Refiner<'_, '_> {
     ) -> Result<Listed> {
         let fitting = self.rays_for(attempt, step, resources);
         if fitting == f64::INFINITY {
-            self.list(resources, step, criteria)?;
+            match (attempt.number, step) {
+                (0, 0) => self.take_coarsest(resources, criteria)?,
+                _ => self.list(resources, step, criteria)?,
+            }
             return Ok(Listed::All);
         }
         for factor in RELAXATIONS {
@@ -397,6 +378,30 @@ impl Refiner<'_, '_> {
         )
     }
 
+    /// Lists the candidates of a step that show a surface.
+    fn list_candidates(
+        &self,
+        recorder: &mut Recorder,
+        resources: &mut RefinementResources,
+        step: usize,
+    ) -> Result<()> {
+        let grid_step = resources.steps[step];
+        let count = grid_step.pixel_count(self.context.plan.resolution_px);
+        resources.receivers.set_candidate_count(count)?;
+        let grid_stride = match grid_step {
+            GridStep::Base { stride } => Some(stride),
+            GridStep::Centres { .. } | GridStep::Edges { .. } => None,
+        };
+        let (context, gbuffer) = (self.context, self.gbuffer);
+        receivers::list(
+            recorder,
+            context,
+            gbuffer,
+            &resources.receivers,
+            grid_stride,
+        )
+    }
+
     /// Interpolates the pixels of a step that may be interpolated, and lists the others with the samples that they take.
     fn list(
         &self,
@@ -405,21 +410,29 @@ impl Refiner<'_, '_> {
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let (context, gbuffer) = (self.context, self.gbuffer);
-        let grid_step = resources.steps[step];
-        let count = grid_step.pixel_count(context.plan.resolution_px);
-        resources.receivers.set_candidate_count(count)?;
-        let grid_stride = match grid_step {
-            GridStep::Base { stride } => Some(stride),
-            GridStep::Centres { .. } | GridStep::Edges { .. } => None,
-        };
-        let (images, receivers) = (&resources.images, &resources.receivers);
         context.submit(|recorder| {
             self.predict(recorder, resources, step, criteria)?;
-            receivers::list(recorder, context, gbuffer, receivers, grid_stride)?;
+            self.list_candidates(recorder, resources, step)?;
+            let (images, receivers) = (&resources.images, &resources.receivers);
             if let Some(counts) = &resources.counts {
                 counts.count(recorder, context, gbuffer, images, receivers, criteria)?;
             }
             Ok(())
+        })
+    }
+
+    /// The same for the coarsest grid of the first attempt, without waiting: its pixels are listed, and nothing is known of any.
+    fn take_coarsest(
+        &self,
+        resources: &mut RefinementResources,
+        criteria: RefinementCriteria,
+    ) -> Result<()> {
+        let listed = resources.receivers.ranges()?;
+        let count = listed.iter().map(|range| range.count).sum();
+        let packets = criteria.allocation.packets_of_unknown();
+        self.context.record(|recorder| match &mut resources.counts {
+            Some(counts) => counts.set_even(recorder, count, packets),
+            None => Ok(()),
         })
     }
 
