@@ -489,6 +489,15 @@ impl Device {
         found.external_memory_properties.external_memory_features
     }
 
+    /// What the driver says of the device.
+    pub(super) fn properties(&self) -> vk::PhysicalDeviceProperties {
+        let Shared {
+            instance, physical, ..
+        } = &*self.shared;
+        // SAFETY: the instance is live and the device is its own.
+        unsafe { instance.raw.get_physical_device_properties(*physical) }
+    }
+
     /// The properties of each memory type.
     pub(super) fn memory_types(&self) -> Vec<vk::MemoryPropertyFlags> {
         let Shared {

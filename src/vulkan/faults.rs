@@ -1,8 +1,11 @@
 //! Injected failures: what a driver may return from any call, so that tests can check how camlux reacts.
 
-use std::sync::{
-    Mutex,
-    atomic::{AtomicBool, Ordering::Relaxed},
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Mutex,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
 };
 
 use super::lock;
@@ -30,12 +33,15 @@ pub struct FaultCount {
     /// Calls that can run out of memory, and allocations.
     pub calls: u64,
     pub submissions: u64,
+    /// Bytes of compiled pipelines that the driver was given from a file.
+    pub pipeline_bytes: usize,
 }
 
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     asked: Mutex<(Option<Fault>, FaultCount)>,
     poisons_memory: AtomicBool,
+    pipeline_folder: Mutex<Option<PathBuf>>,
 }
 
 impl Faults {
@@ -97,6 +103,19 @@ impl Faults {
 
     pub fn poisons_memory(&self) -> bool {
         self.poisons_memory.load(Relaxed)
+    }
+
+    pub fn keep_pipelines_in(&self, folder: &Path) {
+        *lock(&self.pipeline_folder) = Some(folder.to_owned());
+    }
+
+    /// The folder that a test has named, and never the user's.
+    pub fn pipeline_folder(&self, _of_user: impl FnOnce() -> Option<PathBuf>) -> Option<PathBuf> {
+        lock(&self.pipeline_folder).clone()
+    }
+
+    pub fn note_pipelines(&self, bytes: usize) {
+        self.with(|_, count| count.pipeline_bytes += bytes);
     }
 
     fn with<T>(&self, use_it: impl FnOnce(&mut Option<Fault>, &mut FaultCount) -> T) -> T {

@@ -19,6 +19,8 @@ mod instance;
 mod keys;
 mod memory;
 mod pipeline;
+mod pipeline_cache;
+mod pipeline_file;
 mod quirks;
 mod readback;
 mod recorder;

@@ -1,5 +1,7 @@
 //! Replaces `faults.rs` without the feature `test-hooks`: no failure is injected.
 
+use std::path::PathBuf;
+
 #[derive(Debug, Default)]
 pub(super) struct Faults {}
 
@@ -19,6 +21,12 @@ impl Faults {
     pub fn poisons_memory(&self) -> bool {
         false
     }
+
+    pub fn pipeline_folder(&self, of_user: impl FnOnce() -> Option<PathBuf>) -> Option<PathBuf> {
+        of_user()
+    }
+
+    pub fn note_pipelines(&self, _bytes: usize) {}
 
     pub fn ends_in(&self, _name: &str) -> bool {
         false

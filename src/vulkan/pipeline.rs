@@ -3,7 +3,7 @@
 use std::{
     collections::HashMap,
     sync::{
-        Arc, Mutex,
+        Arc, Mutex, OnceLock,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
     time::{Duration, Instant},
@@ -14,6 +14,7 @@ use ash::vk::{self, ShaderStageFlags as Stage};
 use super::{
     Device, lock,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
+    pipeline_cache::PipelineCache,
     shaders::{Binding, Kernel, Key, Module},
 };
 use crate::{Error, Result};
@@ -24,6 +25,8 @@ const SETS_OF_A_POOL: u32 = 4;
 /// The pipelines of a device, made on first use.
 pub(crate) struct Pipelines {
     device: Device,
+    /// Opened with the first pipeline.
+    cache: OnceLock<Option<PipelineCache>>,
     /// Threads that want the same pipeline wait for the one that makes it; others do not.
     made: Mutex<HashMap<Key, Arc<Slot>>>,
     /// Time in which passes waited for their pipelines.
@@ -41,6 +44,7 @@ impl Pipelines {
     pub fn new(device: &Device) -> Self {
         Pipelines {
             device: device.clone(),
+            cache: OnceLock::new(),
             made: Mutex::default(),
             nanoseconds: AtomicU64::default(),
         }
@@ -52,7 +56,7 @@ impl Pipelines {
     }
 
     pub fn compute(&self, key: Key) -> Result<Arc<Pipeline>> {
-        self.get_or_make(key, || Pipeline::compute(&self.device, key))
+        self.get_or_make(key, || Pipeline::compute(&self.device, self.cache(), key))
     }
 
     /// Those of these kernels that are still to be made.
@@ -69,7 +73,11 @@ impl Pipelines {
             let slot = self.slot(key);
             let mut pipeline = lock(&slot.pipeline);
             if pipeline.is_none() {
-                *pipeline = Some(Arc::new(Pipeline::compute(&self.device, key)?));
+                *pipeline = Some(Arc::new(Pipeline::compute(
+                    &self.device,
+                    self.cache(),
+                    key,
+                )?));
             }
         }
         Ok(())
@@ -85,6 +93,13 @@ impl Pipelines {
         used.map(|(key, _)| *key).collect()
     }
 
+    /// Null if the driver needs none. Threads may use it at the same time.
+    fn cache(&self) -> vk::PipelineCache {
+        let cache = self.cache.get_or_init(|| PipelineCache::open(&self.device));
+        let raw = cache.as_ref().map(|cache| cache.raw);
+        raw.unwrap_or_default()
+    }
+
     fn slot(&self, key: Key) -> Arc<Slot> {
         lock(&self.made).entry(key).or_default().clone()
     }
@@ -93,7 +108,7 @@ impl Pipelines {
     /// images.
     pub fn raster(&self, fragment: Key, color_count: usize) -> Result<Arc<Pipeline>> {
         self.get_or_make(fragment, || {
-            Pipeline::raster(&self.device, fragment, color_count)
+            Pipeline::raster(&self.device, self.cache(), fragment, color_count)
         })
     }
 
@@ -144,17 +159,17 @@ struct DescriptorSets {
 }
 
 impl Pipeline {
-    fn compute(device: &Device, key: Key) -> Result<Pipeline> {
+    fn compute(device: &Device, cache: vk::PipelineCache, key: Key) -> Result<Pipeline> {
         let kernel = key.kernel();
         let mut pipeline = Pipeline::with_layout(device, &[&kernel], Stage::COMPUTE)?;
         let shader = Shader::new(device, &kernel, Stage::COMPUTE)?;
         let info = vk::ComputePipelineCreateInfo::default()
             .layout(pipeline.layout)
             .stage(shader.stage);
-        // SAFETY: module and layout are live and were made from each other's interface.
+        // SAFETY: cache, module and layout are live; the last two were made from each other's interface.
         let made = device.call("vkCreateComputePipelines", |device| unsafe {
             device
-                .create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
+                .create_compute_pipelines(cache, &[info], None)
                 .map_err(|(_, error)| error)
         })?;
         pipeline.raw = made[0];
@@ -162,7 +177,12 @@ impl Pipeline {
     }
 
     /// Draws triangles without vertex attributes into float images, with a reversed depth test.
-    fn raster(device: &Device, fragment: Key, color_count: usize) -> Result<Pipeline> {
+    fn raster(
+        device: &Device,
+        cache: vk::PipelineCache,
+        fragment: Key,
+        color_count: usize,
+    ) -> Result<Pipeline> {
         let (vertex, fragment) = (Key::Vertex {}.kernel(), fragment.kernel());
         let stages = Stage::VERTEX | Stage::FRAGMENT;
         let mut pipeline = Pipeline::with_layout(device, &[&vertex, &fragment], stages)?;
@@ -207,10 +227,10 @@ impl Pipeline {
             .dynamic_state(&dynamic)
             .layout(pipeline.layout)
             .push_next(&mut rendering);
-        // SAFETY: modules and layout are live and were made from each other's interface.
+        // SAFETY: cache, modules and layout are live; the last two were made from each other's interface.
         let made = device.call("vkCreateGraphicsPipelines", |device| unsafe {
             device
-                .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
+                .create_graphics_pipelines(cache, &[info], None)
                 .map_err(|(_, error)| error)
         })?;
         pipeline.raw = made[0];

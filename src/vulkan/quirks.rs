@@ -11,12 +11,15 @@ pub struct Quirks {
     pub timestamps_need_barriers: bool,
     /// Images are laid out in whole blocks of this many rows; low images in blocks as high as the next power of two.
     pub image_block_rows: u32,
+    /// Compiled pipelines are kept in a file: the driver keeps none on the disk itself, and has some in its pipeline caches.
+    pub needs_pipeline_file: bool,
 }
 
 const NONE: Quirks = Quirks {
     max_loop_iterations: None,
     timestamps_need_barriers: false,
     image_block_rows: 4,
+    needs_pipeline_file: true,
 };
 
 const QUIRKS: [(DriverId, Quirks); 2] = [
@@ -39,6 +42,23 @@ const QUIRKS: [(DriverId, Quirks); 2] = [
     ),
 ];
 
+/// Drivers that keep pipelines on the disk themselves, by their documentation: Mesa (MESA_SHADER_CACHE_DIR), NVIDIA
+/// (__GL_SHADER_DISK_CACHE) and AMD. And SwiftShader, whose caches do not outlive their device.
+const NEED_NO_PIPELINE_FILE: [DriverId; 12] = [
+    DriverId::AMD_OPEN_SOURCE,
+    DriverId::AMD_PROPRIETARY,
+    DriverId::GOOGLE_SWIFTSHADER,
+    DriverId::INTEL_OPEN_SOURCE_MESA,
+    DriverId::MESA_AGXV,
+    DriverId::MESA_LLVMPIPE,
+    DriverId::MESA_NVK,
+    DriverId::MESA_PANVK,
+    DriverId::MESA_RADV,
+    DriverId::MESA_TURNIP,
+    DriverId::MESA_V3DV,
+    DriverId::NVIDIA_PROPRIETARY,
+];
+
 impl Default for Quirks {
     fn default() -> Self {
         NONE
@@ -48,6 +68,9 @@ impl Default for Quirks {
 impl Quirks {
     pub(super) fn of(driver: DriverId) -> Quirks {
         let known = QUIRKS.iter().find(|(id, _)| *id == driver);
-        known.map(|(_, quirks)| *quirks).unwrap_or_default()
+        Quirks {
+            needs_pipeline_file: !NEED_NO_PIPELINE_FILE.contains(&driver),
+            ..known.map(|(_, quirks)| *quirks).unwrap_or_default()
+        }
     }
 }

@@ -16,6 +16,7 @@ mod host_device;
 mod lamps_off;
 mod lights;
 mod material;
+mod pipeline_files;
 #[cfg(feature = "reference")]
 mod reference;
 mod scale;
