@@ -186,6 +186,29 @@ fn layers_and_half_pick_what_is_stored() {
     }
 }
 
+/// Layers that no file shows are not read. Nothing that is written changes.
+#[test]
+fn files_of_some_layers_are_as_if_all_were_read() {
+    for (name, layers) in [
+        ("cornell_spot", "P,id.material"),
+        ("tof_corner", "tof0.amplitude,N"),
+        ("tof_corner", "direct"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let [exr, png] = ["a.exr", "a.png"].map(|file| folder.path().join(file));
+        assert_succeeds(&render(folder.path(), name, &["--png", "a.png"]));
+        let all = channels(&read(&exr));
+        let picture = fs::read(&png).unwrap();
+        let more = ["--png", "a.png", "--layers", layers];
+        assert_succeeds(&render(folder.path(), name, &more));
+        let some = channels(&read(&exr));
+        assert!(!some.is_empty() && some.len() < all.len());
+        let missing = some.iter().find(|channel| !all.contains(channel));
+        assert!(missing.is_none(), "{name}: {missing:?}");
+        assert!(fs::read(&png).unwrap() == picture, "{name}: {layers}");
+    }
+}
+
 #[test]
 fn a_layer_that_the_frame_will_not_have_is_refused_before_the_render() {
     let folder = tempfile::tempdir().unwrap();

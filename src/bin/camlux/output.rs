@@ -1,7 +1,9 @@
-//! Writing of results: names, folders and PNG files.
+//! Writing of results: names, layers, folders and PNG files.
 
 use std::path::{Path, PathBuf};
 
+use camlux::Scene;
+use camlux::output::{Layer, TofQuantity};
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
@@ -35,6 +37,23 @@ pub fn file_behind(path: &Path) -> PathBuf {
     };
     let canonical = path.canonicalize().ok().or_else(by_folder);
     canonical.unwrap_or_else(|| path.to_owned())
+}
+
+/// What to read from the device for these layers of a scene: also what warnings about them look at. Layers that the scene does not have
+/// are left out.
+pub fn with_warnings(layers: &[Layer], scene: &Scene) -> Vec<Layer> {
+    let phases = scene.tof.as_ref().map_or(0, |tof| tof.phase_count);
+    let mut read = layers.to_vec();
+    for &layer in layers {
+        let taps = |phase| match layer {
+            Layer::Tof(frequency, _) => Some(Layer::Tof(frequency, TofQuantity::Taps(phase))),
+            _ => None,
+        };
+        read.extend((0..phases as u8).filter_map(taps));
+    }
+    read.extend([Layer::Radiance, Layer::Indirect, Layer::InstanceId]);
+    read.retain(|layer| layer.is_made_for(scene));
+    read
 }
 
 /// A PNG file of 8-bit RGB, row by row from the top.

@@ -8,7 +8,7 @@ use camlux::{Device, Plan, RenderOptions, Renderer, Scene, Tracer};
 
 use crate::indirect::IndirectArgs;
 use crate::options::{DeviceArgs, SizeArgs};
-use crate::output::{file_behind, require_extension};
+use crate::output::{file_behind, require_extension, with_warnings};
 use crate::progress::{ProgressDisplay, stop_on_signals};
 use crate::summary::{self, RunSummary};
 use crate::{Failure, json, print, tell, tof_picture, warn};
@@ -111,8 +111,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let mut display = ProgressDisplay::new();
     let mut show = |progress| display.show(progress);
+    let layers = layers_to_read(args, &scene);
     let mut options = RenderOptions {
         progress: Some(&mut show),
+        layers: layers.as_deref(),
         tracer: args.tracer,
         ..RenderOptions::default()
     };
@@ -163,6 +165,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     tell(summary::text(&run).trim_end());
     Ok(())
+}
+
+/// The layers that the files show, and those that warnings look at. `None`: all.
+fn layers_to_read(args: &Args, scene: &Scene) -> Option<Vec<Layer>> {
+    let mut layers = args.layers.clone()?;
+    if args.png.is_some() {
+        match &scene.tof {
+            Some(tof) => layers.extend(tof_picture::layers(tof)),
+            None => layers.extend(PngView::SideBySide.panels()),
+        }
+    }
+    Some(with_warnings(&layers, scene))
 }
 
 /// Writes the preview of a frame's light. Returns a description of what it shows.

@@ -15,6 +15,12 @@ const MARGIN_PX: u32 = 12;
 const HEADING_PX: u32 = 20;
 const LEGEND_PX: u32 = 40;
 const BAR_HEIGHT_PX: u32 = 12;
+/// The columns, from left to right.
+const SHOWN: [TofQuantity; 3] = [
+    TofQuantity::Range,
+    TofQuantity::Amplitude,
+    TofQuantity::MultipathError,
+];
 /// Minimum width, so that headings fit. No picture is enlarged beyond it.
 const LEAST_PX: u32 = 240;
 const BACKGROUND: [u8; 3] = [128; 3];
@@ -46,6 +52,12 @@ pub fn write_png(file: OutputFile, frame: &Frame, tof: &TimeOfFlight) -> Result<
     })
 }
 
+/// The layers that a preview shows, if the frame has them.
+pub fn layers(tof: &TimeOfFlight) -> impl Iterator<Item = Layer> {
+    let frequencies = 0..tof.frequencies_hz.len() as u8;
+    frequencies.flat_map(|frequency| SHOWN.map(|shown| Layer::Tof(frequency, shown)))
+}
+
 /// Without a bounce there is no multipath error.
 fn panels(frame: &Frame, frequency: u8, frequency_hz: f64) -> Vec<Panel<'_>> {
     let most = |values: &[f32]| round_range(values.iter().map(|value| f64::from(value.abs())));
@@ -61,19 +73,15 @@ fn panels(frame: &Frame, frequency: u8, frequency_hz: f64) -> Vec<Panel<'_>> {
         })
     };
     let unambiguous_m = unambiguous_range_m(frequency_hz);
+    let [range, amplitude, multipath_error] = SHOWN;
     let panels = [
-        panel(TofQuantity::Range, "range", perceptual, &|most| {
+        panel(range, "range", perceptual, &|most| {
             [0.0, most.min(unambiguous_m)]
         }),
-        panel(TofQuantity::Amplitude, "amplitude", grey, &|most| {
-            [0.0, most]
+        panel(amplitude, "amplitude", grey, &|most| [0.0, most]),
+        panel(multipath_error, "multipath error", diverging, &|most| {
+            [-most, most]
         }),
-        panel(
-            TofQuantity::MultipathError,
-            "multipath error",
-            diverging,
-            &|most| [-most, most],
-        ),
     ];
     panels.into_iter().flatten().collect()
 }

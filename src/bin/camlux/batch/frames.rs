@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
-use camlux::output::{Attribute, Layer, TofQuantity, dataset_layers, describe_frame, plain_path};
+use camlux::output::{Attribute, Layer, dataset_layers, describe_frame, plain_path};
 use camlux::scene::{Camera, IndirectLight};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
@@ -13,6 +13,7 @@ use super::job::{Job, folder_name};
 use super::pose::{Aim, Pose, rotation_of};
 use super::timing::{self, Image};
 use crate::options::warn_of;
+use crate::output::with_warnings;
 use crate::{Failure, warn};
 
 /// A job with its scenes.
@@ -390,18 +391,8 @@ impl Planned {
     /// The layers that rendering the frame's scene has to read: those of its file, and what warnings look at. `None`: all.
     pub fn layers_to_read(&self, scene: &Scene) -> Option<Vec<Layer>> {
         let is_made_of_others = self.has_flow || self.exposed.moments().next().is_some();
-        let mut layers = self.layers.clone().filter(|_| !is_made_of_others)?;
-        let phases = scene.tof.as_ref().map_or(0, |tof| tof.phase_count);
-        for layer in layers.clone() {
-            let taps = |phase| match layer {
-                Layer::Tof(frequency, _) => Some(Layer::Tof(frequency, TofQuantity::Taps(phase))),
-                _ => None,
-            };
-            layers.extend((0..phases as u8).filter_map(taps));
-        }
-        layers.extend([Layer::Radiance, Layer::Indirect, Layer::InstanceId]);
-        layers.retain(|layer| layer.check_made_for(scene).is_ok());
-        Some(layers)
+        let layers = self.layers.as_ref().filter(|_| !is_made_of_others)?;
+        Some(with_warnings(layers, scene))
     }
 
     /// The attributes that the header of its file has in addition to those of the frame.
