@@ -53,13 +53,16 @@ impl Plan {
 
         let requirements = Requirements::new(device);
         declare(&plan, scene, &requirements)?;
-        // The host's memory is also the device's.
-        let layers = match device.kind {
-            DeviceKind::Cpu | DeviceKind::Integrated => plan.layer_bytes(),
-            _ => 0,
-        };
-        requirements.check_memory(layers)?;
+        requirements.check_memory(plan.layer_bytes_of(device))?;
         Ok(plan)
+    }
+
+    /// Bytes of the frame's layers in the memory of the device, if it is also the host's.
+    fn layer_bytes_of(&self, device: &DeviceInfo) -> u64 {
+        match device.kind {
+            DeviceKind::Cpu | DeviceKind::Integrated => self.layer_bytes(),
+            _ => 0,
+        }
     }
 
     /// Upper bound of the device memory that a frame of the scene holds at any time, bytes. It does not include what the driver adds
@@ -93,7 +96,8 @@ impl Plan {
             true => requirements.bytes(GrowsWith::Scene),
             false => 0,
         };
-        let own = requirements.total().saturating_sub(shared).max(1);
+        let whole = requirements.total() + self.layer_bytes_of(device);
+        let own = whole.saturating_sub(shared).max(1);
         let room = device.limits.memory_bytes.saturating_sub(shared);
         (room / own).clamp(1, MOST_FRAMES_IN_FLIGHT) as usize
     }

@@ -214,6 +214,31 @@ fn renderers_of_a_device_hold_a_scene_once() {
 }
 
 #[test]
+fn a_gpu_renders_as_many_frames_as_its_memory_holds() {
+    let mut device = Gpu::open().device.info().clone();
+    let scene = with(&demo_scene("textured", [320, 240]), |scene| {
+        scene.indirect = FINAL_GATHER;
+    });
+    assert_eq!(device.kind, DeviceKind::Cpu);
+    let plan = Plan::new(&scene, &device).expect("the scene is valid");
+    assert_eq!(plan.frames_in_flight(&scene, &device, true), 1);
+    device.kind = DeviceKind::Discrete;
+    let whole = plan.device_memory_bytes(&scene);
+    let mut in_flight = |memory_bytes: u64, keeps_surfaces: bool| {
+        device.limits.memory_bytes = memory_bytes;
+        plan.frames_in_flight(&scene, &device, keeps_surfaces)
+    };
+    for frames in 1..=4 {
+        let memory_bytes = frames as u64 * whole;
+        assert_eq!(in_flight(memory_bytes, false), frames);
+        assert_eq!(in_flight(memory_bytes - 1, false), (frames - 1).max(1));
+        // The second frame needs no copy of the scene.
+        assert!(in_flight(memory_bytes - 1, true) == frames);
+    }
+    assert_eq!(in_flight(100 * whole, true), 4);
+}
+
+#[test]
 fn the_plan_knows_what_a_frame_holds_and_has_checked_all_of_it() {
     let mut gpu = Gpu::open();
     for (what, scene) in scenes([320, 240]) {

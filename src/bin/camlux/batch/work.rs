@@ -83,6 +83,7 @@ impl Engine {
 
     pub fn render(&mut self, planned: &Planned) -> Result<Frame, Error> {
         let shared = self.shared.clone();
+        let is_one_of_several = Arc::strong_count(&shared) > 2;
         let opened = shared.read();
         self.follow(&opened)?;
         let rendered = self.try_to_render(planned);
@@ -96,8 +97,7 @@ impl Engine {
             .write()
             .unwrap_or_else(PoisonError::into_inner);
         self.replace_lost(&mut opened)?;
-        let has_others = Arc::strong_count(&shared) > 2;
-        if !has_others {
+        if !is_one_of_several {
             return rendered;
         }
         // The frame of another engine may have lost it. So this one renders again, alone.
