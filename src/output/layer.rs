@@ -2,7 +2,7 @@
 
 use super::tof_layers::{TOF_LAYERS, TofQuantity, describe_tof};
 use crate::error::{Error, Result};
-use crate::scene::{ChargeUnit, Scene, TimeOfFlight};
+use crate::scene::{ChargeUnit, IndirectLight, Scene, TimeOfFlight};
 
 /// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre. If pixels are
 /// averaged over [samples](crate::scene::PixelSampling), light is the mean over the samples, but P, normals, ids, `depth` and `range` are
@@ -183,12 +183,12 @@ impl Layer {
     /// Whether a frame of this scene has the layer. `energy` needs a sensor, `indirect` needs indirect light, `stderr` needs a scene that
     /// requests it, and time-of-flight layers need a time-of-flight camera. No render has `edge`.
     pub fn is_made_for(self, scene: &Scene) -> bool {
-        let stderr = scene.indirect.and_then(|indirect| indirect.stderr_layer());
+        let gather = scene.indirect.as_ref().and_then(IndirectLight::gather);
         self.is_made_with(FrameParts {
             has_sensor: scene.sensor.is_some(),
             has_indirect: scene.indirect.is_some(),
             has_samples: scene.camera.pixel_sampling.is_some(),
-            has_stderr: stderr.unwrap_or(false),
+            has_stderr: gather.is_some_and(|gather| gather.stderr_layer),
             tof: FrameParts::of_tof(scene.tof.as_ref()),
         })
     }

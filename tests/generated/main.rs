@@ -3,4 +3,5 @@
 mod header;
 mod layouts;
 mod names;
+mod parameters;
 mod spirv;
