@@ -1,6 +1,7 @@
 //! glTF files that are damaged or need unsupported features: each gives one clear error that names the file.
 
 use crate::common::gltf_file::GltfBuilder;
+use crate::common::rows::rows;
 use crate::common::scene_folder::{CAMERA, LIGHT, SceneFolder, assert_says};
 
 const TRIANGLE: [[f32; 3]; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -73,18 +74,11 @@ fn files_that_are_none() {
 
 #[test]
 fn parts_that_are_missing_or_beyond() {
-    refuses(
-        &format!("{},{NODE}", mesh(r#","indices":1"#)),
-        &["index 3, but only 3 positions"],
-    );
-    refuses(
-        &format!("{},{NODE}", mesh(r#","indices":0"#)),
-        &["indices are of type F32"],
-    );
-    refuses(
-        &format!("{},{NODE}", mesh(r#","indices":7"#)),
-        &["not valid glTF 2.0"],
-    );
+    rows! { refuses;
+        format!("{},{NODE}", mesh(r#","indices":1"#)) => "index 3, but only 3 positions";
+        format!("{},{NODE}", mesh(r#","indices":0"#)) => "indices are of type F32";
+        format!("{},{NODE}", mesh(r#","indices":7"#)) => "not valid glTF 2.0";
+    }
     let absent = r#""meshes":[{"primitives":[{"attributes":{"POSITION":9}}]}]"#;
     refuses(
         &format!("{absent},{NODE}"),
@@ -344,37 +338,21 @@ fn what_is_wrong_with_the_file_is_said() {
     refuses_file(cut, &["not valid glTF 2.0: the file is truncated"]);
     let mut old = file.clone();
     old[4] = 1;
-    refuses_file(&old, &["it is glTF \"1\""]);
-    refuses_file(
-        b"{\"asset\":{\"version\":\"1.0\"}}",
-        &["it is glTF \"1.0\""],
-    );
-    refuses_file(b"{\"asset\":{}}", &["asset.version is missing"]);
-    refuses_file(b"no json", &["its JSON cannot be read", "line 1"]);
-    for (members, says) in [
-        (r#""nodes":7"#, "nodes is not an array"),
-        (r#""nodes":[7]"#, "nodes[0] is no object"),
-        (
-            r#""nodes":[{"mesh":-1}]"#,
-            "nodes[0].mesh is not a whole number",
-        ),
-        (
-            r#""nodes":[{"rotation":[0,0,0,0]}]"#,
-            "nodes[0].rotation is no rotation",
-        ),
-        (
-            r#""nodes":[{"scale":[1]}]"#,
-            "nodes[0].scale is not an array of 3 numbers",
-        ),
-        (
-            r#""materials":[{"alphaMode":"mask"}]"#,
-            "materials[0].alphaMode is \"mask\"",
-        ),
-        (
-            r#""nodes":[{"mesh":3}]"#,
-            "node 0 uses mesh 3, but the file has 0",
-        ),
-    ] {
-        refuses(members, &["not valid glTF 2.0", says]);
+    rows! { refuses_file;
+        old => "it is glTF \"1\"";
+        *b"{\"asset\":{\"version\":\"1.0\"}}" => "it is glTF \"1.0\"";
+        *b"{\"asset\":{}}" => "asset.version is missing";
+        *b"no json" => "its JSON cannot be read", "line 1";
+    }
+    let of_members =
+        |members: &str, says: &[&str]| refuses(members, &[&["not valid glTF 2.0"], says].concat());
+    rows! { of_members;
+        r#""nodes":7"# => "nodes is not an array";
+        r#""nodes":[7]"# => "nodes[0] is no object";
+        r#""nodes":[{"mesh":-1}]"# => "nodes[0].mesh is not a whole number";
+        r#""nodes":[{"rotation":[0,0,0,0]}]"# => "nodes[0].rotation is no rotation";
+        r#""nodes":[{"scale":[1]}]"# => "nodes[0].scale is not an array of 3 numbers";
+        r#""materials":[{"alphaMode":"mask"}]"# => "materials[0].alphaMode is \"mask\"";
+        r#""nodes":[{"mesh":3}]"# => "node 0 uses mesh 3, but the file has 0";
     }
 }

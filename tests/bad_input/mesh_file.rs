@@ -1,5 +1,6 @@
 //! Bad meshes, material libraries and textures: each is refused with a message that states what is wrong, in which line, and how to mend it.
 
+use crate::common::rows::rows;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE, assert_says};
 
 #[track_caller]
@@ -83,94 +84,41 @@ fn unreadable_texture() {
     );
 }
 
+/// Asserts that a statement after three vertices is wrong.
+fn refuses_statement(statement: &str, words: &[&str]) {
+    let three = "mtllib mesh.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let line = 6 + statement.matches('\n').count();
+    let at = format!("mesh.obj:{line}: ");
+    refuses_obj(
+        &format!("{three}{statement}\n"),
+        &[&[&at[..]], words].concat(),
+    );
+}
+
 #[test]
 fn bad_obj_files() {
-    let three = "mtllib mesh.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    for (statement, parts) in [
-        (
-            "v nan 0 0",
-            ["\"v\" has \"nan\" instead of a number", "finite"],
-        ),
-        (
-            "v 0 inf 0",
-            ["\"v\" has \"inf\" instead of a number", "finite"],
-        ),
-        (
-            "v 0 1e999 0",
-            ["\"v\" has \"1e999\" instead of a number", "finite"],
-        ),
-        ("v 0 0", ["\"v\" has 2 numbers", "3 to 7"]),
-        (
-            "v 0 zero 0",
-            ["\"v\" has \"zero\" instead of a number", "finite"],
-        ),
-        (
-            "vn 0 up 1",
-            ["\"vn\" has \"up\" instead of a number", "finite"],
-        ),
-        ("v 0 0 0 1 1", ["\"v\" has 5 numbers", "colour r g b"]),
-        (
-            "vt nan 1",
-            ["\"vt\" has \"nan\" instead of a number", "finite"],
-        ),
-        (
-            "f 1 2 4",
-            ["\"f\" refers to 4, but there are 3 vertices", "begin at 1"],
-        ),
-        (
-            "f 1 2 0",
-            ["\"f\" refers to 0, but there are 3 vertices", "begin at 1"],
-        ),
-        (
-            "f 1 2 -4",
-            ["\"f\" refers to -4, but there are 3 vertices", "begin at 1"],
-        ),
-        (
-            "f 1 2 9223372036854775807",
-            ["refers to 9223372036854775807", "begin at 1"],
-        ),
-        (
-            "f 1 2 -9223372036854775808",
-            ["refers to -9223372036854775808", "begin at 1"],
-        ),
-        (
-            "f 1 2 99999999999999999999",
-            ["refers to 99999999999999999999", "begin at 1"],
-        ),
-        (
-            "f 1 2 x",
-            ["\"f\" refers to x, but there are 3 vertices", "begin at 1"],
-        ),
-        (
-            "f 1//1 2//1 3//1",
-            ["\"f\" refers to 1, but there are 0 normals", "begin at 1"],
-        ),
-        (
-            "f 1/-1 2/-1 3/-1",
-            [
-                "\"f\" refers to -1, but there are 0 texture coordinates",
-                "begin at 1",
-            ],
-        ),
-        (
-            "f 1/1/1/1 2 3",
-            ["\"f\" has the corner \"1/1/1/1\"", "v/vt/vn"],
-        ),
-        ("f /1 2 3", ["\"f\" has the corner \"/1\"", "v/vt/vn"]),
-        (
-            "vn 0 0 1\nf 1//1 2 3",
-            [
-                "mesh.obj:7: \"f\" has corners with and without",
-                "same parts",
-            ],
-        ),
-    ] {
-        let at = if statement.contains('\n') {
-            "mesh.obj:7: "
-        } else {
-            "mesh.obj:6: "
-        };
-        refuses_obj(&format!("{three}{statement}\n"), &[at, parts[0], parts[1]]);
+    rows! { refuses_statement;
+        "v nan 0 0" => "\"v\" has \"nan\" instead of a number", "finite";
+        "v 0 inf 0" => "\"v\" has \"inf\" instead of a number", "finite";
+        "v 0 1e999 0" => "\"v\" has \"1e999\" instead of a number", "finite";
+        "v 0 0" => "\"v\" has 2 numbers", "3 to 7";
+        "v 0 zero 0" => "\"v\" has \"zero\" instead of a number", "finite";
+        "vn 0 up 1" => "\"vn\" has \"up\" instead of a number", "finite";
+        "v 0 0 0 1 1" => "\"v\" has 5 numbers", "colour r g b";
+        "vt nan 1" => "\"vt\" has \"nan\" instead of a number", "finite";
+        "f 1 2 4" => "\"f\" refers to 4, but there are 3 vertices", "begin at 1";
+        "f 1 2 0" => "\"f\" refers to 0, but there are 3 vertices", "begin at 1";
+        "f 1 2 -4" => "\"f\" refers to -4, but there are 3 vertices", "begin at 1";
+        "f 1 2 9223372036854775807" => "refers to 9223372036854775807", "begin at 1";
+        "f 1 2 -9223372036854775808" => "refers to -9223372036854775808", "begin at 1";
+        "f 1 2 99999999999999999999" => "refers to 99999999999999999999", "begin at 1";
+        "f 1 2 x" => "\"f\" refers to x, but there are 3 vertices", "begin at 1";
+        "f 1//1 2//1 3//1" => "\"f\" refers to 1, but there are 0 normals", "begin at 1";
+        "f 1/-1 2/-1 3/-1" =>
+            "\"f\" refers to -1, but there are 0 texture coordinates", "begin at 1";
+        "f 1/1/1/1 2 3" => "\"f\" has the corner \"1/1/1/1\"", "v/vt/vn";
+        "f /1 2 3" => "\"f\" has the corner \"/1\"", "v/vt/vn";
+        "vn 0 0 1\nf 1//1 2 3" => "mesh.obj:7: \"f\" has corners with and without", "same parts";
     }
     refuses_obj("\u{89}PNG\n", &["mesh.obj:1", "is not a statement"]);
 }
@@ -194,101 +142,35 @@ fn formats_that_are_not_read() {
 
 #[test]
 fn bad_materials_of_meshes() {
-    refuses_obj(
-        &TRIANGLE.replace("usemtl white", "usemtl whit"),
-        &[
-            "mesh.obj:2: material \"whit\" is in no MTL file",
-            "did you mean \"white\"?",
-        ],
-    );
-    refuses_obj(
-        &TRIANGLE.replace("mtllib mesh.mtl", "#"),
-        &["mesh.obj:2: material \"white\" is in no MTL file", "mtllib"],
-    );
-    refuses_obj(
-        &TRIANGLE.replace("usemtl white", "#"),
-        &[
-            "mesh.obj:6: a face has no material",
-            "usemtl",
-            "material = ",
-        ],
-    );
-    for (mtl, parts) in [
-        (
-            "newmtl white\n",
-            [
-                "mesh.mtl:1: material \"white\" has neither Kd nor map_Kd",
-                "Kd 0.8",
-            ],
-        ),
-        (
-            "newmtl white\nKd 1 1 1\nKs 0.1\n",
-            ["mesh.mtl:1: material \"white\" has Ks without Ns", "Ns 20"],
-        ),
-        (
-            "newmtl white\nKd 1 1\n",
-            ["mesh.mtl:2: \"Kd\" has two numbers", "one or three"],
-        ),
-        (
-            "newmtl white\nKd\n",
-            ["mesh.mtl:2: \"Kd\" has 0 numbers", "1 to 3"],
-        ),
-        (
-            "newmtl white\nKd spectral a.rfl\n",
-            [
-                "mesh.mtl:2: \"Kd\" has \"spectral\" instead of a number",
-                "1 to 3",
-            ],
-        ),
-        (
-            "newmtl white\nKd 1 nan 1\n",
-            ["mesh.mtl:2: \"Kd\" has \"nan\"", "finite"],
-        ),
-        (
-            "Kd 1 1 1\n",
-            ["mesh.mtl:1: \"Kd\" stands before any material", "newmtl"],
-        ),
-        (
-            "newmtl\n",
-            ["mesh.mtl:1: \"newmtl\" names nothing", "write a name"],
-        ),
-        (
-            "newmtl white\nKd 1\nnewmtl white\n",
-            [
-                "mesh.mtl:3: material \"white\" is already defined at",
-                "mesh.mtl:1",
-            ],
-        ),
-        (
-            "newmtl white\nmap_Kd -scale 2 2 2 a.png\n",
-            [
-                "mesh.mtl:2: \"map_Kd\" has the unknown option \"-scale\"",
-                "-s",
-            ],
-        ),
-        (
-            "newmtl white\nmap_Kd -s much a.png\n",
-            [
-                "mesh.mtl:2: \"map_Kd\" has a -s that is not numbers",
-                "path",
-            ],
-        ),
-        (
-            "newmtl white\nmap_Kd -clamp 1 a.png\n",
-            [
-                "mesh.mtl:2: \"map_Kd\" has a -clamp that is not on or off",
-                "path",
-            ],
-        ),
-        (
-            "newmtl white\nKd 1\nNs -3\n",
-            [
-                "mesh.mtl:1, material 0 (\"white\"): shininess is -3",
-                "0 or more",
-            ],
-        ),
-    ] {
-        refuses_mtl(mtl, &parts);
+    rows! { refuses_obj;
+        TRIANGLE.replace("usemtl white", "usemtl whit") =>
+            "mesh.obj:2: material \"whit\" is in no MTL file", "did you mean \"white\"?";
+        TRIANGLE.replace("mtllib mesh.mtl", "#") =>
+            "mesh.obj:2: material \"white\" is in no MTL file", "mtllib";
+        TRIANGLE.replace("usemtl white", "#") =>
+            "mesh.obj:6: a face has no material", "usemtl", "material = ";
+    }
+    rows! { refuses_mtl;
+        "newmtl white\n" => "mesh.mtl:1: material \"white\" has neither Kd nor map_Kd", "Kd 0.8";
+        "newmtl white\nKd 1 1 1\nKs 0.1\n" =>
+            "mesh.mtl:1: material \"white\" has Ks without Ns", "Ns 20";
+        "newmtl white\nKd 1 1\n" => "mesh.mtl:2: \"Kd\" has two numbers", "one or three";
+        "newmtl white\nKd\n" => "mesh.mtl:2: \"Kd\" has 0 numbers", "1 to 3";
+        "newmtl white\nKd spectral a.rfl\n" =>
+            "mesh.mtl:2: \"Kd\" has \"spectral\" instead of a number", "1 to 3";
+        "newmtl white\nKd 1 nan 1\n" => "mesh.mtl:2: \"Kd\" has \"nan\"", "finite";
+        "Kd 1 1 1\n" => "mesh.mtl:1: \"Kd\" stands before any material", "newmtl";
+        "newmtl\n" => "mesh.mtl:1: \"newmtl\" names nothing", "write a name";
+        "newmtl white\nKd 1\nnewmtl white\n" =>
+            "mesh.mtl:3: material \"white\" is already defined at", "mesh.mtl:1";
+        "newmtl white\nmap_Kd -scale 2 2 2 a.png\n" =>
+            "mesh.mtl:2: \"map_Kd\" has the unknown option \"-scale\"", "-s";
+        "newmtl white\nmap_Kd -s much a.png\n" =>
+            "mesh.mtl:2: \"map_Kd\" has a -s that is not numbers", "path";
+        "newmtl white\nmap_Kd -clamp 1 a.png\n" =>
+            "mesh.mtl:2: \"map_Kd\" has a -clamp that is not on or off", "path";
+        "newmtl white\nKd 1\nNs -3\n" =>
+            "mesh.mtl:1, material 0 (\"white\"): shininess is -3", "0 or more";
     }
     refuses_mtl(
         "# first\nnewmtl white\nKd 1 2 0\n",

@@ -1,5 +1,6 @@
 //! PLY files that are damaged or contain no mesh: each gives one clear error that names the file.
 
+use crate::common::rows::rows;
 use crate::common::scene_folder::{CAMERA, LIGHT, SceneFolder, assert_says};
 
 const TRIANGLE: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -34,88 +35,31 @@ fn what_is_no_mesh_is_refused() {
     );
     refuses("", &["scan.ply: not a PLY file", "give a PLY file"]);
     let changed = |from: &str, to: &str| TRIANGLE.replace(from, to);
-    for (file, parts) in [
-        (
-            changed("3 0 1 2\n", ""),
-            ["scan.ply:12: the file ends in the middle", "export"],
-        ),
-        (
-            changed("3 0 1 2", "3 0 1"),
-            ["scan.ply:13: the file ends in the middle", "export"],
-        ),
-        (
-            changed("3 0 1 2", "3 0 1 3"),
-            ["scan.ply:13: a face uses vertex 3", "there are 3 vertices"],
-        ),
-        (
-            changed("3 0 1 2", "3 0 -1 2"),
-            ["scan.ply:13: a face uses vertex -1", "there are 3 vertices"],
-        ),
-        (
-            changed("3 0 1 2", "3 0 1 1.5"),
-            ["scan.ply:13: \"1.5\" instead of a whole number", "export"],
-        ),
-        (
-            changed("0 0 0\n", "0 0 0 7\n"),
-            [
-                "scan.ply:10: there are more values than a vertex has",
-                "header",
-            ],
-        ),
-        (
-            changed("1 0 0\n", "nan 0 0\n"),
-            [
-                "scan.ply:11: a vertex has a coordinate",
-                "not a finite number",
-            ],
-        ),
-        (
-            changed("1 0 0\n", "1 0 up\n"),
-            ["scan.ply:11: \"up\" instead of a number", "export"],
-        ),
-        (
-            changed("float x", "float a"),
-            ["scan.ply:3: its vertices have no x, y and z", "export"],
-        ),
-        (
-            changed("float x", "floot x"),
-            ["scan.ply:4: ", "has the unknown type \"floot\""],
-        ),
-        (
-            changed("list uchar int", "list uchar float"),
-            [
-                "scan.ply:7: the indices of element \"face\"",
-                "whole numbers",
-            ],
-        ),
-        (
-            changed("vertex_indices", "vertex_indicies"),
-            [
-                "scan.ply:7: element \"face\" has no list",
-                "\"vertex_indicies\"",
-            ],
-        ),
-        (
-            changed("vertex 3", "vertex 3000000000"),
-            [
-                "scan.ply:13: there are more values than a vertex has",
-                "header",
-            ],
-        ),
-        (
-            changed("vertex 3", "vertex many"),
-            ["scan.ply:3: ", "has \"many\" instead of a count"],
-        ),
-        (
-            changed("ascii", "asci"),
-            ["scan.ply:2: ", "did you mean \"ascii\"?"],
-        ),
-        (
-            changed("float y", "float x"),
-            ["scan.ply:5: ", "names a property again"],
-        ),
-    ] {
-        refuses(&file, &parts);
+    rows! { refuses;
+        changed("3 0 1 2\n", "") => "scan.ply:12: the file ends in the middle", "export";
+        changed("3 0 1 2", "3 0 1") => "scan.ply:13: the file ends in the middle", "export";
+        changed("3 0 1 2", "3 0 1 3") =>
+            "scan.ply:13: a face uses vertex 3", "there are 3 vertices";
+        changed("3 0 1 2", "3 0 -1 2") =>
+            "scan.ply:13: a face uses vertex -1", "there are 3 vertices";
+        changed("3 0 1 2", "3 0 1 1.5") =>
+            "scan.ply:13: \"1.5\" instead of a whole number", "export";
+        changed("0 0 0\n", "0 0 0 7\n") =>
+            "scan.ply:10: there are more values than a vertex has", "header";
+        changed("1 0 0\n", "nan 0 0\n") =>
+            "scan.ply:11: a vertex has a coordinate", "not a finite number";
+        changed("1 0 0\n", "1 0 up\n") => "scan.ply:11: \"up\" instead of a number", "export";
+        changed("float x", "float a") => "scan.ply:3: its vertices have no x, y and z", "export";
+        changed("float x", "floot x") => "scan.ply:4: ", "has the unknown type \"floot\"";
+        changed("list uchar int", "list uchar float") =>
+            "scan.ply:7: the indices of element \"face\"", "whole numbers";
+        changed("vertex_indices", "vertex_indicies") =>
+            "scan.ply:7: element \"face\" has no list", "\"vertex_indicies\"";
+        changed("vertex 3", "vertex 3000000000") =>
+            "scan.ply:13: there are more values than a vertex has", "header";
+        changed("vertex 3", "vertex many") => "scan.ply:3: ", "has \"many\" instead of a count";
+        changed("ascii", "asci") => "scan.ply:2: ", "did you mean \"ascii\"?";
+        changed("float y", "float x") => "scan.ply:5: ", "names a property again";
     }
     let (folder, loaded) = load(TRIANGLE, "[[mesh]]\npath = \"scan.ply\"\n");
     assert_says(

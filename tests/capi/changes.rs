@@ -5,21 +5,14 @@ use std::ptr::{null, null_mut};
 
 use crate::host::*;
 use camlux::{
-    Scene,
     capi::*,
     glam::{DQuat, DVec3},
     scene::{Encoding, Light, Mesh, Texels},
 };
 
-const ARGUMENT: camlux_status = CAMLUX_ERROR_INVALID_ARGUMENT;
-const SCENE: camlux_status = CAMLUX_ERROR_SCENE;
-
 /// The Cornell box with two small cards and a second light.
-fn room() -> Scene {
-    let path = scene_file("cornell");
-    let path = path.to_str().expect("a UTF-8 path");
-    let mut scene = Scene::load(path.as_ref()).expect("a demo scene loads");
-    scene.camera.resolution_px = [24, 20];
+fn room() -> camlux::Scene {
+    let mut scene = engine_scene("cornell", [24, 20]);
     for (name, x_m) in [("left card", -0.5), ("right card", 0.4)] {
         let corners_m = [[0.0, 0.5], [0.25, 0.5], [0.25, 0.75], [0.0, 0.75]];
         let corners_m = corners_m.map(|[x, y]| [x + x_m, y, 0.5]);
@@ -37,15 +30,10 @@ fn room() -> Scene {
 }
 
 /// Renders both with the same renderer.
-fn assert_same_frames(device: &Device, changed: *mut camlux_scene, expected: &Scene) {
+fn assert_same_frames(device: &Device, changed: &Scene, expected: &camlux::Scene) {
     let (renderer, built) = (device.renderer(), from_arrays(expected));
-    let frames = [changed, built].map(|scene| render(renderer, scene));
-    assert!(layers(frames[0]) == layers(frames[1]));
-    for frame in frames {
-        ok(camlux_frame_release(frame));
-    }
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(built));
+    let [found, due] = [changed, &built].map(|scene| renderer.render(scene).layers());
+    assert!(found == due);
 }
 
 fn pose(position_m: [f64; 3], scale: f64) -> camlux_pose {
@@ -54,13 +42,6 @@ fn pose(position_m: [f64; 3], scale: f64) -> camlux_pose {
         orientation_xyzw: DQuat::from_rotation_z(0.5).to_array(),
         scale: scale
     })
-}
-
-fn pose_of(scene: *mut camlux_scene, part: i32, index: u32) -> camlux_pose {
-    let mut found = init!(camlux_pose {});
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe { camlux_scene_get_pose(scene, part, index, &mut found) });
-    found
 }
 
 #[test]
@@ -81,13 +62,20 @@ fn many_poses_are_each_pose() {
         // SAFETY: `bodies` has two elements of that stride.
         unsafe {
             let poses = &raw const bodies[0].pose;
-            camlux_scene_set_poses(scene, part, indices.as_ptr(), count, poses, stride_bytes)
+            camlux_scene_set_poses(
+                scene.raw(),
+                part,
+                indices.as_ptr(),
+                count,
+                poses,
+                stride_bytes,
+            )
         }
     };
     let stride_bytes = size_of::<Body>();
     ok(move_bodies(CAMLUX_PART_INSTANCE, &[2, 1], 2, stride_bytes));
     for (index, body) in [2, 1].into_iter().zip(&bodies) {
-        let found = pose_of(scene, CAMLUX_PART_INSTANCE, index);
+        let found = scene.pose(CAMLUX_PART_INSTANCE, index);
         assert_eq!(found.position_m, body.pose.position_m);
         assert_eq!(found.scale, body.pose.scale);
         let turn = DQuat::from_array(body.pose.orientation_xyzw);
@@ -99,7 +87,7 @@ fn many_poses_are_each_pose() {
             *position_m = turn.normalize() * scaled_m + DVec3::from(body.pose.position_m);
         }
     }
-    assert_same_frames(&device, scene, &expected);
+    assert_same_frames(&device, &scene, &expected);
 
     // If one pose is refused, nothing moves.
     let far = [pose([0.5, 0.0, 0.0], 1.0), pose([1e30, 0.0, 0.0], 1.0)];
@@ -107,7 +95,7 @@ fn many_poses_are_each_pose() {
         // SAFETY: the count is that of `poses`, and the stride is theirs or is refused.
         unsafe {
             camlux_scene_set_poses(
-                scene,
+                scene.raw(),
                 part,
                 null(),
                 poses.len(),
@@ -117,44 +105,23 @@ fn many_poses_are_each_pose() {
         }
     };
     let stride_bytes = size_of::<camlux_pose>();
-    fails(
-        set(CAMLUX_PART_INSTANCE, &far, stride_bytes),
-        SCENE,
-        "pose 1: ",
-    );
-    fails(
-        set(CAMLUX_PART_LIGHT, &far[1..], stride_bytes),
-        SCENE,
-        "pose 0: ",
-    );
-    assert_same_frames(&device, scene, &expected);
-    let none = [pose([0.0; 3], 0.0)];
-    fails(
-        set(CAMLUX_PART_INSTANCE, &none, stride_bytes),
-        SCENE,
-        "scale is 0",
-    );
-    let large = [pose([0.0; 3], 2.0)];
-    fails(
-        set(CAMLUX_PART_LIGHT, &large, stride_bytes),
-        SCENE,
-        "set it to 1",
-    );
-    fails(
-        set(CAMLUX_PART_CAMERA, &far, stride_bytes),
-        ARGUMENT,
-        "part is 0",
-    );
-    fails(
-        set(CAMLUX_PART_INSTANCE, &far, 0),
-        ARGUMENT,
-        "stride_bytes is 0",
-    );
-    fails(set(CAMLUX_PART_INSTANCE, &far, 8), ARGUMENT, "at least 64");
+    let (camera, light, instance) = (CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT, CAMLUX_PART_INSTANCE);
+    let (none, large) = ([pose([0.0; 3], 0.0)], [pose([0.0; 3], 2.0)]);
+    for (part, poses, stride_bytes, status, words) in [
+        (instance, &far[..], stride_bytes, SCENE, "pose 1: "),
+        (light, &far[1..], stride_bytes, SCENE, "pose 0: "),
+        (instance, &none, stride_bytes, SCENE, "scale is 0"),
+        (light, &large, stride_bytes, SCENE, "set it to 1"),
+        (camera, &far, stride_bytes, ARGUMENT, "part is 0"),
+        (instance, &far, 0, ARGUMENT, "stride_bytes is 0"),
+        (instance, &far, 8, ARGUMENT, "at least 64"),
+    ] {
+        fails(set(part, poses, stride_bytes), status, words);
+    }
+    assert_same_frames(&device, &scene, &expected);
     let missing = move_bodies(CAMLUX_PART_INSTANCE, &[0, 3], 2, size_of::<Body>());
     fails(missing, ARGUMENT, "pose 1: there is no instance 3 among 3");
     ok(set(CAMLUX_PART_INSTANCE, &[], 0));
-    ok(camlux_scene_release(scene));
 }
 
 /// Setting the pose that the getter returns moves nothing.
@@ -195,21 +162,19 @@ fn a_pose_that_is_read_can_be_set() {
     ];
     for (part, count) in parts {
         for index in 0..count {
-            let found = pose_of(scene, part, index);
-            // SAFETY: it points to a struct of that size.
-            ok(unsafe { camlux_scene_set_pose(scene, part, index, &found) });
-            let again = pose_of(scene, part, index);
+            let found = scene.pose(part, index);
+            ok(scene.set_pose(part, index, &found));
+            let again = scene.pose(part, index);
             let turned = [found, again].map(|pose| DQuat::from_array(pose.orientation_xyzw));
             assert!(turned[0].angle_between(turned[1]) < 1e-7);
             assert_eq!(found.position_m, again.position_m);
         }
     }
-    assert_same_frames(&device, scene, &expected);
+    assert_same_frames(&device, &scene, &expected);
     let mut any = init!(camlux_pose {});
     // SAFETY: it points to a struct of that size.
-    let missing = unsafe { camlux_scene_get_pose(scene, CAMLUX_PART_CAMERA, 1, &mut any) };
+    let missing = unsafe { camlux_scene_get_pose(scene.raw(), CAMLUX_PART_CAMERA, 1, &mut any) };
     fails(missing, ARGUMENT, "one camera");
-    ok(camlux_scene_release(scene));
 }
 
 #[test]
@@ -218,7 +183,7 @@ fn what_is_hidden_or_removed_is_not_there() {
     let expected = room();
     let scene = from_arrays(&expected);
     let [card, light] = [2, 1];
-    let visible = |part, index, is| ok(camlux_scene_set_visible(scene, part, index, is));
+    let visible = |part, index, is| ok(camlux_scene_set_visible(scene.raw(), part, index, is));
     let without = |has_card: bool, has_light: bool| {
         let mut scene = expected.clone();
         scene.meshes.truncate(if has_card { 3 } else { 2 });
@@ -226,50 +191,42 @@ fn what_is_hidden_or_removed_is_not_there() {
         scene
     };
     visible(CAMLUX_PART_INSTANCE, card, 0);
-    assert_same_frames(&device, scene, &without(false, true));
+    assert_same_frames(&device, &scene, &without(false, true));
     visible(CAMLUX_PART_LIGHT, light, 0);
-    assert_same_frames(&device, scene, &without(false, false));
+    assert_same_frames(&device, &scene, &without(false, false));
     visible(CAMLUX_PART_INSTANCE, card, 1);
-    assert_same_frames(&device, scene, &without(true, false));
+    assert_same_frames(&device, &scene, &without(true, false));
     visible(CAMLUX_PART_LIGHT, light, 1);
-    assert_same_frames(&device, scene, &expected);
+    assert_same_frames(&device, &scene, &expected);
 
     // The first light is removed, and instances keep their ids.
-    ok(camlux_scene_remove(scene, CAMLUX_PART_LIGHT, 0));
+    ok(camlux_scene_remove(scene.raw(), CAMLUX_PART_LIGHT, 0));
     let mut dark = expected.clone();
     dark.lights.remove(0);
-    assert_same_frames(&device, scene, &dark);
-    ok(camlux_scene_remove(scene, CAMLUX_PART_INSTANCE, 1));
+    assert_same_frames(&device, &scene, &dark);
+    ok(camlux_scene_remove(scene.raw(), CAMLUX_PART_INSTANCE, 1));
     dark.meshes[1] = Mesh::default().into();
-    assert_same_frames(&device, scene, &dark);
+    assert_same_frames(&device, &scene, &dark);
 
     // A removed part cannot be used, and the next part takes its index.
-    let removed = camlux_scene_remove(scene, CAMLUX_PART_LIGHT, 0);
+    let removed = camlux_scene_remove(scene.raw(), CAMLUX_PART_LIGHT, 0);
     fails(removed, ARGUMENT, "light 0 was removed");
-    let shown = camlux_scene_set_visible(scene, CAMLUX_PART_INSTANCE, 1, 1);
+    let shown = camlux_scene_set_visible(scene.raw(), CAMLUX_PART_INSTANCE, 1, 1);
     fails(shown, ARGUMENT, "instance 1 was removed");
-    let camera = camlux_scene_remove(scene, CAMLUX_PART_CAMERA, 0);
+    let camera = camlux_scene_remove(scene.raw(), CAMLUX_PART_CAMERA, 0);
     fails(camera, ARGUMENT, "part is 0");
-    let shown = camlux_scene_set_visible(scene, CAMLUX_PART_INSTANCE, 2, 2);
+    let shown = camlux_scene_set_visible(scene.raw(), CAMLUX_PART_INSTANCE, 2, 2);
     fails(shown, ARGUMENT, "is_visible is 2");
-    let [mut light, mut instance] = [99; 2];
-    // SAFETY: structs of their size, and numbers.
-    unsafe {
-        let first = c_light(&expected.lights[0]);
-        fails(
-            camlux_scene_set_light(scene, 0, &first),
-            ARGUMENT,
-            "removed",
-        );
-        let moved = camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, 1, &pose([0.0; 3], 1.0));
-        fails(moved, ARGUMENT, "removed");
-        ok(camlux_scene_add_light(scene, &first, &mut light));
-        ok(camlux_scene_add_instance(scene, 1, null(), &mut instance));
-    }
-    assert_eq!([light, instance], [0, 1]);
-    assert_same_frames(&device, scene, &expected);
-
-    ok(camlux_scene_release(scene));
+    let first = c_light(&expected.lights[0]);
+    fails(scene.set_light(0, &first), ARGUMENT, "removed");
+    let moved = scene.set_pose(CAMLUX_PART_INSTANCE, 1, &pose([0.0; 3], 1.0));
+    fails(moved, ARGUMENT, "removed");
+    assert_eq!(scene.add_light(&first), Ok(0));
+    let mut instance = 99;
+    // SAFETY: the pose may be NULL.
+    ok(unsafe { camlux_scene_add_instance(scene.raw(), 1, null(), &mut instance) });
+    assert_eq!(instance, 1);
+    assert_same_frames(&device, &scene, &expected);
 }
 
 #[test]
@@ -286,31 +243,25 @@ fn a_mesh_and_a_texture_are_replaced() {
         positions_m: array(&positions_m, CAMLUX_FORMAT_F32),
         indices: array(&triangles, CAMLUX_FORMAT_U32),
     });
-    // SAFETY: the mesh's arrays have the lengths that its counts say.
-    let set = |index, mesh: &camlux_mesh| unsafe { camlux_scene_set_mesh(scene, index, mesh) };
-    ok(set(1, &mesh));
+    ok(scene.set_mesh(1, &mesh));
     let corners_m = positions_m.map(|corner| corner.map(f64::from));
     expected.meshes[1] = Mesh::from_slices("deformed", &corners_m, &triangles, 2).into();
-    assert_same_frames(&device, scene, &expected);
-    fails(set(9, &mesh), ARGUMENT, "there is no mesh 9 among 3");
+    assert_same_frames(&device, &scene, &expected);
+    fails(
+        scene.set_mesh(9, &mesh),
+        ARGUMENT,
+        "there is no mesh 9 among 3",
+    );
     mesh.material = 99;
-    fails(set(1, &mesh), SCENE, "material");
+    fails(scene.set_mesh(1, &mesh), SCENE, "material");
     mesh.material = 2;
     // The mesh's positions are in range, but not after its instance's scale of 1e6.
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe {
-        let large = pose([0.0; 3], 1e6);
-        camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, 1, &large)
-    });
+    ok(scene.set_pose(CAMLUX_PART_INSTANCE, 1, &pose([0.0; 3], 1e6)));
     let far_m = [[1e11_f32, 0.0, 0.0]; 3];
     mesh.positions_m = array(&far_m, CAMLUX_FORMAT_F32);
-    fails(set(1, &mesh), SCENE, "instance 1");
-    ok(camlux_scene_release(scene));
+    fails(scene.set_mesh(1, &mesh), SCENE, "instance 1");
 
-    let path = scene_file("textured");
-    let path = path.to_str().expect("a UTF-8 path");
-    let mut textured = Scene::load(path.as_ref()).expect("a demo scene loads");
-    textured.camera.resolution_px = [24, 24];
+    let mut textured = engine_scene("textured", [24, 24]);
     let scene = from_arrays(&textured);
     let texels = [[10_u8, 200, 30], [250, 20, 90]];
     let texture = init!(camlux_texture {
@@ -319,17 +270,13 @@ fn a_mesh_and_a_texture_are_replaced() {
         pixels: texels.as_ptr().cast(),
         encoding: CAMLUX_ENCODING_LINEAR
     });
-    // SAFETY: a struct of that size, with pixels of its size.
-    unsafe {
-        ok(camlux_scene_set_texture(scene, 1, &texture));
-        let missing = camlux_scene_set_texture(scene, 99, &texture);
-        fails(missing, ARGUMENT, "there is no texture 99");
-    }
+    ok(scene.set_texture(1, &texture));
+    let missing = scene.set_texture(99, &texture);
+    fails(missing, ARGUMENT, "there is no texture 99");
     let first = &mut *textured.textures[0];
     first.size_px = [2, 1];
     first.texels = Texels::U8(texels.to_vec(), Encoding::Linear);
-    assert_same_frames(&device, scene, &textured);
-    ok(camlux_scene_release(scene));
+    assert_same_frames(&device, &scene, &textured);
 }
 
 #[test]
@@ -341,7 +288,7 @@ fn a_material_is_read_as_it_is_set() {
             name: c"odd".as_ptr()
         });
         // SAFETY: it points to a struct of that size.
-        ok(unsafe { camlux_scene_get_material(scene, index as u32, &mut found) });
+        ok(unsafe { camlux_scene_get_material(scene.raw(), index as u32, &mut found) });
         assert_eq!(found.kd, material.kd);
         assert_eq!(found.ks, material.ks);
         assert_eq!(found.shininess, material.shininess);
@@ -349,9 +296,8 @@ fn a_material_is_read_as_it_is_set() {
     }
     // SAFETY: NULL is refused.
     fails(
-        unsafe { camlux_scene_get_material(scene, 0, null_mut()) },
+        unsafe { camlux_scene_get_material(scene.raw(), 0, null_mut()) },
         ARGUMENT,
         "NULL",
     );
-    ok(camlux_scene_release(scene));
 }

@@ -6,7 +6,6 @@ use crate::host::*;
 use camlux::capi::*;
 
 const HANDLE: i32 = CAMLUX_ERROR_INVALID_HANDLE;
-const ARGUMENT: i32 = CAMLUX_ERROR_INVALID_ARGUMENT;
 
 /// The name of a call, and the call with a given handle and NULL for all other pointers.
 type Call = (&'static str, fn(usize) -> camlux_status);
@@ -142,31 +141,24 @@ fn release_calls() -> [Call; 7] {
 #[test]
 fn wrong_handles_are_found_out() {
     let device = Device::open();
-    let scene = load("cornell");
-    resize(scene, 8, 8);
-    plain_sum(scene, 8);
-    let renderer = device.renderer();
-    let frame = render(renderer, scene);
-    let mut token = null_mut();
+    let (scene, renderer, token) = (fast_scene(8), device.renderer(), new_token());
+    let frame = renderer.render(&scene);
+    let job = renderer.try_submit(&scene, &Default::default());
+    let job = job.expect("it begins");
     // SAFETY: it points to a pointer.
-    ok(unsafe { camlux_cancel_token_create(&mut token) });
-    let mut job = null_mut();
-    // SAFETY: it points to a pointer.
-    ok(unsafe { camlux_renderer_submit(renderer, scene, null(), &mut job) });
-    let mut shared = null_mut();
-    // SAFETY: it points to a pointer.
-    ok(unsafe { camlux_shared_memory_create(device.0, 64, &mut shared) });
+    let shared: Owned<camlux_shared_memory> =
+        Owned::new(|memory| unsafe { camlux_shared_memory_create(device.0, 64, memory) });
     let live = [
         device.0.addr(),
-        scene.addr(),
-        renderer.addr(),
-        frame.addr(),
-        token.addr(),
-        job.addr(),
-        shared.addr(),
+        scene.raw().addr(),
+        renderer.raw().addr(),
+        frame.raw().addr(),
+        token.raw().addr(),
+        job.raw().addr(),
+        shared.raw().addr(),
     ];
     // These are released below, and other objects then take their slots.
-    let stale = [scene.addr(), renderer.addr(), frame.addr(), token.addr()];
+    let stale = &live[1..5];
     let calls = [
         device_calls(),
         scene_calls(),
@@ -198,14 +190,9 @@ fn wrong_handles_are_found_out() {
             assert!(last_error().starts_with(name), "{}", last_error());
         }
     }
-    ok(camlux_shared_memory_release(shared));
-    ok(camlux_job_release(job));
-    ok(camlux_cancel_token_release(token));
-    ok(camlux_frame_release(frame));
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(scene));
-    let others = [(); 4].map(|()| new_scene());
-    for handle in stale {
+    drop((shared, job, token, frame, renderer, scene));
+    let _others = [(); 4].map(|()| new_scene());
+    for &handle in stale {
         for (_, call) in scene_calls()
             .iter()
             .chain(&renderer_calls())
@@ -218,69 +205,59 @@ fn wrong_handles_are_found_out() {
             assert_eq!(release(handle), HANDLE);
         }
     }
-    for scene in others {
-        ok(camlux_scene_release(scene));
-    }
 }
 
 #[test]
 fn references_are_counted() {
-    let scene = new_scene();
+    let owned = new_scene();
+    let scene = owned.raw();
     ok(camlux_scene_retain(scene));
     ok(camlux_scene_release(scene));
     ok(camlux_scene_validate(scene));
-    ok(camlux_scene_release(scene));
+    drop(owned);
     fails(camlux_scene_release(scene), HANDLE, "has been released");
 }
 
 #[test]
 fn null_arguments_are_named() {
     let scene = new_scene();
+    let handle = scene.raw().addr();
     for (name, call) in scene_calls() {
         match name {
             "camlux_scene_retain" => {
-                ok(call(scene.addr()));
-                ok(camlux_scene_release(scene));
+                ok(call(handle));
+                ok(camlux_scene_release(scene.raw()));
             }
-            "camlux_scene_validate" => ok(call(scene.addr())),
+            "camlux_scene_validate" => ok(call(handle)),
             "camlux_scene_set_visible" | "camlux_scene_remove" => {
-                fails(call(scene.addr()), ARGUMENT, "part is 0");
+                fails(call(handle), ARGUMENT, "part is 0");
             }
-            "camlux_scene_add_instance" => fails(call(scene.addr()), ARGUMENT, "no mesh 0 among 0"),
+            "camlux_scene_add_instance" => fails(call(handle), ARGUMENT, "no mesh 0 among 0"),
             // These arguments are optional.
             "camlux_scene_set_sensor"
             | "camlux_scene_set_tof"
             | "camlux_scene_set_indirect"
             | "camlux_scene_set_direct" => {
-                ok(call(scene.addr()));
+                ok(call(handle));
             }
-            _ => fails(call(scene.addr()), ARGUMENT, "is NULL"),
+            _ => fails(call(handle), ARGUMENT, "is NULL"),
         }
     }
     // SAFETY: nulls, and a struct of that size.
     unsafe {
-        fails(
-            camlux_scene_get_light(scene, 0, &mut init!(camlux_light {})),
-            ARGUMENT,
-            "no light 0 among 0",
-        );
+        let mut light = init!(camlux_light {});
+        let missing = camlux_scene_get_light(scene.raw(), 0, &mut light);
+        fails(missing, ARGUMENT, "no light 0 among 0");
         fails(camlux_scene_create(null_mut()), ARGUMENT, "scene is NULL");
-        fails(
-            camlux_device_create(null(), null_mut()),
-            ARGUMENT,
-            "device is NULL",
-        );
+        let nowhere = camlux_device_create(null(), null_mut());
+        fails(nowhere, ARGUMENT, "device is NULL");
         fails(camlux_device_count(null_mut()), ARGUMENT, "count is NULL");
         fails(camlux_device_get_info(0, null_mut()), ARGUMENT, "is NULL");
         fails(camlux_handle_count(null_mut()), ARGUMENT, "count is NULL");
         fails(camlux_set_log(5, None, null_mut()), ARGUMENT, "level is 5");
-        fails(
-            camlux_scene_load_file(null(), null_mut()),
-            ARGUMENT,
-            "path is NULL",
-        );
+        let unnamed = camlux_scene_load_file(null(), null_mut());
+        fails(unnamed, ARGUMENT, "path is NULL");
     }
-    ok(camlux_scene_release(scene));
 }
 
 #[test]
@@ -317,21 +294,15 @@ fn a_struct_of_zeros_is_refused() {
     let sensor = zeros(|sensor: &mut camlux_sensor| {
         (sensor.pixel_pitch_um, sensor.exposure_time_s) = ([10.0; 2], 1e-3);
     });
-    let mut frame = null_mut();
-    // SAFETY: structs of their size, and a pointer to a pointer.
-    unsafe {
-        let rendered = camlux_renderer_render(renderer, scene, &options, &mut frame);
-        fails(rendered, ARGUMENT, "begin with CAMLUX_RENDER_OPTIONS_INIT");
-        let set = camlux_scene_set_tof(scene, &tof);
-        fails(set, ARGUMENT, "begin with CAMLUX_TOF_INIT");
-        let set = camlux_scene_set_sensor(scene, &sensor);
-        fails(set, ARGUMENT, "the camlux_sensor is not initialised");
-        let mut camera = zeros(|_: &mut camlux_camera| {});
-        let found = camlux_scene_get_camera(scene, &mut camera);
-        fails(found, ARGUMENT, "begin with CAMLUX_CAMERA_INIT");
-    }
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(scene));
+    let rendered = renderer.try_render(&scene, &options).unwrap_err();
+    fails(rendered, ARGUMENT, "begin with CAMLUX_RENDER_OPTIONS_INIT");
+    fails(scene.set_tof(&tof), ARGUMENT, "begin with CAMLUX_TOF_INIT");
+    let words = "the camlux_sensor is not initialised";
+    fails(scene.set_sensor(&sensor), ARGUMENT, words);
+    let mut camera = zeros(|_: &mut camlux_camera| {});
+    // SAFETY: a struct of that size.
+    let found = unsafe { camlux_scene_get_camera(scene.raw(), &mut camera) };
+    fails(found, ARGUMENT, "begin with CAMLUX_CAMERA_INIT");
 }
 
 #[test]
@@ -351,7 +322,7 @@ fn struct_sizes_are_checked() {
                 .add(size_of::<camlux_camera>())
                 .cast::<u64>()
                 .write(beyond);
-            camlux_scene_set_camera(scene, at.cast())
+            camlux_scene_set_camera(scene.raw(), at.cast())
         }
     };
     let known = size_of::<camlux_camera>() as u32;
@@ -361,24 +332,20 @@ fn struct_sizes_are_checked() {
     }
     fails(set(known + 8, 1), ARGUMENT, "newer");
     fails(set(known + 1, 1), ARGUMENT, "newer");
-    let mut camera = init!(camlux_camera {});
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
-    assert_eq!(camera.width_px, 640, "a call that fails changes nothing");
+    let unchanged = scene.camera().width_px;
+    assert_eq!(unchanged, 640, "a call that fails changes nothing");
     ok(set(known + 8, 0));
     ok(set(known, 1));
-    // SAFETY: as above.
-    ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
+    let camera = scene.camera();
     let size = CAMLUX_INITIALISED + known;
     assert_eq!((camera.width_px, camera.struct_size), (77, size));
     // A result struct of a newer version is filled up to the known size.
     room[..known as usize / 8 + 1].fill(u64::MAX);
     room[0] = u64::from(size + 8);
     // SAFETY: `room` has at least that size.
-    ok(unsafe { camlux_scene_get_camera(scene, room.as_mut_ptr().cast()) });
+    ok(unsafe { camlux_scene_get_camera(scene.raw(), room.as_mut_ptr().cast()) });
     assert_eq!(room[0] as u32, size + 8);
     assert_eq!(room[known as usize / 8], u64::MAX);
-    ok(camlux_scene_release(scene));
 }
 
 #[test]
@@ -386,28 +353,15 @@ fn misaligned_structs_and_results_are_found_out() {
     let scene = new_scene();
     let mut room = [0_u64; 200];
     let off = room.as_mut_ptr().cast::<u8>().wrapping_add(1);
+    let refused = |status| fails(status, ARGUMENT, "aligned");
     // SAFETY: misaligned pointers are refused before they are used.
     unsafe {
-        fails(
-            camlux_scene_set_camera(scene, off.cast()),
-            ARGUMENT,
-            "aligned",
-        );
-        fails(
-            camlux_scene_get_counts(scene, off.cast()),
-            ARGUMENT,
-            "aligned",
-        );
-        fails(
-            camlux_scene_add_light(scene, &init!(camlux_light {}), off.cast()),
-            ARGUMENT,
-            "aligned",
-        );
-        fails(camlux_handle_count(off.cast()), ARGUMENT, "aligned");
-        fails(camlux_scene_create(off.cast()), ARGUMENT, "aligned");
-        let mut counts = init!(camlux_scene_counts {});
-        ok(camlux_scene_get_counts(scene, &mut counts));
-        assert_eq!(counts.lights, 0);
+        refused(camlux_scene_set_camera(scene.raw(), off.cast()));
+        refused(camlux_scene_get_counts(scene.raw(), off.cast()));
+        let light = init!(camlux_light {});
+        refused(camlux_scene_add_light(scene.raw(), &light, off.cast()));
+        refused(camlux_handle_count(off.cast()));
+        refused(camlux_scene_create(off.cast()));
     }
-    ok(camlux_scene_release(scene));
+    assert_eq!(scene.counts().lights, 0);
 }

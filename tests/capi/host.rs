@@ -1,8 +1,7 @@
 //! The C interface as a C program uses it, for the tests in Rust.
 
 use std::{
-    ffi::{CStr, CString},
-    path::Path,
+    ffi::CStr,
     ptr::{null, null_mut},
 };
 
@@ -11,15 +10,20 @@ use camlux::{
     output::{Layer, LayerData, TofQuantity},
     scene::{
         AreaShape, Carrier, ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light,
-        PixelFilter, PixelSampling, TimeOfFlight,
+        PixelFilter, PixelSampling, TextureLookup, TimeOfFlight,
     },
 };
+
+pub use crate::objects::*;
 
 pub fn last_error() -> String {
     // SAFETY: a string of the library, valid until this thread's next failing call.
     let message = unsafe { CStr::from_ptr(camlux_last_error()) };
     message.to_str().expect("messages are UTF-8").to_owned()
 }
+
+pub const ARGUMENT: camlux_status = CAMLUX_ERROR_INVALID_ARGUMENT;
+pub const SCENE: camlux_status = CAMLUX_ERROR_SCENE;
 
 #[track_caller]
 pub fn ok(status: camlux_status) {
@@ -44,130 +48,6 @@ macro_rules! init {
     }};
 }
 pub(crate) use init;
-
-/// A device with the validation layer. Dropping it asserts that the layer reported nothing.
-pub struct Device(pub *mut camlux_device);
-
-// SAFETY: a handle is a number, and any thread may use a device.
-unsafe impl Sync for Device {}
-
-impl Device {
-    pub fn open() -> Device {
-        let options = init!(camlux_device_options { validation: 1 });
-        let mut device = null_mut();
-        // SAFETY: both pointers are valid.
-        ok(unsafe { camlux_device_create(&options, &mut device) });
-        Device(device)
-    }
-
-    pub fn renderer(&self) -> *mut camlux_renderer {
-        let mut renderer = null_mut();
-        // SAFETY: it points to a pointer.
-        ok(unsafe { camlux_renderer_create(self.0, &mut renderer) });
-        renderer
-    }
-}
-
-impl Drop for Device {
-    fn drop(&mut self) {
-        let mut count = 0;
-        // SAFETY: it points to a number.
-        ok(unsafe { camlux_device_validation_count(self.0, &mut count) });
-        ok(camlux_device_release(self.0));
-        assert!(count == 0 || std::thread::panicking(), "{count} messages");
-    }
-}
-
-pub fn new_scene() -> *mut camlux_scene {
-    let mut scene = null_mut();
-    // SAFETY: it points to a pointer.
-    ok(unsafe { camlux_scene_create(&mut scene) });
-    scene
-}
-
-pub fn scene_file(name: &str) -> CString {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"));
-    CString::new(path.to_str().expect("a UTF-8 path")).expect("no NUL")
-}
-
-pub fn load(name: &str) -> *mut camlux_scene {
-    let mut scene = null_mut();
-    // SAFETY: a string, and a pointer to a pointer.
-    ok(unsafe { camlux_scene_load_file(scene_file(name).as_ptr(), &mut scene) });
-    scene
-}
-
-pub fn resize(scene: *mut camlux_scene, width_px: u32, height_px: u32) {
-    let mut camera = init!(camlux_camera {});
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
-    (camera.width_px, camera.height_px) = (width_px, height_px);
-    // SAFETY: as above.
-    ok(unsafe { camlux_scene_set_camera(scene, &camera) });
-}
-
-pub fn plain_sum(scene: *mut camlux_scene, rsm_size: u32) {
-    let indirect = init!(camlux_indirect {
-        estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-        rsm_size: rsm_size
-    });
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe { camlux_scene_set_indirect(scene, &indirect) });
-}
-
-pub fn render(renderer: *mut camlux_renderer, scene: *mut camlux_scene) -> *mut camlux_frame {
-    let mut frame = null_mut();
-    // SAFETY: it points to a pointer; the options may be NULL.
-    ok(unsafe { camlux_renderer_render(renderer, scene, null(), &mut frame) });
-    frame
-}
-
-pub fn view(frame: *mut camlux_frame, layer: i32) -> camlux_view {
-    let mut view = init!(camlux_view {});
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe { camlux_frame_view(frame, layer, &mut view) });
-    view
-}
-
-/// All layers of a frame, as the bits of their values.
-pub fn layers(frame: *mut camlux_frame) -> Vec<(i32, Vec<u32>)> {
-    let mut count = 0;
-    // SAFETY: it points to a number.
-    ok(unsafe { camlux_frame_layer_count(frame, &mut count) });
-    let layer = |index| {
-        let mut layer = -1;
-        // SAFETY: it points to a number.
-        ok(unsafe { camlux_frame_get_layer(frame, index, &mut layer) });
-        let view = view(frame, layer);
-        let length = view.size_bytes / 4;
-        // SAFETY: a view is as large as it says; values of both formats have four bytes.
-        let bits = unsafe { std::slice::from_raw_parts(view.data.cast::<u32>(), length) };
-        (layer, bits.to_vec())
-    };
-    (0..count).map(layer).collect()
-}
-
-pub fn stats(frame: *mut camlux_frame) -> camlux_frame_stats {
-    let mut stats = init!(camlux_frame_stats {});
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe { camlux_frame_get_stats(frame, &mut stats) });
-    stats
-}
-
-pub fn passes(frame: *mut camlux_frame) -> Vec<String> {
-    let pass = |index| {
-        let mut pass = init!(camlux_pass_time {});
-        // SAFETY: it points to a struct of that size; the name lives as long as the frame.
-        unsafe {
-            ok(camlux_frame_get_pass(frame, index, &mut pass));
-            CStr::from_ptr(pass.name)
-                .to_str()
-                .expect("ASCII")
-                .to_owned()
-        }
-    };
-    (0..stats(frame).pass_count).map(pass).collect()
-}
 
 /// The same for a frame that was rendered without the C interface.
 pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
@@ -230,7 +110,7 @@ pub fn array<T>(values: &[T], format: i32) -> camlux_array {
     }
 }
 
-pub fn set_tof(scene: *mut camlux_scene, tof: &TimeOfFlight) {
+pub fn set_tof(scene: &Scene, tof: &TimeOfFlight) {
     let ambient: Vec<u32> = tof.ambient_lights.iter().map(|&i| i as u32).collect();
     let mut c_tof = init!(camlux_tof {
         frequency_count: tof.frequencies_hz.len() as u32,
@@ -258,12 +138,11 @@ pub fn set_tof(scene: *mut camlux_scene, tof: &TimeOfFlight) {
         })
     });
     c_tof.noise = noise.as_ref().map_or(null(), std::ptr::from_ref);
-    // SAFETY: a struct of that size, with valid pointers.
-    ok(unsafe { camlux_scene_set_tof(scene, &c_tof) });
+    ok(scene.set_tof(&c_tof));
 }
 
 /// Rebuilds a scene call by call, from the arrays of its parts.
-pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
+pub fn from_arrays(scene: &camlux::Scene) -> Scene {
     let built = new_scene();
     let camera = scene.camera;
     let mut c_camera = init!(camlux_camera {
@@ -302,102 +181,94 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             c_camera.distortion[..4].copy_from_slice(&coefficients);
         }
     }
-    // SAFETY: here and below, structs of their size, arrays of their length, and no index requested.
-    unsafe {
-        ok(camlux_scene_set_camera(built, &c_camera));
-        if let Some(sensor) = scene.sensor {
-            let c_sensor = init!(camlux_sensor {
-                pixel_pitch_um: sensor.pixel_pitch_um,
-                exposure_time_s: sensor.exposure_time_s,
-                duty_cycle: sensor.duty_cycle,
-                wavelength_nm: sensor.wavelength_nm.unwrap_or_default(),
-                quantum_efficiency: sensor.quantum_efficiency.unwrap_or_default(),
-                f_number: sensor.f_number.unwrap_or_default(),
-            });
-            ok(camlux_scene_set_sensor(built, &c_sensor));
+    ok(built.set_camera(&c_camera));
+    if let Some(sensor) = scene.sensor {
+        let mut c_sensor = init!(camlux_sensor {
+            pixel_pitch_um: sensor.pixel_pitch_um,
+            exposure_time_s: sensor.exposure_time_s,
+            duty_cycle: sensor.duty_cycle,
+            f_number: sensor.f_number.unwrap_or_default(),
+        });
+        if let Some(detector) = sensor.photodetector {
+            c_sensor.wavelength_nm = detector.wavelength_nm;
+            c_sensor.quantum_efficiency = detector.quantum_efficiency;
         }
-        if let Some(tof) = &scene.tof {
-            set_tof(built, tof);
+        ok(built.set_sensor(&c_sensor));
+    }
+    if let Some(tof) = &scene.tof {
+        set_tof(&built, tof);
+    }
+    if let Some(indirect) = scene.indirect {
+        let c_indirect = init!(camlux_indirect {
+            estimator: match indirect {
+                IndirectLight::FinalGather { .. } => CAMLUX_ESTIMATOR_FINAL_GATHER,
+                IndirectLight::RsmAverage { .. } => CAMLUX_ESTIMATOR_RSM_AVERAGE,
+                IndirectLight::InstantRadiosity { .. } => CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+            },
+            rsm_size: indirect.rsm_size().unwrap_or(0),
+            error_norm: match indirect.error_norm() {
+                Some(ErrorNorm::Local) => CAMLUX_NORM_LOCAL,
+                Some(ErrorNorm::Image) | None => CAMLUX_NORM_IMAGE,
+            },
+            target_error: indirect.target_error().unwrap_or(0.0),
+            max_ms: indirect.max_ms().unwrap_or(0.0),
+            max_rays: indirect.max_rays().unwrap_or(0),
+            stderr_layer: indirect.stderr_layer().map_or(0, i32::from),
+            interpolation_error: indirect.interpolation_error().unwrap_or(0.0),
+            target_range_error_mm: indirect.target_range_error_mm().unwrap_or(0.0),
+        });
+        ok(built.set_indirect(&c_indirect));
+    }
+    for texture in &scene.textures {
+        let texels: Vec<[f32; 3]> = texture.texels.reflectances().collect();
+        let texture = init!(camlux_texture {
+            width_px: texture.size_px[0],
+            height_px: texture.size_px[1],
+            component: CAMLUX_COMPONENT_F32,
+            encoding: CAMLUX_ENCODING_LINEAR,
+            pixels: texels.as_ptr().cast(),
+        });
+        built.add_texture(&texture).expect("it is added");
+    }
+    let number = |lookup: Option<TextureLookup>| lookup.map_or(0, |of| of.texture as u32 + 1);
+    for material in &scene.materials {
+        let material = init!(camlux_material {
+            kd_texture: number(material.kd_texture),
+            kd: material.kd,
+            ks: material.ks,
+            shininess: material.shininess,
+            normal_texture: number(material.normal_texture),
+            alpha_texture: number(material.alpha_texture),
+        });
+        built.add_material(&material).expect("it is added");
+    }
+    for light in &scene.lights {
+        let placed = camlux_light {
+            relative_to: match light.relative_to {
+                Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
+                _ => CAMLUX_RELATIVE_TO_WORLD,
+            },
+            ..c_light(light)
+        };
+        built.add_light(&placed).expect("it is added");
+    }
+    for mesh in &scene.meshes {
+        let mut c_mesh = init!(camlux_mesh {
+            vertex_count: mesh.positions_m.len(),
+            triangle_count: mesh.triangles.len(),
+            positions_m: array(&mesh.positions_m, CAMLUX_FORMAT_F64),
+            indices: array(&mesh.triangles, CAMLUX_FORMAT_U32),
+            triangle_materials: array(&mesh.triangle_materials, CAMLUX_FORMAT_U32),
+        });
+        if !mesh.normals.is_empty() {
+            c_mesh.normals = array(&mesh.normals, CAMLUX_FORMAT_F64);
         }
-        if let Some(indirect) = scene.indirect {
-            let gather = indirect.gather();
-            let range_mm = gather.and_then(|gather| gather.target_range_error_mm);
-            let c_indirect = init!(camlux_indirect {
-                estimator: match indirect {
-                    IndirectLight::FinalGather(_) => CAMLUX_ESTIMATOR_FINAL_GATHER,
-                    IndirectLight::RsmAverage(_) => CAMLUX_ESTIMATOR_RSM_AVERAGE,
-                    IndirectLight::InstantRadiosity(_) => CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-                },
-                rsm_size: indirect.rsm_size().unwrap_or(0),
-                error_norm: match gather.map(|gather| gather.error_norm) {
-                    Some(ErrorNorm::Local) => CAMLUX_NORM_LOCAL,
-                    Some(ErrorNorm::Image) | None => CAMLUX_NORM_IMAGE,
-                },
-                target_error: indirect.target_error().unwrap_or(0.0),
-                max_ms: gather.and_then(|gather| gather.max_ms).unwrap_or(0.0),
-                max_rays: gather.and_then(|gather| gather.max_rays).unwrap_or(0),
-                stderr_layer: gather.map_or(0, |gather| gather.stderr_layer.into()),
-                interpolation_error: indirect.interpolation_error().unwrap_or(0.0),
-                target_range_error_mm: range_mm.unwrap_or(0.0),
-            });
-            ok(camlux_scene_set_indirect(built, &c_indirect));
+        if !mesh.texcoords.is_empty() {
+            c_mesh.texcoords = array(&mesh.texcoords, CAMLUX_FORMAT_F64);
         }
-        for texture in &scene.textures {
-            let texels: Vec<[f32; 3]> = texture.texels.reflectances().collect();
-            let texture = init!(camlux_texture {
-                width_px: texture.size_px[0],
-                height_px: texture.size_px[1],
-                component: CAMLUX_COMPONENT_F32,
-                encoding: CAMLUX_ENCODING_LINEAR,
-                pixels: texels.as_ptr().cast(),
-            });
-            ok(camlux_scene_add_texture(built, &texture, null_mut()));
-        }
-        for material in &scene.materials {
-            let material = init!(camlux_material {
-                kd_texture: material
-                    .kd_texture
-                    .map_or(0, |lookup| lookup.texture as u32 + 1),
-                kd: material.kd,
-                ks: material.ks,
-                shininess: material.shininess,
-                normal_texture: material
-                    .normal_texture
-                    .map_or(0, |lookup| lookup.texture as u32 + 1),
-                alpha_texture: material
-                    .alpha_texture
-                    .map_or(0, |lookup| lookup.texture as u32 + 1),
-            });
-            ok(camlux_scene_add_material(built, &material, null_mut()));
-        }
-        for light in &scene.lights {
-            let placed = camlux_light {
-                relative_to: match light.relative_to {
-                    Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
-                    _ => CAMLUX_RELATIVE_TO_WORLD,
-                },
-                ..c_light(light)
-            };
-            ok(camlux_scene_add_light(built, &placed, null_mut()));
-        }
-        for mesh in &scene.meshes {
-            let mut index = u32::MAX;
-            let mut c_mesh = init!(camlux_mesh {
-                vertex_count: mesh.positions_m.len(),
-                triangle_count: mesh.triangles.len(),
-                positions_m: array(&mesh.positions_m, CAMLUX_FORMAT_F64),
-                indices: array(&mesh.triangles, CAMLUX_FORMAT_U32),
-                triangle_materials: array(&mesh.triangle_materials, CAMLUX_FORMAT_U32),
-            });
-            if !mesh.normals.is_empty() {
-                c_mesh.normals = array(&mesh.normals, CAMLUX_FORMAT_F64);
-            }
-            if !mesh.texcoords.is_empty() {
-                c_mesh.texcoords = array(&mesh.texcoords, CAMLUX_FORMAT_F64);
-            }
-            ok(camlux_scene_add_mesh(built, &c_mesh, &mut index));
-            ok(camlux_scene_add_instance(built, index, null(), null_mut()));
-        }
+        let index = built.add_mesh(&c_mesh).expect("it is added");
+        // SAFETY: the pose and the index may be NULL.
+        ok(unsafe { camlux_scene_add_instance(built.raw(), index, null(), null_mut()) });
     }
     built
 }

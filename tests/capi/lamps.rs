@@ -1,66 +1,40 @@
 //! Measured lamps and projectors from C: their frames equal those of the engine.
 
-use std::{
-    f64::consts::TAU,
-    ffi::CString,
-    path::Path,
-    ptr::{null, null_mut},
-};
+use std::{f64::consts::TAU, ptr::null};
 
+use crate::host::*;
 use camlux::{
-    Device as EngineDevice, DeviceOptions, RenderOptions, Renderer, Scene,
+    capi::*,
     scene::{Light, Pattern, RadiationPattern},
 };
 
-use crate::host::*;
-use camlux::capi::*;
-
 /// A demo scene, small and without the bounce.
-fn engine_scene(name: &str) -> Scene {
-    let path = scene_file(name);
-    let mut scene = Scene::load(Path::new(path.to_str().expect("UTF-8"))).expect("it loads");
-    scene.camera.resolution_px = [24, 18];
+fn direct_scene(name: &str) -> camlux::Scene {
+    let mut scene = engine_scene(name, [24, 18]);
     scene.camera.pixel_sampling = None;
     scene.indirect = None;
     scene
 }
 
-fn file(name: &str) -> CString {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenes")
-        .join(name);
-    CString::new(path.to_str().expect("UTF-8")).expect("no NUL")
-}
-
 /// The light of a demo scene, in C.
 fn light_of(name: &str) -> camlux_light {
-    let scene = load(name);
-    let mut light = init!(camlux_light {});
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe { camlux_scene_get_light(scene, 0, &mut light) });
-    ok(camlux_scene_release(scene));
+    let light = load(name).light(0);
     assert!(light.pattern.is_null() && light.image.is_null());
     light
 }
 
 /// Asserts that a scene under this light, added and set, looks as the engine's.
-fn assert_looks_like(expected: &Scene, light: camlux_light) {
-    let engine = EngineDevice::open(&DeviceOptions::default()).expect("there is a device");
-    let mut renderer = Renderer::new(&engine).expect("it is made");
-    let due = renderer.render(expected, &mut RenderOptions::default());
-    let due = layers_of(&due.expect("it renders"));
-    let without = Scene {
+fn assert_looks_like(expected: &camlux::Scene, light: camlux_light) {
+    let due = engine_frame(expected);
+    let without = camlux::Scene {
         lights: Vec::new(),
         ..expected.clone()
     };
     let scene = from_arrays(&without);
     let device = Device::open();
     let renderer = device.renderer();
-    let mut index = 9;
-    // SAFETY: structs of their size, with valid pointers.
-    ok(unsafe { camlux_scene_add_light(scene, &light, &mut index) });
-    let frame = render(renderer, scene);
-    assert!(layers(frame) == due);
+    let index = scene.add_light(&light).expect("it is added");
+    assert!(renderer.render(&scene).layers() == due);
     // Without its pattern, the new light keeps that of the old one.
     let kept = camlux_light {
         pattern: null(),
@@ -71,22 +45,11 @@ fn assert_looks_like(expected: &Scene, light: camlux_light) {
         power_w: [0.0; 3],
         ..kept
     };
-    let mut read = init!(camlux_light {});
-    // SAFETY: structs of their size.
-    unsafe {
-        ok(camlux_scene_set_light(scene, index, &dim));
-        ok(camlux_scene_set_light(scene, index, &kept));
-        ok(camlux_scene_get_light(scene, index, &mut read));
-    }
+    ok(scene.set_light(index, &dim));
+    ok(scene.set_light(index, &kept));
     let placed = |light: &camlux_light| (light.kind, light.position_m, light.direction, light.up);
-    assert_eq!(placed(&read), placed(&light));
-    let again = render(renderer, scene);
-    assert!(layers(again) == due);
-    for frame in [frame, again] {
-        ok(camlux_frame_release(frame));
-    }
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(scene));
+    assert_eq!(placed(&scene.light(index)), placed(&light));
+    assert!(renderer.render(&scene).layers() == due);
 }
 
 #[test]
@@ -97,7 +60,7 @@ fn a_lamp_from_a_file_is_that_of_the_scene_file() {
     });
     let mut light = light_of("lamp");
     light.pattern = &pattern;
-    assert_looks_like(&engine_scene("lamp"), light);
+    assert_looks_like(&direct_scene("lamp"), light);
 }
 
 #[test]
@@ -119,7 +82,7 @@ fn a_lamp_from_arrays_is_that_of_the_engine() {
     });
     let mut light = light_of("lamp");
     light.pattern = &pattern;
-    let mut expected = engine_scene("lamp");
+    let mut expected = direct_scene("lamp");
     let Light::Pattern { pattern, .. } = &mut expected.lights[0].light else {
         panic!("the scene has a lamp");
     };
@@ -146,12 +109,12 @@ fn a_projector_from_a_file_is_that_of_the_scene_file() {
     });
     let mut light = light_of("projector");
     light.image = &image;
-    assert_looks_like(&engine_scene("projector"), light);
+    assert_looks_like(&direct_scene("projector"), light);
 }
 
 #[test]
 fn a_projector_from_an_array_is_that_of_the_engine() {
-    let expected = engine_scene("projector");
+    let expected = direct_scene("projector");
     let Light::Pattern {
         pattern: RadiationPattern::Projected(of_file),
         ..
@@ -184,14 +147,10 @@ fn a_projector_from_an_array_is_that_of_the_engine() {
 #[test]
 fn lamps_and_projectors_without_a_shape_are_refused() {
     let scene = new_scene();
-    let add = |light: &camlux_light| {
-        // SAFETY: structs of their size, with valid pointers.
-        unsafe { camlux_scene_add_light(scene, light, null_mut()) }
-    };
-    let (argument, of_scene) = (CAMLUX_ERROR_INVALID_ARGUMENT, CAMLUX_ERROR_SCENE);
     let (mut lamp, mut projector) = (light_of("lamp"), light_of("projector"));
-    fails(add(&lamp), argument, "pattern is NULL");
-    fails(add(&projector), argument, "image is NULL");
+    let refused = |light: &camlux_light| scene.add_light(light).unwrap_err();
+    fails(refused(&lamp), ARGUMENT, "pattern is NULL");
+    fails(refused(&projector), ARGUMENT, "image is NULL");
     let (gammas, planes, values) = ([0.0, 90.0], [0.0], [1.0, 1.0]);
     let whole = init!(camlux_pattern {
         gammas_deg: gammas.as_ptr(),
@@ -200,62 +159,24 @@ fn lamps_and_projectors_without_a_shape_are_refused() {
         plane_count: 1,
         intensities: values.as_ptr(),
     });
-    let missing = c"no such lamp.ies";
-    let with = |change: fn(&mut camlux_pattern)| {
+    let missing = c"no such lamp.ies".as_ptr();
+    let mut refuses = |change: &dyn Fn(&mut camlux_pattern), status, words| {
         let mut pattern = whole;
         change(&mut pattern);
-        pattern
-    };
-    for (pattern, status, words) in [
-        (
-            with(|pattern| pattern.gamma_count = 1),
-            argument,
-            "give a path, or",
-        ),
-        (
-            with(|pattern| pattern.intensities = null()),
-            argument,
-            "intensities is NULL",
-        ),
-        (
-            with(|pattern| pattern.encoding = 7),
-            argument,
-            "encoding is 7",
-        ),
-        (
-            with(|pattern| pattern.struct_size = 8),
-            argument,
-            "struct_size",
-        ),
-        (
-            camlux_pattern {
-                path: missing.as_ptr(),
-                ..whole
-            },
-            argument,
-            "only one of them",
-        ),
-        (
-            init!(camlux_pattern {
-                path: missing.as_ptr()
-            }),
-            of_scene,
-            "no such lamp.ies",
-        ),
-        (
-            camlux_pattern {
-                gammas_deg: values.as_ptr(),
-                ..whole
-            },
-            of_scene,
-            "pattern: gammas_deg do not increase",
-        ),
-    ] {
         lamp.pattern = &pattern;
-        fails(add(&lamp), status, words);
-    }
+        fails(refused(&lamp), status, words);
+    };
+    refuses(&|p| p.gamma_count = 1, ARGUMENT, "give a path, or");
+    refuses(&|p| p.intensities = null(), ARGUMENT, "intensities is NULL");
+    refuses(&|p| p.encoding = 7, ARGUMENT, "encoding is 7");
+    refuses(&|p| p.struct_size = 8, ARGUMENT, "struct_size");
+    refuses(&|p| p.path = missing, ARGUMENT, "only one of them");
+    let only_path = init!(camlux_pattern { path: missing });
+    refuses(&|p| *p = only_path, SCENE, "no such lamp.ies");
+    let words = "pattern: gammas_deg do not increase";
+    refuses(&|p| p.gammas_deg = values.as_ptr(), SCENE, words);
     lamp.pattern = &whole;
-    ok(add(&lamp));
+    scene.add_light(&lamp).expect("it is added");
     let pixels = [0.5_f32; 2];
     let whole = init!(camlux_projected_image {
         width_px: 2,
@@ -263,72 +184,23 @@ fn lamps_and_projectors_without_a_shape_are_refused() {
         values: pixels.as_ptr(),
         fov_y_deg: 20.0
     });
-    for (image, status, words) in [
-        (
-            init!(camlux_projected_image { fov_y_deg: 20.0 }),
-            argument,
-            "give a path, or",
-        ),
-        (
-            camlux_projected_image {
-                fov_y_deg: 0.0,
-                ..whole
-            },
-            of_scene,
-            "fov_y_deg is 0",
-        ),
-        (
-            camlux_projected_image {
-                lens: CAMLUX_LENS_FISHEYE,
-                ..whole
-            },
-            argument,
-            "lens is 3",
-        ),
-        (
-            camlux_projected_image { lens: 1, ..whole },
-            of_scene,
-            "fx_px, fy_px",
-        ),
-        (
-            camlux_projected_image {
-                reserved: 1,
-                ..whole
-            },
-            argument,
-            "reserved",
-        ),
-        (
-            camlux_projected_image {
-                path: missing.as_ptr(),
-                ..whole
-            },
-            argument,
-            "only one of them",
-        ),
-        (
-            camlux_projected_image {
-                values: null(),
-                ..whole
-            },
-            argument,
-            "values is NULL",
-        ),
-        (
-            camlux_projected_image {
-                row_stride_bytes: 4,
-                ..whole
-            },
-            argument,
-            "stride",
-        ),
-    ] {
+    let mut refuses = |change: &dyn Fn(&mut camlux_projected_image), status, words| {
+        let mut image = whole;
+        change(&mut image);
         projector.image = &image;
-        fails(add(&projector), status, words);
-    }
+        fails(refused(&projector), status, words);
+    };
+    let nothing = init!(camlux_projected_image { fov_y_deg: 20.0 });
+    refuses(&|i| *i = nothing, ARGUMENT, "give a path, or");
+    refuses(&|i| i.fov_y_deg = 0.0, SCENE, "fov_y_deg is 0");
+    refuses(&|i| i.lens = CAMLUX_LENS_FISHEYE, ARGUMENT, "lens is 3");
+    refuses(&|i| i.lens = 1, SCENE, "fx_px, fy_px");
+    refuses(&|i| i.reserved = 1, ARGUMENT, "reserved");
+    refuses(&|i| i.path = missing, ARGUMENT, "only one of them");
+    refuses(&|i| i.values = null(), ARGUMENT, "values is NULL");
+    refuses(&|i| i.row_stride_bytes = 4, ARGUMENT, "stride");
     projector.image = &whole;
-    ok(add(&projector));
-    ok(camlux_scene_release(scene));
+    scene.add_light(&projector).expect("it is added");
 }
 
 /// A disc needs no direction of its height, wherever it points; a rectangle does.
@@ -341,14 +213,10 @@ fn a_disc_needs_no_up() {
             direction: direction,
             radius_m: 0.1
         });
-        // SAFETY: structs of their size; no index requested.
-        unsafe {
-            ok(camlux_scene_add_light(scene, &light, null_mut()));
-            light.radius_m = 0.0;
-            light.size_m = [0.1, 0.2];
-            let status = camlux_scene_add_light(scene, &light, null_mut());
-            fails(status, CAMLUX_ERROR_SCENE, "up is [0, 0, 0]");
-        }
+        scene.add_light(&light).expect("it is added");
+        light.radius_m = 0.0;
+        light.size_m = [0.1, 0.2];
+        let rectangle = scene.add_light(&light).unwrap_err();
+        fails(rectangle, SCENE, "up is [0, 0, 0]");
     }
-    ok(camlux_scene_release(scene));
 }

@@ -62,15 +62,10 @@ fn a_camera_of_opengl_sees_what_it_saw() {
     let (status, pose) = pose_of(&rows([x, y, z, at]), CAMLUX_AXES_OPENGL);
     ok(status);
     let scene = new_scene();
-    let mut camera = init!(camlux_camera {});
-    // SAFETY: structs of that size.
-    unsafe {
-        ok(camlux_scene_set_pose(scene, CAMLUX_PART_CAMERA, 0, &pose));
-        ok(camlux_scene_get_camera(scene, &mut camera));
-    }
+    ok(scene.set_pose(CAMLUX_PART_CAMERA, 0, &pose));
+    let camera = scene.camera();
     assert!((DVec3::from(camera.look_at_m) - at).distance(-z) < 1e-12);
     assert!(DVec3::from(camera.up).distance(y) < 1e-12);
-    ok(camlux_scene_release(scene));
 }
 
 #[test]
@@ -85,37 +80,30 @@ fn what_is_no_pose_is_refused() {
         ([x, y, z * f64::INFINITY, at], "finite numbers"),
     ] {
         let (status, _) = pose_of(&rows(columns), CAMLUX_AXES_OPENCV);
-        fails(status, CAMLUX_ERROR_SCENE, words);
+        fails(status, SCENE, words);
     }
     let mut square = [0.0; 16];
     square[..12].copy_from_slice(&rows([x, y, z, at]));
     // Stored by columns, the position is in the last row.
     square[12..].copy_from_slice(&[1.0, 2.0, 3.0, 1.0]);
     let (status, _) = pose_of(&square, CAMLUX_AXES_OPENCV);
-    fails(status, CAMLUX_ERROR_SCENE, "must be transposed");
+    fails(status, SCENE, "must be transposed");
     let (status, _) = pose_of(&square[..9], CAMLUX_AXES_OPENCV);
-    fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, "count is 9");
+    fails(status, ARGUMENT, "count is 9");
     let (status, _) = pose_of(&square, 2);
-    fails(
-        status,
-        CAMLUX_ERROR_INVALID_ARGUMENT,
-        "CAMLUX_AXES_OPENGL (1)",
-    );
+    fails(status, ARGUMENT, "CAMLUX_AXES_OPENGL (1)");
     let mut pose = init!(camlux_pose {});
     // SAFETY: a struct of that size.
     let status = unsafe { camlux_pose_from_matrix(null(), 12, 0, &mut pose) };
-    fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, "rows is NULL");
+    fails(status, ARGUMENT, "rows is NULL");
 }
 
 /// The own space of a camera has y down; the picture of a camera without a rotation of its own has +y up, as in the other interfaces.
 #[test]
 fn up_is_plus_y_unless_it_is_said() {
     let scene = new_scene();
-    let mut pose = init!(camlux_pose {});
-    // SAFETY: a struct of that size.
-    ok(unsafe { camlux_scene_get_pose(scene, CAMLUX_PART_CAMERA, 0, &mut pose) });
+    let pose = scene.pose(CAMLUX_PART_CAMERA, 0);
     let turn = DQuat::from_array(pose.orientation_xyzw);
     assert!((turn * DVec3::Y).distance(DVec3::NEG_Y) < 1e-12);
     assert!((turn * DVec3::Z).distance(DVec3::Z) < 1e-12);
-    ok(camlux_scene_release(scene));
 }

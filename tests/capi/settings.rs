@@ -1,11 +1,9 @@
 //! Settings of a scene that a host reads back, such as those of a scene file.
 
-use std::ptr::{null, null_mut};
+use std::ptr::null_mut;
 
 use crate::host::*;
 use camlux::capi::*;
-
-const ARGUMENT: i32 = CAMLUX_ERROR_INVALID_ARGUMENT;
 
 fn noisy_tof(ambient_lights: &[u32], noise: &camlux_tof_noise) -> camlux_tof {
     let mut tof = init!(camlux_tof {
@@ -27,21 +25,23 @@ fn settings_of_a_file_can_be_read_and_set_again() {
     let (mut sensor, mut indirect) = (init!(camlux_sensor {}), init!(camlux_indirect {}));
     let (mut tof, mut noise) = (init!(camlux_tof {}), init!(camlux_tof_noise {}));
     let mut is_set = [0; 3];
+    let (handle, [of_sensor, of_indirect, of_tof]) = (scene.raw(), &mut is_set);
     // SAFETY: structs of their size, and pointers to numbers.
-    unsafe {
-        ok(camlux_scene_get_sensor(scene, &mut sensor, &mut is_set[0]));
-        let got = camlux_scene_get_indirect(scene, &mut indirect, &mut is_set[1]);
+    for got in unsafe {
+        [
+            camlux_scene_get_sensor(handle, &mut sensor, of_sensor),
+            camlux_scene_get_indirect(handle, &mut indirect, of_indirect),
+            camlux_scene_get_tof(handle, &mut tof, &mut noise, null_mut(), 0, of_tof),
+        ]
+    } {
         ok(got);
-        let got = camlux_scene_get_tof(scene, &mut tof, &mut noise, null_mut(), 0, &mut is_set[2]);
-        ok(got);
-        assert_eq!(is_set, [1; 3]);
-        assert!(sensor.wavelength_nm > 0.0 && tof.frequency_count > 0);
-        ok(camlux_scene_set_sensor(scene, &sensor));
-        ok(camlux_scene_set_indirect(scene, &indirect));
-        ok(camlux_scene_set_tof(scene, &tof));
     }
-    ok(camlux_scene_validate(scene));
-    ok(camlux_scene_release(scene));
+    assert_eq!(is_set, [1; 3]);
+    assert!(sensor.wavelength_nm > 0.0 && tof.frequency_count > 0);
+    ok(scene.set_sensor(&sensor));
+    ok(scene.set_indirect(&indirect));
+    ok(scene.set_tof(&tof));
+    ok(scene.validate());
 }
 
 #[test]
@@ -59,11 +59,10 @@ fn settings_come_back() {
     // SAFETY: structs of their size, a list as long as its capacity, and a pointer to a number.
     let mut get = |capacity| unsafe {
         let noise = &mut got_noise;
-        camlux_scene_get_tof(scene, &mut got, noise, at, capacity, &mut is_set)
+        camlux_scene_get_tof(scene.raw(), &mut got, noise, at, capacity, &mut is_set)
     };
     ok(get(3));
-    // SAFETY: a struct of that size, whose pointers are valid.
-    ok(unsafe { camlux_scene_set_tof(scene, &tof) });
+    ok(scene.set_tof(&tof));
     fails(get(1), ARGUMENT, "capacity is 1, but 2 lights are ambient");
     ok(get(3));
     assert_eq!((is_set, ambient), (1, [0, 2, 7]));
@@ -79,69 +78,58 @@ fn settings_come_back() {
     assert_eq!((got.output, got.phase_offset_deg), (CAMLUX_CHARGE_DN, 3.0));
     assert_eq!((got_noise.full_well_e, got_noise.seed), (1e4, 9));
     // It has the form of the setter.
-    // SAFETY: as above.
-    ok(unsafe { camlux_scene_set_tof(scene, &got) });
+    ok(scene.set_tof(&got));
 
+    scene.unset_tof();
+    let noise = &mut got_noise;
+    // SAFETY: as above.
+    ok(unsafe { camlux_scene_get_tof(scene.raw(), &mut got, noise, at, 3, &mut is_set) });
+    assert_eq!(is_set, 0);
     let (mut direct, mut sensor) = (init!(camlux_direct {}), init!(camlux_sensor {}));
-    // SAFETY: structs of their size, and pointers to numbers.
-    unsafe {
-        ok(camlux_scene_set_tof(scene, null()));
-        let noise = &mut got_noise;
-        let none = camlux_scene_get_tof(scene, &mut got, noise, at, 3, &mut is_set);
-        ok(none);
-        assert_eq!(is_set, 0);
-        ok(camlux_scene_get_sensor(scene, &mut sensor, &mut is_set));
-        assert_eq!((is_set, sensor.duty_cycle), (0, 1.0));
-        let shadow = CAMLUX_SHADOW_RAYS;
-        ok(camlux_scene_set_direct(
-            scene,
-            &init!(camlux_direct { shadow: shadow }),
-        ));
-        ok(camlux_scene_get_direct(scene, &mut direct));
-        assert_eq!(direct.shadow, shadow);
-        for estimator in [
-            CAMLUX_ESTIMATOR_FINAL_GATHER,
-            CAMLUX_ESTIMATOR_RSM_AVERAGE,
-            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-        ] {
-            let of_gather = estimator == CAMLUX_ESTIMATOR_FINAL_GATHER;
-            let set = init!(camlux_indirect {
-                estimator: estimator,
-                rsm_size: 16,
-                error_norm: if of_gather { CAMLUX_NORM_LOCAL } else { 0 },
-                max_rays: if of_gather { 1 << 20 } else { 0 },
-                target_range_error_mm: if of_gather { 2.5 } else { 0.0 }
-            });
-            let mut got = init!(camlux_indirect {});
-            ok(camlux_scene_set_indirect(scene, &set));
-            ok(camlux_scene_get_indirect(scene, &mut got, &mut is_set));
-            assert_eq!((is_set, got.estimator, got.rsm_size), (1, estimator, 16));
-            assert_eq!(
-                (got.error_norm, got.max_rays, got.target_range_error_mm),
-                (set.error_norm, set.max_rays, set.target_range_error_mm)
-            );
-        }
-        let light = CAMLUX_PART_LIGHT;
-        fails(
-            camlux_scene_get_visible(scene, light, 0, &mut is_set),
-            ARGUMENT,
-            "no light 0",
-        );
-        ok(camlux_scene_add_light(
-            scene,
-            &init!(camlux_light {}),
-            null_mut(),
-        ));
-        for is_visible in [0, 1] {
-            ok(camlux_scene_set_visible(scene, light, 0, is_visible));
-            ok(camlux_scene_get_visible(scene, light, 0, &mut is_set));
-            assert_eq!(is_set, is_visible);
-        }
-        fails(
-            camlux_scene_get_sensor(scene, &mut sensor, null_mut()),
-            ARGUMENT,
-            "is_set is NULL",
+    // SAFETY: a struct of that size, and a pointer to a number.
+    ok(unsafe { camlux_scene_get_sensor(scene.raw(), &mut sensor, &mut is_set) });
+    assert_eq!((is_set, sensor.duty_cycle), (0, 1.0));
+    // SAFETY: as above; NULL is refused.
+    let nowhere = unsafe { camlux_scene_get_sensor(scene.raw(), &mut sensor, null_mut()) };
+    fails(nowhere, ARGUMENT, "is_set is NULL");
+    ok(scene.set_direct(&with(|d| d.shadow = CAMLUX_SHADOW_RAYS)));
+    // SAFETY: a struct of that size.
+    ok(unsafe { camlux_scene_get_direct(scene.raw(), &mut direct) });
+    assert_eq!(direct.shadow, CAMLUX_SHADOW_RAYS);
+    for estimator in [
+        CAMLUX_ESTIMATOR_FINAL_GATHER,
+        CAMLUX_ESTIMATOR_RSM_AVERAGE,
+        CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+    ] {
+        let of_gather = estimator == CAMLUX_ESTIMATOR_FINAL_GATHER;
+        let set = init!(camlux_indirect {
+            estimator: estimator,
+            rsm_size: 16,
+            error_norm: if of_gather { CAMLUX_NORM_LOCAL } else { 0 },
+            max_rays: if of_gather { 1 << 20 } else { 0 },
+            target_range_error_mm: if of_gather { 2.5 } else { 0.0 }
+        });
+        ok(scene.set_indirect(&set));
+        let mut got = init!(camlux_indirect {});
+        // SAFETY: a struct of that size, and a pointer to a number.
+        ok(unsafe { camlux_scene_get_indirect(scene.raw(), &mut got, &mut is_set) });
+        assert_eq!((is_set, got.estimator, got.rsm_size), (1, estimator, 16));
+        assert_eq!(
+            (got.error_norm, got.max_rays, got.target_range_error_mm),
+            (set.error_norm, set.max_rays, set.target_range_error_mm)
         );
     }
-    ok(camlux_scene_release(scene));
+    let light = CAMLUX_PART_LIGHT;
+    let visible = || {
+        let mut is_visible = -1;
+        // SAFETY: a pointer to a number.
+        let status = unsafe { camlux_scene_get_visible(scene.raw(), light, 0, &mut is_visible) };
+        (status, is_visible)
+    };
+    fails(visible().0, ARGUMENT, "no light 0");
+    scene.add_light(&Default::default()).expect("it is added");
+    for is_visible in [0, 1] {
+        ok(camlux_scene_set_visible(scene.raw(), light, 0, is_visible));
+        assert_eq!(visible(), (CAMLUX_OK, is_visible));
+    }
 }

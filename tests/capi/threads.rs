@@ -8,9 +8,7 @@ const FRAMES: usize = 100;
 
 /// Renders a scene that moves from frame to frame, so that frames keep different data for the next one.
 fn frames(device: &Device, seed: usize) -> Vec<Vec<(i32, Vec<u32>)>> {
-    let scene = load("cornell");
-    resize(scene, 16, 16);
-    plain_sum(scene, 8);
+    let scene = fast_scene(16);
     let renderer = device.renderer();
     let frame = |number: usize| {
         let part = [CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT][number % 2];
@@ -23,17 +21,10 @@ fn frames(device: &Device, seed: usize) -> Vec<Vec<(i32, Vec<u32>)>> {
             position_m: position_m,
             orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
         });
-        // SAFETY: it points to a struct of that size.
-        ok(unsafe { camlux_scene_set_pose(scene, part, 0, &pose) });
-        let frame = render(renderer, scene);
-        let layers = layers(frame);
-        ok(camlux_frame_release(frame));
-        layers
+        ok(scene.set_pose(part, 0, &pose));
+        renderer.render(&scene).layers()
     };
-    let frames = (0..FRAMES).map(frame).collect();
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(scene));
-    frames
+    (0..FRAMES).map(frame).collect()
 }
 
 #[test]
@@ -51,54 +42,37 @@ fn threads_with_a_renderer_each_get_the_images_of_one() {
         }
     });
 }
-
 /// A thread changes a scene while another renders it. Every frame shows one of the two states.
 #[test]
 fn a_scene_can_be_changed_while_it_is_rendered() {
     let device = Device::open();
-    let scene = load("cornell");
-    resize(scene, 12, 12);
-    plain_sum(scene, 8);
+    let scene = fast_scene(12);
     let light = |power: f64| {
         init!(camlux_light {
             position_m: [0.0, 1.5, 0.0],
             power_w: [power; 3],
         })
     };
-    let handle = scene.addr();
-    let set = move |power| {
-        let scene = std::ptr::without_provenance_mut(handle);
-        // SAFETY: it points to a struct of that size.
-        ok(unsafe { camlux_scene_set_light(scene, 0, &light(power)) });
-    };
+    let set = |power| ok(scene.set_light(0, &light(power)));
     let renderer = device.renderer();
     let expected = [10.0, 20.0].map(|power| {
         set(power);
-        let frame = render(renderer, scene);
-        let layers = layers(frame);
-        ok(camlux_frame_release(frame));
-        layers
+        renderer.render(&scene).layers()
     });
     let stop = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let stop = &stop;
-        scope.spawn(move || {
+        scope.spawn(|| {
             while !stop.load(std::sync::atomic::Ordering::Relaxed) {
                 set(10.0);
                 set(20.0);
             }
         });
         for _ in 0..20 {
-            let frame = render(renderer, scene);
-            let ptr_eq = expected.contains(&layers(frame));
-            ok(camlux_frame_release(frame));
-            if !ptr_eq {
+            if !expected.contains(&renderer.render(&scene).layers()) {
                 stop.store(true, std::sync::atomic::Ordering::Relaxed);
                 panic!("a frame of no scene");
             }
         }
         stop.store(true, std::sync::atomic::Ordering::Relaxed);
     });
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(scene));
 }

@@ -1,25 +1,19 @@
 //! Time-of-flight cameras through the C interface.
 
-use std::{
-    ffi::{CStr, CString},
-    path::Path,
-    ptr::{null, null_mut},
-};
+use std::ffi::CStr;
 
 use crate::host::*;
 use camlux::{
-    Renderer, Scene,
+    Renderer,
     capi::*,
     glam::DVec3,
-    scene::{ChargeUnit, Light, SensorNoise},
+    scene::{ChargeUnit, IndirectLight, Light, SensorNoise},
 };
 
 /// The corner with a second light that is not modulated, and a sensor that counts in DN.
-fn noisy_corner() -> Scene {
-    let path = scene_file("tof_corner");
-    let path = Path::new(path.to_str().expect("a UTF-8 path"));
-    let mut scene = Scene::load(path).expect("a demo scene loads");
-    scene.camera.resolution_px = [16, 12];
+fn noisy_corner() -> camlux::Scene {
+    let mut scene = engine_scene("tof_corner", [16, 12]);
+    scene.indirect = Some(IndirectLight::final_gather(0.2));
     scene.lights.push(
         Light::Directional {
             direction: DVec3::new(-1.0, -2.0, -1.5),
@@ -42,17 +36,6 @@ fn noisy_corner() -> Scene {
         bits: 16,
     });
     scene
-}
-
-fn render_frame(
-    renderer: *mut camlux_renderer,
-    scene: *mut camlux_scene,
-    options: camlux_render_options,
-) -> *mut camlux_frame {
-    let mut frame = null_mut();
-    // SAFETY: a struct of that size, and a pointer to a pointer.
-    ok(unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) });
-    frame
 }
 
 #[test]
@@ -80,13 +63,10 @@ fn layers_are_those_of_the_engine() {
                 frame_index: frame_index,
                 on_device: on_device
             });
-            let frame = render_frame(renderer, built, options);
-            assert!(layers(frame) == *expected, "{frame_index} {on_device}");
-            ok(camlux_frame_release(frame));
+            let frame = renderer.try_render(&built, &options).expect("it renders");
+            assert!(frame.layers() == *expected, "{frame_index} {on_device}");
         }
     }
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(built));
 }
 
 /// Frames count up, cameras of one frame share its index, and each camera and seed has its own noise.
@@ -95,34 +75,18 @@ fn no_two_frames_share_their_noise() {
     let device = Device::open();
     let renderer = device.renderer();
     let scene = from_arrays(&noisy_corner());
-    let taps = |frame| {
-        let mut taps = layers(frame);
+    let taps = |frame: Frame| {
+        let mut taps = frame.layers();
         taps.retain(|(layer, _)| *layer == CAMLUX_LAYER_TOF_TAPS);
-        let stats = stats(frame);
-        ok(camlux_frame_release(frame));
+        let stats = frame.stats();
         ((stats.frame_index, stats.camera_index), taps)
     };
-    let mut camera = init!(camlux_camera {});
-    // SAFETY: it points to a struct of that size.
-    ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
+    let camera = scene.camera();
     let of_cameras = |options: camlux_render_options| {
-        let mut frames = [null_mut(); 2];
-        let (cameras, bytes) = ([camera; 2], size_of::<camlux_camera>());
-        // SAFETY: the arrays have that length.
-        ok(unsafe {
-            camlux_renderer_render_cameras(
-                renderer,
-                scene,
-                cameras.as_ptr(),
-                2,
-                bytes,
-                &options,
-                frames.as_mut_ptr(),
-            )
-        });
-        frames.map(taps)
+        let frames = renderer.render_cameras(&scene, &[camera; 2], &options);
+        frames.expect("they render").into_iter().map(taps)
     };
-    let one = |options| taps(render_frame(renderer, scene, options));
+    let one = |options| taps(renderer.try_render(&scene, &options).expect("it renders"));
     let counted = init!(camlux_render_options {});
     let fixed = init!(camlux_render_options { frame_index: 0 });
     let seeded = init!(camlux_render_options {
@@ -139,9 +103,7 @@ fn no_two_frames_share_their_noise() {
     }
     assert!(one(fixed) == all[0] && one(seeded) == all[4]);
     let again = of_cameras(init!(camlux_render_options { frame_index: 2 }));
-    assert!(again[..] == all[2..4]);
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(scene));
+    assert!(again.eq(all[2..4].iter().cloned()));
 }
 
 #[test]
@@ -149,7 +111,7 @@ fn views_and_files_name_what_they_hold() {
     let device = Device::open();
     let renderer = device.renderer();
     let scene = from_arrays(&noisy_corner());
-    let frame = render(renderer, scene);
+    let frame = renderer.render(&scene);
     // SAFETY: strings of the library.
     let text = |text| unsafe { CStr::from_ptr(text) }.to_str().expect("ASCII");
     let second = CAMLUX_TOF_NEXT_FREQUENCY;
@@ -161,20 +123,20 @@ fn views_and_files_name_what_they_hold() {
         (CAMLUX_LAYER_TOF_AMPLITUDE, "tof0.amplitude", "DN", 1),
         (CAMLUX_LAYER_TOF_TAPS + second + 2, "tof1.phase2", "DN", 2),
     ] {
-        let view = view(frame, layer);
+        let view = frame.view(layer);
         assert_eq!((text(view.name), text(view.unit)), (name, unit));
         assert_eq!((view.layer, view.channels), (layer, channels), "{name}");
     }
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("picked.exr");
-    let c_path = CString::new(path.to_str().expect("UTF-8")).expect("no NUL");
+    let picked = c_path(&path);
     let layers = [CAMLUX_LAYER_HALF_PATH, CAMLUX_LAYER_TOF_RANGE + second];
     let options = init!(camlux_exr_options {
         layers: layers.as_ptr(),
         layer_count: 2
     });
     // SAFETY: a string, and a struct of that size.
-    ok(unsafe { camlux_frame_write_exr(frame, c_path.as_ptr(), &options) });
+    ok(unsafe { camlux_frame_write_exr(frame.raw(), picked.as_ptr(), &options) });
     let image = camlux::output::LayeredImage::read(path).expect("an image");
     let names: Vec<&str> = image.layers().iter().map(|layer| &layer.name[..]).collect();
     assert_eq!(names, ["half_path", "tof1.range"]);
@@ -203,105 +165,81 @@ fn views_and_files_name_what_they_hold() {
             targets: &target,
             target_count: 1
         });
-        let mut none = null_mut();
         // SAFETY: structs of their size; nothing is written to the memory of a layer that does not exist.
         unsafe {
-            let argument = CAMLUX_ERROR_INVALID_ARGUMENT;
-            let written = camlux_frame_write_exr(frame, c_path.as_ptr(), &options);
-            fails(written, argument, words);
-            fails(camlux_frame_view(frame, layer, &mut view), argument, words);
-            let copied = camlux_frame_copy(frame, layer, room.as_mut_ptr().cast(), 16, 0);
-            fails(copied, argument, words);
-            let rendered = camlux_renderer_render(renderer, scene, &to_target, &mut none);
-            fails(rendered, CAMLUX_ERROR_SCENE, words);
+            let written = camlux_frame_write_exr(frame.raw(), picked.as_ptr(), &options);
+            fails(written, ARGUMENT, words);
+            fails(
+                camlux_frame_view(frame.raw(), layer, &mut view),
+                ARGUMENT,
+                words,
+            );
+            let copied = camlux_frame_copy(frame.raw(), layer, room.as_mut_ptr().cast(), 16, 0);
+            fails(copied, ARGUMENT, words);
         }
+        let rendered = renderer.try_render(&scene, &to_target).unwrap_err();
+        fails(rendered, SCENE, words);
     }
-    ok(camlux_frame_release(frame));
-    ok(camlux_renderer_release(renderer));
-    ok(camlux_scene_release(scene));
 }
 
 #[test]
 fn what_does_not_go_together_is_refused() {
     let scene = from_arrays(&noisy_corner());
-    let set = |tof: camlux_tof| {
-        // SAFETY: a struct of that size, with pointers that are NULL or valid.
-        unsafe { camlux_scene_set_tof(scene, &tof) }
-    };
     let one = init!(camlux_tof {
         frequency_count: 1,
         frequencies_hz: [2e7, 0.0, 0.0, 0.0]
     });
-    let argument = CAMLUX_ERROR_INVALID_ARGUMENT;
-    let wrong = camlux_tof {
-        frequency_count: 5,
-        ..one
+    let refuses = |change: &dyn Fn(&mut camlux_tof), status, words| {
+        let mut tof = one;
+        change(&mut tof);
+        fails(scene.set_tof(&tof), status, words);
     };
-    fails(set(wrong), argument, "give 1 to 4");
-    fails(
-        set(camlux_tof { output: 2, ..one }),
-        argument,
-        "output is 2",
+    let old_noise = init!(camlux_tof_noise { struct_size: 3 });
+    refuses(&|tof| tof.frequency_count = 5, ARGUMENT, "give 1 to 4");
+    refuses(&|tof| tof.output = 2, ARGUMENT, "output is 2");
+    let words = "ambient_lights is NULL";
+    refuses(&|tof| tof.ambient_light_count = 1, ARGUMENT, words);
+    refuses(
+        &|tof| tof.noise = &old_noise,
+        ARGUMENT,
+        "CAMLUX_TOF_NOISE_INIT",
     );
-    let wrong = camlux_tof {
-        ambient_light_count: 1,
-        ..one
-    };
-    fails(set(wrong), argument, "ambient_lights is NULL");
-    let noise = init!(camlux_tof_noise { struct_size: 3 });
-    let wrong = camlux_tof {
-        noise: &noise,
-        ..one
-    };
-    fails(set(wrong), argument, "CAMLUX_TOF_NOISE_INIT");
 
-    let problem = CAMLUX_ERROR_SCENE;
-    let validate = || camlux_scene_validate(scene);
-    ok(validate());
-    ok(set(one));
-    fails(validate(), problem, "light 1 (directional) is modulated");
+    ok(scene.validate());
+    ok(scene.set_tof(&one));
+    let words = "light 1 (directional) is modulated";
+    fails(scene.validate(), SCENE, words);
     let ambient = [1, 7];
     let with_ambient = |count| camlux_tof {
         ambient_lights: ambient.as_ptr(),
         ambient_light_count: count,
         ..one
     };
-    ok(set(with_ambient(2)));
-    fails(validate(), problem, "ambient light 7");
+    ok(scene.set_tof(&with_ambient(2)));
+    fails(scene.validate(), SCENE, "ambient light 7");
     // What does not depend on the rest of the scene is checked at once.
-    let without_gain = camlux_tof {
-        output: CAMLUX_CHARGE_DN,
-        ..with_ambient(1)
+    let without_gain = |tof: &mut camlux_tof| {
+        *tof = with_ambient(1);
+        tof.output = CAMLUX_CHARGE_DN;
     };
-    fails(set(without_gain), problem, "there is no gain");
-    fails(
-        set(init!(camlux_tof {})),
-        problem,
+    refuses(&without_gain, SCENE, "there is no gain");
+    refuses(
+        &|tof| tof.frequency_count = 0,
+        SCENE,
         "there are 0 frequencies",
     );
-    let strong = camlux_tof {
-        contrasts: [2.0; 4],
-        ..one
-    };
-    fails(set(strong), problem, "contrast 0 is 2");
+    refuses(&|tof| tof.contrasts = [2.0; 4], SCENE, "contrast 0 is 2");
     let empty_well = init!(camlux_tof_noise {});
-    let empty_well = camlux_tof {
-        noise: &empty_well,
-        ..one
-    };
-    fails(set(empty_well), problem, "full_well_e is 0");
-    fails(validate(), problem, "ambient light 7");
-    ok(set(with_ambient(1)));
-    ok(validate());
+    refuses(&|tof| tof.noise = &empty_well, SCENE, "full_well_e is 0");
+    fails(scene.validate(), SCENE, "ambient light 7");
+    ok(scene.set_tof(&with_ambient(1)));
+    ok(scene.validate());
     let sensor = init!(camlux_sensor {
         pixel_pitch_um: [1.0; 2],
         exposure_time_s: 1.0
     });
-    // SAFETY: a struct of that size.
-    ok(unsafe { camlux_scene_set_sensor(scene, &sensor) });
-    fails(validate(), problem, "wavelength_nm");
-    // SAFETY: NULL is allowed.
-    ok(unsafe { camlux_scene_set_tof(scene, null()) });
-    ok(validate());
-    ok(camlux_scene_release(scene));
+    ok(scene.set_sensor(&sensor));
+    fails(scene.validate(), SCENE, "wavelength_nm");
+    scene.unset_tof();
+    ok(scene.validate());
 }

@@ -7,6 +7,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::jobs::{JOB, JOB_FRAMES, Jobs, files_below};
+use crate::rows::assert_says;
 
 /// The number of rendered frames that a run reports.
 fn rendered(stderr: &str) -> usize {
@@ -67,10 +68,7 @@ fn shards_merge_into_what_one_run_makes() {
         assert_eq!(rendered(&jobs.succeed("shared", &["--shard", shard])), 3);
     }
     let stderr = jobs.fail("shared", &["--merge"]);
-    assert!(
-        stderr.contains("3 frames are missing or damaged: 2, 6, 10"),
-        "{stderr}"
-    );
+    assert_says(&stderr, &["3 frames are missing or damaged: 2, 6, 10"]);
     // As if rendered on another machine.
     jobs.succeed("far", &["--shard", "3/4"]);
     fs::copy(
@@ -88,20 +86,14 @@ fn shards_merge_into_what_one_run_makes() {
         jobs.read("shared/dataset.json"),
         jobs.read("whole/dataset.json")
     );
-    assert!(
-        stderr.contains("merged 12 of 12 frames from 4 shards"),
-        "{stderr}"
-    );
+    assert_says(&stderr, &["merged 12 of 12 frames from 4 shards"]);
     assert_eq!(jobs.hashes("shared"), jobs.hashes("whole"));
     assert_eq!(rendered(&jobs.succeed("shared", &[])), 0);
     assert_eq!(rendered(&jobs.succeed("shared", &["--shard", "2/4"])), 0);
 
     fs::write(jobs.path("shared/frames/000004.exr"), "damaged").unwrap();
     let stderr = jobs.fail("shared", &["--merge"]);
-    assert!(
-        stderr.contains("1 frame is missing or damaged: 4"),
-        "{stderr}"
-    );
+    assert_says(&stderr, &["1 frame is missing or damaged: 4"]);
 }
 
 #[test]
@@ -226,10 +218,7 @@ fn a_full_disk_is_one_clear_error() {
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert_eq!(stderr.matches("camlux: error: ").count(), 1, "{stderr}");
-    assert!(
-        stderr.contains("cannot write") && stderr.contains("free space"),
-        "{stderr}"
-    );
+    assert_says(&stderr, &["cannot write", "free space"]);
     assert_eq!(
         files_below(&jobs.path("set")),
         ["dataset.json", "manifest.jsonl"]

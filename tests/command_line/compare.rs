@@ -3,49 +3,35 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
+use crate::program::{self, assert_fails, run};
+use crate::rows::assert_says;
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes,
     SmallVec, Text, WritableImage,
 };
 use serde_json::Value;
+use tempfile::TempDir;
 
-fn compare(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_camlux"))
-        .arg("compare")
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
+pub fn compare(folder: &Path, arguments: &[&str]) -> Output {
+    run(folder, &[&["compare"], arguments].concat())
 }
 
 /// The program's stdout. Checks that the program succeeded and that stderr contains these words, or is empty if there are none.
 #[track_caller]
-fn assert_succeeds(output: &Output, stderr: &str) -> String {
-    let said = String::from_utf8(output.stderr.clone()).unwrap();
+pub fn assert_succeeds(output: &Output, stderr: &str) -> String {
+    let said = program::stderr(output);
     assert_eq!(output.status.code(), Some(0), "{said}");
     if stderr.is_empty() {
         assert_eq!(said, "");
     }
-    assert!(said.contains(stderr), "{stderr:?} is missing in: {said}");
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-/// Checks that stderr has one line with these parts, that the exit code is 1 and that stdout is empty.
-#[track_caller]
-fn assert_fails(output: &Output, says: &[&str]) {
-    let stderr = String::from_utf8(output.stderr.clone()).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert_eq!(stderr.lines().count(), 1, "{stderr}");
-    for part in says {
-        assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
-    }
-    assert!(output.stdout.is_empty());
+    assert_says(&said, &[stderr]);
+    program::stdout(output)
 }
 
 /// Writes an image. A layer gets these pixels in R, G and B; a name with a dot, or `edge`, is one channel.
-fn write(
+pub fn write(
     path: &Path,
     size: (usize, usize),
     layers: &[(&str, &[f32])],
@@ -79,10 +65,11 @@ fn write(
 
 /// Writes `a.exr` and the reference `t.exr`: five pixels, the last of them background. The tests' figures are worked out by hand.
 /// indirect: d = 0.5, 0, −1, 1 for t = 1, 2, 2, 4. direct: equal. The reference has no radiance.
-fn write_pair(folder: &Path) {
+pub fn pair() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
     let direct: &[f32] = &[4.0, 3.0, 3.0, 1.0, 0.0];
     write(
-        &folder.join("a.exr"),
+        &folder.path().join("a.exr"),
         (5, 1),
         &[
             ("direct", direct),
@@ -92,7 +79,7 @@ fn write_pair(folder: &Path) {
         &[],
     );
     write(
-        &folder.join("t.exr"),
+        &folder.path().join("t.exr"),
         (5, 1),
         &[
             ("direct", direct),
@@ -102,16 +89,17 @@ fn write_pair(folder: &Path) {
         ],
         &[],
     );
+    folder
 }
 
-fn json(folder: &Path, arguments: &[&str]) -> Value {
+pub fn json(folder: &Path, arguments: &[&str]) -> Value {
     let mut arguments = arguments.to_vec();
     arguments.push("--json");
     serde_json::from_str(&assert_succeeds(&compare(folder, &arguments), "")).unwrap()
 }
 
 #[track_caller]
-fn assert_near(value: &Value, expected: f64) {
+pub fn assert_near(value: &Value, expected: f64) {
     let value = value.as_f64().unwrap();
     assert!(
         (value - expected).abs() < 1e-6 * expected.abs().max(1e-3),
@@ -121,8 +109,7 @@ fn assert_near(value: &Value, expected: f64) {
 
 #[test]
 fn the_usual_layers_are_compared_as_json() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
+    let folder = pair();
     let report = json(folder.path(), &["a.exr", "t.exr"]);
     assert_eq!(report["resolution_px"], serde_json::json!([5, 1]));
     assert_eq!(report["valid_pixels"], 4);
@@ -160,8 +147,7 @@ fn the_usual_layers_are_compared_as_json() {
 
 #[test]
 fn the_table_says_what_was_taken_out() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
+    let folder = pair();
     let table = assert_succeeds(&compare(folder.path(), &["a.exr", "t.exr"]), "");
     for part in [
         "5 x 1; 4 show a surface",
@@ -187,8 +173,7 @@ fn the_table_says_what_was_taken_out() {
 /// For two references of the same scene, the variance of the difference is the sum of both variances.
 #[test]
 fn the_noise_of_both_images_counts() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
+    let folder = pair();
     let report = json(folder.path(), &["t.exr", "t.exr", "--layer", "indirect"]);
     let indirect = &report["layers"][0];
     assert_near(
@@ -201,8 +186,7 @@ fn the_noise_of_both_images_counts() {
 /// The stderr layer of a render is not subtracted as noise. It is compared with the actual errors.
 #[test]
 fn a_render_is_judged_by_what_it_says_of_its_error() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
+    let folder = pair();
     let indirect: &[f32] = &[1.5, 2.0, 1.0, 5.0, 77.0];
     let render = |scale: f32| {
         let stated = [0.5, 0.5, 1.0, 1.0, 9.0].map(|error| scale * error);
@@ -225,10 +209,7 @@ fn a_render_is_judged_by_what_it_says_of_its_error() {
         &layer["stated_error"]["deviation"],
         (squares / 4.0_f64).sqrt(),
     );
-    assert!(
-        table.contains("the image's layer stderr is right"),
-        "{table}"
-    );
+    assert_says(&table, &["the image's layer stderr is right"]);
     for (scale, verdict) in [(0.3, "too small"), (2.0, "too large")] {
         let (_, table) = render(scale);
         let verdict = format!("the image's layer stderr is {verdict}");
@@ -240,10 +221,10 @@ fn a_render_is_judged_by_what_it_says_of_its_error() {
 }
 
 /// Writes the pair with a reference `e.exr` whose third pixel and background are on edges.
-fn write_pair_with_edges(folder: &Path) {
-    write_pair(folder);
+fn pair_with_edges() -> TempDir {
+    let folder = pair();
     write(
-        &folder.join("e.exr"),
+        &folder.path().join("e.exr"),
         (5, 1),
         &[
             ("direct", &[4.0, 3.0, 3.0, 1.0, 0.0]),
@@ -254,13 +235,13 @@ fn write_pair_with_edges(folder: &Path) {
         ],
         &[],
     );
+    folder
 }
 
 /// Pixels on edges do not count in the errors, but the report states them.
 #[test]
 fn pixels_on_edges_are_left_out_and_said() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair_with_edges(folder.path());
+    let folder = pair_with_edges();
     let report = json(folder.path(), &["a.exr", "e.exr"]);
     assert_eq!(report["valid_pixels"], 4);
     assert_eq!(report["edge_pixels"], 1, "the background does not count");
@@ -277,12 +258,13 @@ fn pixels_on_edges_are_left_out_and_said() {
     assert_near(&with_edges["errors"]["relative_rmse"], 0.3);
 
     let table = assert_succeeds(&compare(folder.path(), &["a.exr", "e.exr"]), "");
-    for part in [
-        "5 x 1; 3 show a surface",
-        "1 more (25.0 %) could show either of two surfaces and are left out",
-    ] {
-        assert!(table.contains(part), "{part:?} is missing in: {table}");
-    }
+    assert_says(
+        &table,
+        &[
+            "5 x 1; 3 show a surface",
+            "1 more (25.0 %) could show either of two surfaces and are left out",
+        ],
+    );
     let row = |label: &str| table.lines().find(|line| line.starts_with(label)).unwrap();
     assert!(row("relative RMSE").contains("24.4 %"), "{table}");
     assert!(row("  with the edge").contains("30.0 %"), "{table}");
@@ -306,8 +288,7 @@ fn pixels_on_edges_are_left_out_and_said() {
 /// A value that is not finite gives a warning even in a pixel that does not count.
 #[test]
 fn no_number_on_an_edge_is_warned_of() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair_with_edges(folder.path());
+    let folder = pair_with_edges();
     let pixels = [4.0, 3.0, f32::NAN, 1.0, 0.0];
     write(
         &folder.path().join("n.exr"),
@@ -322,21 +303,8 @@ fn no_number_on_an_edge_is_warned_of() {
 }
 
 #[test]
-fn any_layer_of_both_images_can_be_named() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
-    let layers = ["a.exr", "t.exr", "--layer", "direct", "--layer", "direct"];
-    let report = json(folder.path(), &layers);
-    assert_eq!(report["layers"].as_array().unwrap().len(), 1);
-    let report = json(folder.path(), &["t.exr", "t.exr", "--layer", "valid"]);
-    assert_eq!(report["layers"][0]["value_count"], 4);
-    assert_eq!(report["layers"][0]["unit"], "");
-}
-
-#[test]
 fn what_cannot_be_compared_is_said() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
+    let folder = pair();
     let path = |name: &str| folder.path().join(name);
     let says = |arguments: &[&str], says: &[&str]| {
         assert_fails(&compare(folder.path(), arguments), says);
@@ -375,15 +343,11 @@ fn what_cannot_be_compared_is_said() {
 
 #[test]
 fn a_black_reference_is_said_to_be_black() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
+    let folder = pair();
     let black = folder.path().join("black.exr");
     write(&black, (5, 1), &[("direct", &[0.0; 5])], &[]);
     let table = assert_succeeds(&compare(folder.path(), &["a.exr", "black.exr"]), "");
-    assert!(
-        table.contains("direct: undefined: the reference is black"),
-        "{table}"
-    );
+    assert_says(&table, &["direct: undefined: the reference is black"]);
     let report = json(folder.path(), &["a.exr", "black.exr"]);
     assert!(report["layers"][0]["errors"].is_null());
     let arguments = ["a.exr", "black.exr", "--error-map", "a.png"];
@@ -396,8 +360,7 @@ fn a_black_reference_is_said_to_be_black() {
 
 #[test]
 fn warnings_go_to_stderr() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
+    let folder = pair();
     let write = |name: &str, value: f32, position: &str| {
         let attributes = [
             ("camlux.camera.position_m", position),
@@ -431,8 +394,7 @@ fn warnings_go_to_stderr() {
 
 #[test]
 fn the_error_map_shows_the_sign() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
+    let folder = pair();
     let arguments = [
         "a.exr",
         "t.exr",
@@ -458,176 +420,4 @@ fn the_error_map_shows_the_sign() {
     let [r, _, b] = at(2);
     assert!(b > r, "too dark is blue");
     assert_eq!(at(4), [128; 3], "background is grey");
-}
-
-/// Z of three pixels, two of them turned by 0.1 and 0.3 rad. At 100 MHz, c/(4πf) is 0.23857 m per radian.
-#[test]
-fn phasors_are_compared_with_the_range_that_they_tell() {
-    let folder = tempfile::tempdir().unwrap();
-    let of_angles = |angles: [f32; 3]| angles.map(|angle| [angle.cos(), angle.sin()]);
-    let write_phasors = |name: &str, angles: [f32; 3]| {
-        let phasors = of_angles(angles);
-        let [re, im] = [0, 1].map(|part| phasors.map(|phasor| phasor[part]));
-        let layers: &[(&str, &[f32])] = &[
-            ("tof0.phasor.re", &re),
-            ("tof0.phasor.im", &im),
-            ("tof0.phasor_stderr.re", &[0.01; 3]),
-            ("tof0.phasor_stderr.im", &[0.01; 3]),
-            ("direct", &[1.0; 3]),
-        ];
-        let frequency = [("camlux.tof0.frequency_hz", "100000000")];
-        write(&folder.path().join(name), (3, 1), layers, &frequency);
-    };
-    write_phasors("z.exr", [1.1, 2.0, -2.7]);
-    write_phasors("z_truth.exr", [1.0, 2.0, -3.0]);
-    let found = json(folder.path(), &["z.exr", "z_truth.exr"]);
-    let layers = found["layers"].as_array().unwrap();
-    let layer = layers.iter().find(|layer| layer["name"] == "tof0.phasor");
-    let layer = layer.expect("it is compared unasked");
-    let number = |value: &Value| value.as_f64().unwrap();
-    let range = &layer["range_error"];
-    assert!(
-        (number(&range["median_m"]) - 0.023857).abs() < 1e-5,
-        "{range}"
-    );
-    assert!(
-        (number(&range["percentile_99_m"]) - 0.071571).abs() < 1e-5,
-        "{range}"
-    );
-    // Chords of unit circles: 2·sin(0.05) and 2·sin(0.15).
-    let due = ((0.1f64 / 2.0).sin().powi(2) + (0.3f64 / 2.0).sin().powi(2)) * 4.0 / 3.0;
-    let rmse = number(&layer["errors"]["relative_rmse"]);
-    assert!((rmse - due.sqrt()).abs() < 1e-4, "{rmse}");
-    assert!(
-        layer["noise"].is_object(),
-        "the phasors' own standard error counts"
-    );
-    assert!(layers[0]["range_error"].is_null());
-}
-
-/// Every pixel has noise of 0.01 rad. Half of a normal distribution is within 0.674 standard deviations, 99 % within 2.576.
-#[test]
-fn the_noise_of_a_reference_is_told_as_range() {
-    let folder = tempfile::tempdir().unwrap();
-    let pixels = 20_000;
-    let path = folder.path().join("z.exr");
-    let layers: &[(&str, &[f32])] = &[
-        ("tof0.phasor.re", &vec![0.6; pixels]),
-        ("tof0.phasor.im", &vec![-0.8; pixels]),
-        ("tof0.phasor_stderr.re", &vec![0.01; pixels]),
-        ("tof0.phasor_stderr.im", &vec![0.01; pixels]),
-    ];
-    let frequency = [("camlux.tof0.frequency_hz", "100000000")];
-    write(&path, (pixels, 1), layers, &frequency);
-    let found = json(folder.path(), &["z.exr", "z.exr"]);
-    let layer = &found["layers"][0];
-    assert_eq!(layer["range_error"]["percentile_99_m"], 0.0);
-    for (key, due) in [("median_m", 0.674_49), ("percentile_99_m", 2.575_83)] {
-        let deviations = layer["range_error_of_noise"][key].as_f64().unwrap() / 0.002_385_672_5;
-        assert!(
-            (deviations / due - 1.0).abs() < 0.01,
-            "{key}: {deviations} of {due}"
-        );
-    }
-}
-
-#[test]
-fn layers_of_different_units_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let layers: &[(&str, &[f32])] = &[("tof0.amplitude.Y", &[1.0; 2])];
-    for (name, unit) in [("e.exr", "e-"), ("dn.exr", "DN")] {
-        let path = folder.path().join(name);
-        write(
-            &path,
-            (2, 1),
-            layers,
-            &[("camlux.unit.tof0.amplitude", unit)],
-        );
-    }
-    let pick = ["--layer", "tof0.amplitude"];
-    let found = json(folder.path(), &[&["dn.exr", "dn.exr"][..], &pick].concat());
-    assert_eq!(found["layers"][0]["unit"], "DN");
-    let output = compare(folder.path(), &[&["dn.exr", "e.exr"][..], &pick].concat());
-    let due = "layer tof0.amplitude is in DN in dn.exr and in e- in e.exr; compare layers of the same unit";
-    assert_fails(&output, &[due]);
-}
-
-/// Files of other programs have their light in R, G and B alone, or in a layer such as ViewLayer.Combined, often with alpha.
-#[test]
-fn layers_of_other_names_are_paired() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
-    let light = [1.0_f32, 2.0, 2.0, 4.0, 0.0];
-    // The helper takes only names with a dot for channels.
-    let channels =
-        ["B", "G", "R"].map(|name| AnyChannel::new(name, FlatSamples::F32(light.to_vec())));
-    let channels = AnyChannels::sort(SmallVec::from_vec(channels.to_vec()));
-    let header = LayerAttributes::default();
-    let layer = Layer::new((light.len(), 1), header, Encoding::UNCOMPRESSED, channels);
-    let path = folder.path().join("plain.exr");
-    Image::from_layer(layer).write().to_file(path).unwrap();
-    let combined: Vec<String> = ["A", "B", "G", "R"]
-        .map(|band| format!("ViewLayer.Combined.{band}"))
-        .to_vec();
-    let combined: Vec<(&str, &[f32])> = combined
-        .iter()
-        .map(|name| (name.as_str(), &light[..]))
-        .collect();
-    write(&folder.path().join("blender.exr"), (5, 1), &combined, &[]);
-    for (image, layer) in [
-        ("plain.exr", "=indirect"),
-        ("blender.exr", "ViewLayer.Combined=indirect"),
-    ] {
-        let report = json(folder.path(), &[image, "t.exr", "--layer", layer]);
-        let layers = report["layers"].as_array().unwrap();
-        assert_eq!(layers.len(), 1);
-        assert_eq!(layers[0]["name"], layer);
-        assert_eq!(layers[0]["unit"], "W/sr/m^2");
-        assert_eq!(layers[0]["errors"]["relative_rmse"], 0.0);
-        // The noise of the reference is that of its own layer.
-        assert_near(&layers[0]["noise"]["relative_rmse_of_noise"], 0.01);
-        // Without the option both lists and the option are shown.
-        let output = compare(folder.path(), &[image, "t.exr"]);
-        let option = format!("--layer \"{}\"", layer.replace("=indirect", "=radiance"));
-        assert_fails(
-            &output,
-            &["none of the layers", "t.exr has direct, indirect", &option],
-        );
-    }
-    let layer = "ViewLayer.Combined=";
-    let report = json(
-        folder.path(),
-        &["blender.exr", "plain.exr", "--layer", layer],
-    );
-    assert_eq!(report["layers"][0]["errors"]["relative_rmse"], 0.0);
-    let output = compare(folder.path(), &["plain.exr", "t.exr", "--layer", "=none"]);
-    assert_fails(&output, &["there is no layer none: t.exr has direct"]);
-}
-
-/// Of a cropped image only the pixels that it holds are compared.
-#[test]
-fn pixels_outside_of_a_data_window_are_left_out_and_said() {
-    let folder = tempfile::tempdir().unwrap();
-    write_pair(folder.path());
-    let channels = ["indirect.B", "indirect.G", "indirect.R"]
-        .map(|name| AnyChannel::new(name, FlatSamples::F32(vec![2.0, 2.0])));
-    let channels = AnyChannels::sort(SmallVec::from_vec(channels.to_vec()));
-    let mut layer = Layer::new(
-        (2, 1),
-        LayerAttributes::default(),
-        Encoding::UNCOMPRESSED,
-        channels,
-    );
-    layer.attributes.layer_position = exr::prelude::Vec2(1, 0);
-    let mut attributes = exr::prelude::ImageAttributes::with_size((5, 1));
-    attributes.display_window.size = exr::prelude::Vec2(5, 1);
-    let image = Image::empty(attributes).with_layer(layer);
-    image
-        .write()
-        .to_file(folder.path().join("crop.exr"))
-        .unwrap();
-    let output = compare(folder.path(), &["crop.exr", "t.exr"]);
-    let says = "warning: 3 pixels are outside of the data window of crop.exr; they are left out";
-    let table = assert_succeeds(&output, says);
-    assert!(table.contains("5 x 1; 2 show a surface"), "{table}");
 }

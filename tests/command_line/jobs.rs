@@ -6,6 +6,8 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
+use crate::program;
+
 /// Direct light only, 16 × 16 pixels.
 pub const SCENE: &str = r#"
 [camera]
@@ -71,11 +73,12 @@ impl Jobs {
         fs::read(self.path(name)).unwrap()
     }
 
+    pub fn json(&self, name: &str) -> Value {
+        program::json(&self.path(name))
+    }
+
     pub fn program(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
-        command.args(arguments).current_dir(self.folder.path());
-        command.env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation");
-        command
+        program::program(self.folder.path(), arguments)
     }
 
     /// `camlux batch job.toml -o OUT`, with more arguments.
@@ -92,19 +95,14 @@ impl Jobs {
     /// Runs a job that must succeed, and returns stderr. stdout must be empty: the validation layer writes there.
     #[track_caller]
     pub fn succeed(&self, out: &str, more: &[&str]) -> String {
-        let output = self.run(out, more);
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(0), "{stderr}");
-        let stdout = String::from_utf8(output.stdout).unwrap();
-        assert_eq!(stdout, "");
-        stderr
+        program::assert_succeeds(&self.run(out, more))
     }
 
     /// Runs a job that must fail, and returns stderr.
     #[track_caller]
     pub fn fail(&self, out: &str, more: &[&str]) -> String {
         let output = self.run(out, more);
-        let stderr = String::from_utf8(output.stderr).unwrap();
+        let stderr = program::stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{stderr}");
         stderr
     }

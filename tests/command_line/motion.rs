@@ -1,5 +1,6 @@
 //! Motion in a batch: optical flow, scene flow and motion blur against closed forms, and lights that move with the camera or a mesh.
 
+use crate::rows::assert_says;
 use camlux::glam::{DMat3, DVec2, DVec3};
 use camlux::output::{Layer, LayeredImage};
 
@@ -56,7 +57,7 @@ fn points_move_as_camera_and_mesh_do() {
     "#;
     let jobs = Jobs::new(job);
     jobs.succeed("set", &[]);
-    let set: serde_json::Value = serde_json::from_slice(&jobs.read("set/dataset.json")).unwrap();
+    let set = jobs.json("set/dataset.json");
     assert_eq!(set["scenes"][0]["layers"]["flow"]["unit"], "px");
     let turn = DMat3::from_rotation_z(std::f64::consts::FRAC_PI_3);
     for frame in 0..4 {
@@ -222,8 +223,5 @@ fn lights_go_with_what_carries_them() {
 
     jobs.write("job.toml", &job.replace("[[mesh]]", "[[light]]\nindex = 1\nposes = [{ position = [0, 0, 1] }, { position = [0, 0, 1] }]\n[[mesh]]"));
     let stderr = jobs.fail("other", &[]);
-    assert!(
-        stderr.contains("[[light]] 1 of this job has a motion"),
-        "{stderr}"
-    );
+    assert_says(&stderr, &["[[light]] 1 of this job has a motion"]);
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::jobs::{Jobs, SCENE};
+use crate::rows::{assert_says, rows};
 use camlux::output::LayeredImage;
 use serde_json::Value;
 
@@ -194,10 +195,7 @@ fn the_brightest_draw_is_warned_of() {
         "[job]\nscene = \"scene.toml\"\nframes = 1\n[[material]]\nname = \"white\"\nks_min = 0\nks_max = 0.5\nshininess_min = 9\nshininess_max = 9\n",
     );
     let stderr = jobs.succeed("set", &[]);
-    assert!(
-        stderr.contains("reflects more than it receives"),
-        "{stderr}"
-    );
+    assert_says(&stderr, &["reflects more than it receives"]);
 }
 
 #[test]
@@ -223,38 +221,22 @@ fn a_job_sets_the_target_error() {
 fn bad_draws_are_refused_with_file_and_line() {
     let job = "[job]\nscene = \"scene.toml\"\nframes = 2\n";
     let material = format!("{job}[[material]]\nname = \"white\"\n");
-    for (text, says) in [
-        (
-            format!("{job}target_error = 0\n"),
-            "job.toml:4: \"target_error\" in [job] is 0; give a relRMSE from 0.002 to 0.5",
-        ),
-        (material.clone(), "job.toml:4: [[material]] varies nothing"),
-        (
-            format!("{material}kd_min = 0.1\n"),
-            "job.toml:6: \"kd_min\" in [[material]] has no \"kd_max\"; add kd_max",
-        ),
-        (
-            format!("{material}kd_min = 0.1\nkd_max = 1.5\n"),
-            "job.toml:7: \"kd_max\" in [[material]] is [1.5, 1.5, 1.5]; give reflectances from 0 to 1",
-        ),
-        (
-            format!("{material}shininess_min = -1\nshininess_max = 1\n"),
-            "\"shininess_min\" in [[material]] is -1; give 0 or more",
-        ),
-        (
-            format!("{material}ks_min = 0.1\nks_max = 0.2\n"),
-            "which has no shininess; add shininess_min and shininess_max",
-        ),
-        (
-            format!("{material}textures = [\"none.png\"]\n"),
-            "job.toml:6: cannot read the texture",
-        ),
-        (
-            format!("{material}grey = true\nshininess_min = 1\nshininess_max = 2\n"),
-            "job.toml:6: \"grey\" in [[material]] is given, but no reflectance is drawn",
-        ),
-    ] {
-        let stderr = Jobs::new(&text).fail("set", &[]);
-        assert!(stderr.contains(says), "{says}\nis missing in: {stderr}");
+    let refuses_job =
+        |job: &str, words: &[&str]| assert_says(&Jobs::new(job).fail("set", &[]), words);
+    rows! { refuses_job;
+        format!("{job}target_error = 0\n") =>
+            "job.toml:4: \"target_error\" in [job] is 0; give a relRMSE from 0.002 to 0.5";
+        material.clone() => "job.toml:4: [[material]] varies nothing";
+        format!("{material}kd_min = 0.1\n") =>
+            "job.toml:6: \"kd_min\" in [[material]] has no \"kd_max\"; add kd_max";
+        format!("{material}kd_min = 0.1\nkd_max = 1.5\n") =>
+            "job.toml:7: \"kd_max\" in [[material]] is [1.5, 1.5, 1.5]; give reflectances from 0 to 1";
+        format!("{material}shininess_min = -1\nshininess_max = 1\n") =>
+            "\"shininess_min\" in [[material]] is -1; give 0 or more";
+        format!("{material}ks_min = 0.1\nks_max = 0.2\n") =>
+            "which has no shininess; add shininess_min and shininess_max";
+        format!("{material}textures = [\"none.png\"]\n") => "job.toml:6: cannot read the texture";
+        format!("{material}grey = true\nshininess_min = 1\nshininess_max = 2\n") =>
+            "job.toml:6: \"grey\" in [[material]] is given, but no reflectance is drawn";
     }
 }

@@ -4,38 +4,28 @@
 use std::{
     fs,
     io::{BufRead, BufReader},
-    path::{Path, PathBuf},
+    path::Path,
     process::{Command, Output, Stdio},
 };
 
+use crate::program::{assert_fails, assert_succeeds, program, scene_file, stderr};
+use crate::rows::assert_says;
 use camlux::output::{Layer, LayeredImage};
-
-fn scene_file(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"))
-}
 
 /// `camlux reference` of the Cornell box at 16 x 12 pixels into `a.exr` of a folder.
 fn command(folder: &Path, more: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
-    command.arg("reference").arg(scene_file("cornell"));
+    let mut command = program(folder, &["reference"]);
+    command.arg(scene_file("cornell"));
     command.args(["-o", "a.exr"]);
     if !more.contains(&"--size") {
         command.args(["--size", "16", "12"]);
     }
-    command.args(more).current_dir(folder);
+    command.args(more);
     command
 }
 
 fn run(folder: &Path, more: &[&str]) -> Output {
     command(folder, more).output().unwrap()
-}
-
-#[track_caller]
-fn assert_succeeds(output: &Output) -> String {
-    let stderr = String::from_utf8(output.stderr.clone()).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{stderr}");
-    assert!(output.stdout.is_empty(), "stdout stays clean");
-    stderr
 }
 
 fn read(folder: &Path) -> LayeredImage {
@@ -97,26 +87,18 @@ fn what_is_no_reference_of_the_scene_is_left_alone() {
     let path = folder.path().join("a.exr");
     let refused = |says: &str| {
         let output = run(folder.path(), &["--spp", "64"]);
-        let stderr = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{stderr}");
-        assert_eq!(stderr.lines().count(), 1, "{stderr}");
-        for part in [says, "a.exr", "remove this one"] {
-            assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
-        }
+        assert_fails(&output, &[says, "a.exr", "remove this one"]);
     };
     assert_succeeds(&run(folder.path(), &["--spp", "64", "--size", "8", "8"]));
     let other = fs::read(&path).unwrap();
     refused("another resolution");
     assert_eq!(fs::read(&path).unwrap(), other);
 
-    let rendered = Command::new(env!("CARGO_BIN_EXE_camlux"))
-        .arg("render")
+    let rendered = program(folder.path(), &["render"])
         .arg(scene_file("cornell"))
         .args(["--size", "16", "12", "--rsm-size", "4", "-o", "a.exr"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    assert_succeeds(&rendered);
+        .output();
+    assert_succeeds(&rendered.unwrap());
     refused("does not hold a reference");
 }
 
@@ -141,7 +123,7 @@ fn wrong_goals_and_names_are_refused() {
         ),
     ] {
         let output = run(folder.path(), more);
-        let stderr = String::from_utf8(output.stderr).unwrap();
+        let stderr = stderr(&output);
         assert_eq!(output.status.code(), Some(code), "{stderr}");
         assert!(stderr.contains(says), "{says:?} is missing in: {stderr}");
     }
@@ -173,9 +155,6 @@ fn an_interrupted_reference_goes_on() {
 
     let more = (kept + 1).to_string();
     let told = assert_succeeds(&run(folder.path(), &["--size", "8", "6", "--spp", &more]));
-    assert!(
-        told.contains(&format!("adding to {kept} samples")),
-        "{told}"
-    );
+    assert_says(&told, &[&format!("adding to {kept} samples")]);
     assert!(samples(&read(folder.path())) > kept);
 }

@@ -1,46 +1,33 @@
 //! The report on speed and error, on a real device, with a stand-in for the peers program.
 #![cfg(all(feature = "cli", unix))]
 
-use std::{
-    fs,
-    os::unix::fs::PermissionsExt,
-    path::{Path, PathBuf},
-    process::{Command, Output},
-};
+use std::{fs, os::unix::fs::PermissionsExt, path::Path, process::Output};
 
+use crate::rows::assert_says;
 use serde_json::Value;
+
+use crate::program::{assert_fails, copy_scene_files, json, run, scene_file, stderr};
 
 const SIZE: [&str; 3] = ["--size", "24", "20"];
 
-fn program(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
-    command.args(arguments).current_dir(folder);
-    command.output().unwrap()
-}
-
-fn scene_file() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml")
-}
-
 /// Runs `camlux report --quick` of the Cornell box, with output to `out` in a folder.
 fn report(folder: &Path, more: &[&str]) -> Output {
-    let scene = scene_file();
+    let scene = scene_file("cornell");
     let mut arguments = vec!["report", scene.to_str().unwrap(), "--quick", "-o", "out"];
     arguments.extend(SIZE);
     arguments.extend(more);
-    program(folder, &arguments)
+    run(folder, &arguments)
 }
 
 /// The only scene of a successful report, and the HTML page.
 #[track_caller]
 fn read(folder: &Path, output: &Output) -> (Value, String) {
-    let stderr = String::from_utf8_lossy(&output.stderr);
+    let stderr = stderr(output);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
     let stdout = String::from_utf8_lossy(&output.stdout);
     assert_eq!(stdout.lines().count(), 1, "one line a scene: {stdout}");
     assert!(stdout.starts_with("cornell: "), "{stdout}");
-    let json = fs::read_to_string(folder.join("out/report.json")).unwrap();
-    let json: Value = serde_json::from_str(&json).unwrap();
+    let json = json(&folder.join("out/report.json"));
     let page = fs::read_to_string(folder.join("out/index.html")).unwrap();
     (json["scenes"][0].clone(), page)
 }
@@ -88,11 +75,8 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     // A missing peers program gives a warning, not an error.
     let output = report(folder, &["--peers", "./not_there"]);
     let (scene, page) = read(folder, &output);
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(
-        stderr.contains("camlux: warning: cornell: peers: "),
-        "{stderr}"
-    );
+    let stderr = stderr(&output);
+    assert_says(&stderr, &["camlux: warning: cornell: peers: "]);
     let status = scene["peers"]["status"].as_str().unwrap();
     assert!(status.contains("not_there failed"), "{status}");
     assert!(page.contains("not_there failed"));
@@ -176,10 +160,15 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert!(!folder.join("out/timing.exr").exists());
 
     // The engine's own image, given as a peer's, has the engine's error. The report reuses the existing reference.
-    let render = program(
+    let render = run(
         folder,
         &[
-            &["render", scene_file().to_str().unwrap(), "-o", "a.exr"],
+            &[
+                "render",
+                scene_file("cornell").to_str().unwrap(),
+                "-o",
+                "a.exr",
+            ],
             &SIZE[..],
             &["--estimator", "instant-radiosity", "--rsm-size", "16"],
         ]
@@ -219,10 +208,7 @@ fn edit(path: &Path, from: &str, to: &str) {
 fn a_report_that_was_cut_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    for file in ["cornell.toml", "cornell.obj", "cornell.mtl"] {
-        fs::copy(scenes.join(file), folder.join(file)).unwrap();
-    }
+    copy_scene_files(&["cornell.toml", "cornell.obj", "cornell.mtl"], folder);
     let calls = folder.join("calls");
     let peers = write_peers(
         folder,
@@ -234,7 +220,7 @@ fn a_report_that_was_cut_goes_on() {
         &format!("#!/bin/sh\necho >>{}\n", calls.display()),
     );
     let size = ["--size", "12", "10"];
-    let rendered = program(
+    let rendered = run(
         folder,
         &[&["render", "cornell.toml", "-o", "a.exr"], &size[..]].concat(),
     );
@@ -249,11 +235,10 @@ fn a_report_that_was_cut_goes_on() {
             "--peers",
             &peers,
         ];
-        program(folder, &[&quick[..], &size].concat())
+        run(folder, &[&quick[..], &size].concat())
     };
     let counts = || {
-        let json = fs::read_to_string(folder.join("out/report.json")).unwrap();
-        let json: Value = serde_json::from_str(&json).unwrap();
+        let json = json(&folder.join("out/report.json"));
         let counts = &json["measurements"];
         let count = |name: &str| counts[name].as_u64().unwrap();
         (count("all"), count("of_earlier_run"))
@@ -276,7 +261,7 @@ fn a_report_that_was_cut_goes_on() {
     let output = report();
     let (again, page) = read(folder, &output);
     assert_eq!(counts(), (all, all - 2));
-    let stderr = String::from_utf8_lossy(&output.stderr);
+    let stderr = stderr(&output);
     let steps = stderr.lines().filter(|line| line.starts_with("cornell: "));
     assert_eq!(
         Vec::from_iter(steps),
@@ -323,16 +308,15 @@ fn a_report_that_was_cut_goes_on() {
 fn growth_is_the_time_of_each_scene_in_each_size() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let scene = scene_file();
+    let scene = scene_file("cornell");
     let scene = scene.to_str().unwrap();
     let mut arguments = vec!["report", scene, scene, "--quick", "--growth", "-o", "out"];
     arguments.extend(SIZE);
-    let output = program(folder, &arguments);
-    let stderr = String::from_utf8_lossy(&output.stderr);
+    let output = run(folder, &arguments);
+    let stderr = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
 
-    let json = fs::read_to_string(folder.join("out/report.json")).unwrap();
-    let json: Value = serde_json::from_str(&json).unwrap();
+    let json = json(&folder.join("out/report.json"));
     let rows = json["growth"].as_array().unwrap();
     let sizes = [[6, 5], [12, 10], [24, 20], [48, 40]];
     assert_eq!(rows.len(), 2 * sizes.len());
@@ -354,17 +338,6 @@ fn growth_is_the_time_of_each_scene_in_each_size() {
     assert!(!page.contains("How to read this"), "there are no errors");
 }
 
-/// Checks that stderr has one line with these parts, and that the exit code is 1.
-#[track_caller]
-fn assert_fails(output: &Output, says: &[&str]) {
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert_eq!(stderr.lines().count(), 1, "{stderr}");
-    for part in says {
-        assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
-    }
-}
-
 #[test]
 fn what_cannot_become_a_report_is_said_at_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -373,9 +346,9 @@ fn what_cannot_become_a_report_is_said_at_once() {
     assert_fails(&report(folder, &[]), &["out", "cannot create the folder"]);
 
     // Every scene is loaded before the first is rendered.
-    let scene = scene_file();
+    let scene = scene_file("cornell");
     let scenes = [scene.to_str().unwrap(), "missing.toml"];
-    let output = program(folder, &["report", scenes[0], scenes[1], "-o", "other"]);
+    let output = run(folder, &["report", scenes[0], scenes[1], "-o", "other"]);
     assert_fails(&output, &["missing.toml"]);
     let left: Vec<_> = fs::read_dir(folder.join("other")).unwrap().collect();
     assert_eq!(left.len(), 1, "only the folder for references");

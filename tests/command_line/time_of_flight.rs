@@ -1,11 +1,12 @@
 //! The program with time-of-flight scenes.
 
 use std::path::Path;
-use std::process::Command;
 
 use camlux::output::LayeredImage;
 
 use crate::jobs::{Jobs, SCENE};
+use crate::program::{assert_succeeds, program, stderr};
+use crate::rows::{assert_says, rows};
 
 /// Renders the demo scene after a change, and returns stderr.
 fn render(folder: &Path, change: impl Fn(String) -> String, arguments: &str) -> String {
@@ -13,15 +14,11 @@ fn render(folder: &Path, change: impl Fn(String) -> String, arguments: &str) -> 
     let text = std::fs::read_to_string(scenes.join("tof_corner.toml")).unwrap();
     let text = text.replace("path = \"", &format!("path = \"{}/", scenes.display()));
     std::fs::write(folder.join("scene.toml"), change(text)).unwrap();
-    let output = Command::new(env!("CARGO_BIN_EXE_camlux"))
-        .args(["render", "scene.toml", "-o", "a.exr", "--png", "a.png"])
+    let output = program(folder, &["render", "scene.toml"])
+        .args(["-o", "a.exr", "--png", "a.png"])
         .args(arguments.split(' '))
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{stderr}");
-    stderr
+        .output();
+    assert_succeeds(&output.unwrap())
 }
 
 /// Without a bounce there is no multipath error. The preview has a useful size for every image size.
@@ -46,10 +43,7 @@ fn the_preview_has_range_amplitude_and_multipath_error_of_each_frequency() {
         |text| text,
         "--size 48 36 --target-error 0.1",
     );
-    assert!(
-        stderr.contains("range | amplitude | multipath error"),
-        "{stderr}"
-    );
+    assert_says(&stderr, &["range | amplitude | multipath error"]);
 
     let image = LayeredImage::read(folder.path().join("a.exr")).unwrap();
     // Walls that light each other appear too far away.
@@ -86,22 +80,11 @@ fn a_report_says_how_far_off_the_range_is() {
         |text| text,
         "--size 16 12 --target-error 0.2",
     );
-    let output = Command::new(env!("CARGO_BIN_EXE_camlux"))
-        .args([
-            "report",
-            "scene.toml",
-            "-o",
-            "out",
-            "--quick",
-            "--size",
-            "16",
-            "12",
-        ])
-        .current_dir(folder.path())
+    let output = program(folder.path(), &["report", "scene.toml", "-o", "out"])
+        .args(["--quick", "--size", "16", "12"])
         .output()
         .unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{stderr}");
+    assert!(output.status.success(), "{}", stderr(&output));
     let read = |name: &str| std::fs::read(folder.path().join("out").join(name)).unwrap();
     let report: serde_json::Value = serde_json::from_slice(&read("report.json")).unwrap();
     let scene = &report["scenes"][0];
@@ -229,7 +212,7 @@ fn each_phase_image_of_a_batch_has_its_own_time() {
 fn a_data_set_says_how_its_phase_images_were_taken() {
     let jobs = moving_wall(str::to_owned);
     jobs.succeed("set", &[]);
-    let set: serde_json::Value = serde_json::from_slice(&jobs.read("set/dataset.json")).unwrap();
+    let set = jobs.json("set/dataset.json");
     let tof = &set["scenes"][0]["time_of_flight"];
     assert_eq!(tof["frequencies_hz"][0], 20e6);
     assert_eq!(tof["exposure_time_s"], 0.01);
@@ -242,9 +225,8 @@ fn a_data_set_says_how_its_phase_images_were_taken() {
         "{delays_rad:?}"
     );
     assert!(tof["convention"].as_str().unwrap().starts_with("Z = sum"));
-    let manifest = String::from_utf8(jobs.read("set/manifest.jsonl")).unwrap();
-    let line: serde_json::Value = serde_json::from_str(manifest.lines().next().unwrap()).unwrap();
-    assert_eq!(line["lights"][0]["modulated"], true);
+    let lines = jobs.manifest("set/manifest.jsonl");
+    assert_eq!(lines[0]["lights"][0]["modulated"], true);
 }
 
 #[test]
@@ -270,33 +252,17 @@ fn a_batch_spends_nothing_on_phase_images_where_nothing_moves() {
 
 #[test]
 fn times_that_cannot_be_are_refused() {
-    for (from, to, words) in [
-        (
-            "interval_s = 0.1",
-            "interval_s = 0.05",
-            "4 phase images of scene.toml take 60.0 ms",
-        ),
-        (
-            "interval_s = 0.1",
-            "interval_s = 0",
-            "\"frame_interval_s\" in [time] is 0",
-        ),
-        (
-            "time_s = 0.005",
-            "time_s = -1",
-            "\"readout_time_s\" in [time] is -1",
-        ),
-        (
-            "[time]",
-            "[time]\ntemporal_samples = 0",
-            "\"temporal_samples\" in [time] is 0",
-        ),
-        ("frame_interval_s = 0.1", "", "frame_interval_s"),
-        ("readout_time_s", "readout_s", "readout_time_s"),
-    ] {
+    let refused = |(from, to): &(&str, &str), words: &[&str]| {
         let jobs = moving_wall(|job| job.replacen(from, to, 1));
-        let stderr = jobs.fail("set", &[]);
-        assert!(stderr.contains(words), "{from} {to}: {stderr}");
+        assert_says(&jobs.fail("set", &[]), words);
+    };
+    rows! { refused;
+        ("interval_s = 0.1", "interval_s = 0.05") => "4 phase images of scene.toml take 60.0 ms";
+        ("interval_s = 0.1", "interval_s = 0") => "\"frame_interval_s\" in [time] is 0";
+        ("time_s = 0.005", "time_s = -1") => "\"readout_time_s\" in [time] is -1";
+        ("[time]", "[time]\ntemporal_samples = 0") => "\"temporal_samples\" in [time] is 0";
+        ("frame_interval_s = 0.1", "") => "frame_interval_s";
+        ("readout_time_s", "readout_s") => "readout_time_s";
     }
     let jobs = moving_wall(|job| job.into());
     jobs.write("scene.toml", SCENE);
@@ -305,10 +271,7 @@ fn times_that_cannot_be_are_refused() {
     let sensor = "[sensor]\npixel_pitch_um = [10, 10]\nexposure_time_s = 0.01\nduty_cycle = 1\n";
     jobs.write("scene.toml", &format!("{SCENE}{sensor}"));
     let stderr = jobs.fail("set", &[]);
-    assert!(
-        stderr.contains("readout_time_s separates phase images"),
-        "{stderr}"
-    );
+    assert_says(&stderr, &["readout_time_s separates phase images"]);
 }
 
 const TOF: &str = r#"

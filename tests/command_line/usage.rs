@@ -2,22 +2,15 @@
 #![cfg(feature = "cli")]
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
-fn camlux(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_camlux"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
-}
+use crate::program::{files, run, stderr, stdout};
+use crate::rows::{assert_says, rows};
 
 /// Checks that the program fails with this exit code and message, writes nothing to stdout and leaves no file.
 fn assert_fails(arguments: &[&str], exit_code: i32, says: &str) {
     let folder = tempfile::tempdir().unwrap();
-    let output = camlux(folder.path(), arguments);
-    let stderr = String::from_utf8(output.stderr).unwrap();
+    let output = run(folder.path(), arguments);
+    let stderr = stderr(&output);
     assert_eq!(
         output.status.code(),
         Some(exit_code),
@@ -29,76 +22,37 @@ fn assert_fails(arguments: &[&str], exit_code: i32, says: &str) {
     );
     assert!(stderr.contains(says), "{arguments:?}: {stderr}");
     assert!(output.stdout.is_empty(), "{arguments:?}");
-    assert_eq!(
-        std::fs::read_dir(folder.path()).unwrap().count(),
-        0,
-        "{arguments:?}"
-    );
+    assert_eq!(files(folder.path()), [""; 0], "{arguments:?}");
     if exit_code == 1 {
         assert_eq!(stderr.lines().count(), 1, "{arguments:?}: {stderr}");
     }
 }
 
+fn is_wrong_usage(arguments: &[&str], words: &[&str]) {
+    words
+        .iter()
+        .for_each(|says| assert_fails(arguments, 2, says));
+}
+
 #[test]
 fn wrong_usage_is_said_with_exit_code_2() {
-    let cases: [(&[&str], &str); 12] = [
-        (
-            &["render", "scene.toml", "-o", "a.exr", "--tracer", "quick"],
-            "host, query, kernel",
-        ),
-        (&["render", "scene.toml"], "--output"),
-        (&["render", "-o", "a.exr"], "SCENE.toml"),
-        (
-            &["render", "scene.toml", "-o", "a.exr", "--estimator", "x"],
-            "[possible values: final-gather, rsm-average, instant-radiosity]",
-        ),
-        (
-            &[
-                "render",
-                "scene.toml",
-                "-o",
-                "a.exr",
-                "--interpolation-error",
-                "x",
-            ],
-            "'x'",
-        ),
-        (
-            &["render", "scene.toml", "-o", "a.exr", "--target-error", "x"],
-            "'x'",
-        ),
-        (
-            &[
-                "render",
-                "scene.toml",
-                "-o",
-                "a.exr",
-                "--layers",
-                "direct,x",
-            ],
-            "id.material",
-        ),
+    rows! { is_wrong_usage;
+        ["render", "scene.toml", "-o", "a.exr", "--tracer", "quick"] => "host, query, kernel";
+        ["render", "scene.toml"] => "--output";
+        ["render", "-o", "a.exr"] => "SCENE.toml";
+        ["render", "scene.toml", "-o", "a.exr", "--estimator", "x"] =>
+            "[possible values: final-gather, rsm-average, instant-radiosity]";
+        ["render", "scene.toml", "-o", "a.exr", "--interpolation-error", "x"] => "'x'";
+        ["render", "scene.toml", "-o", "a.exr", "--target-error", "x"] => "'x'";
+        ["render", "scene.toml", "-o", "a.exr", "--layers", "direct,x"] => "id.material";
         // Only a reference image has the layer `edge`.
-        (
-            &["render", "scene.toml", "-o", "a.exr", "--layers", "edge"],
-            "the layers are radiance, direct, indirect, stderr, energy, P",
-        ),
-        (
-            &["render", "scene.toml", "-o", "a.exr", "--size", "-3", "5"],
-            "'-3' for '--size <WIDTH> <HEIGHT>': give two whole numbers of 1 or more",
-        ),
-        (
-            &["render", "scene.toml", "-o", "a.exr", "--rsm-size", "0"],
-            "'0'",
-        ),
-        (
-            &["render", "scene.toml", "--plan", "--png", "a.png"],
-            "--output",
-        ),
-        (&["paint"], "paint"),
-    ];
-    for (arguments, says) in cases {
-        assert_fails(arguments, 2, says);
+        ["render", "scene.toml", "-o", "a.exr", "--layers", "edge"] =>
+            "the layers are radiance, direct, indirect, stderr, energy, P";
+        ["render", "scene.toml", "-o", "a.exr", "--size", "-3", "5"] =>
+            "'-3' for '--size <WIDTH> <HEIGHT>': give two whole numbers of 1 or more";
+        ["render", "scene.toml", "-o", "a.exr", "--rsm-size", "0"] => "'0'";
+        ["render", "scene.toml", "--plan", "--png", "a.png"] => "--output";
+        ["paint"] => "paint";
     }
 }
 
@@ -188,8 +142,8 @@ fn help_fits_a_screen_and_has_an_example() {
             .into_iter()
             .filter(|word| !word.is_empty())
             .collect();
-        let output = camlux(folder.path(), &arguments);
-        let help = String::from_utf8(output.stdout).unwrap();
+        let output = run(folder.path(), &arguments);
+        let help = stdout(&output);
         let widest = help.lines().map(|line| line.chars().count()).max();
         assert!(help.lines().count() <= 40, "{help}");
         assert!(widest <= Some(120), "{widest:?}: {help}");
@@ -201,13 +155,11 @@ fn help_fits_a_screen_and_has_an_example() {
 fn shells_and_man_know_the_commands() {
     let folder = tempfile::tempdir().unwrap();
     for shell in ["bash", "zsh", "fish"] {
-        let output = camlux(folder.path(), &["completions", shell]);
-        let script = String::from_utf8(output.stdout).unwrap();
-        for word in ["render", "target-error"] {
-            assert!(script.contains(word), "{shell}: {script}");
-        }
+        let output = run(folder.path(), &["completions", shell]);
+        let script = stdout(&output);
+        assert_says(&script, &["render", "target-error"]);
     }
-    let output = camlux(folder.path(), &["man", "pages"]);
+    let output = run(folder.path(), &["man", "pages"]);
     assert!(output.status.success());
     let page = |name: &str| fs::read_to_string(folder.path().join("pages").join(name)).unwrap();
     assert!(page("camlux.1").contains("Measure speed against error"));
@@ -227,9 +179,9 @@ fn shells_and_man_know_the_commands() {
 fn help_and_version_go_to_stdout() {
     let folder = tempfile::tempdir().unwrap();
     for arguments in [["--help"], ["--version"]] {
-        let output = camlux(folder.path(), &arguments);
+        let output = run(folder.path(), &arguments);
         assert!(output.status.success());
-        assert!(String::from_utf8(output.stdout).unwrap().contains("camlux"));
+        assert!(stdout(&output).contains("camlux"));
         assert!(output.stderr.is_empty());
     }
 }

@@ -42,10 +42,15 @@ impl GltfBuilder {
         more: &str,
     ) -> usize {
         let accessor = self.accessor(bytes, component, count, shape);
+        self.extend(accessor, more);
+        accessor
+    }
+
+    /// Adds JSON members to an accessor.
+    fn extend(&mut self, accessor: usize, more: &str) {
         let json = &mut self.accessors[accessor];
         json.pop();
         json.push_str(&format!("{more}}}"));
-        accessor
     }
 
     /// Adds an accessor without a buffer view, from its JSON members.
@@ -54,58 +59,37 @@ impl GltfBuilder {
         self.accessors.len() - 1
     }
 
+    fn floats(&mut self, values: &[f32], count: usize, shape: &str) -> usize {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.accessor(&bytes, FLOAT, count, shape)
+    }
+
     pub fn vec4(&mut self, values: &[[f32; 4]]) -> usize {
-        let bytes: Vec<u8> = values
-            .as_flattened()
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
-        self.accessor(&bytes, FLOAT, values.len(), "VEC4")
+        self.floats(values.as_flattened(), values.len(), "VEC4")
     }
 
     pub fn vec3(&mut self, values: &[[f32; 3]]) -> usize {
-        let bytes: Vec<u8> = values
-            .as_flattened()
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
-        let accessor = self.accessor(&bytes, FLOAT, values.len(), "VEC3");
+        let accessor = self.floats(values.as_flattened(), values.len(), "VEC3");
         // glTF requires the bounds of POSITION.
         let bound = |pick: fn(f32, f32) -> f32, start: f32| {
             let of_axis = |axis: usize| values.iter().fold(start, |b, v| pick(b, v[axis]));
             format!("[{},{},{}]", of_axis(0), of_axis(1), of_axis(2))
         };
-        let bounds = format!(
-            r#","min":{},"max":{}}}"#,
-            bound(f32::min, f32::MAX),
-            bound(f32::max, f32::MIN)
-        );
-        let json = &mut self.accessors[accessor];
-        json.pop();
-        json.push_str(&bounds);
+        let (min, max) = (bound(f32::min, f32::MAX), bound(f32::max, f32::MIN));
+        self.extend(accessor, &format!(r#","min":{min},"max":{max}"#));
         accessor
     }
 
     pub fn vec2(&mut self, values: &[[f32; 2]]) -> usize {
-        let bytes: Vec<u8> = values
-            .as_flattened()
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
-        self.accessor(&bytes, FLOAT, values.len(), "VEC2")
+        self.floats(values.as_flattened(), values.len(), "VEC2")
     }
 
     /// Texture coordinates as normalised 16-bit integers.
     pub fn vec2_u16(&mut self, values: &[[u16; 2]]) -> usize {
-        let bytes: Vec<u8> = values
-            .as_flattened()
-            .iter()
-            .flat_map(|v| v.to_le_bytes())
-            .collect();
+        let flat = values.as_flattened().iter();
+        let bytes: Vec<u8> = flat.flat_map(|v| v.to_le_bytes()).collect();
         let accessor = self.accessor(&bytes, UNSIGNED_SHORT, values.len(), "VEC2");
-        let json = &mut self.accessors[accessor];
-        json.pop();
-        json.push_str(r#","normalized":true}"#);
+        self.extend(accessor, r#","normalized":true"#);
         accessor
     }
 

@@ -5,7 +5,7 @@ use std::{path::Path, sync::OnceLock};
 use camlux::{
     Device, DeviceKind, DeviceOptions, GatherKernel, RenderOptions, Renderer, Scene, Tracer,
     output::{Frame, Layer},
-    scene::{IndirectLight, VplSum},
+    scene::{Distortion, IndirectLight, Lens, VplSum},
 };
 
 /// A renderer. Dropping it asserts that the validation layer reported nothing. New memory holds NaN, so that reads of unwritten memory show,
@@ -32,25 +32,33 @@ impl Gpu {
     pub fn render_by_each_tracer(&mut self, scene: &Scene) -> Vec<Frame> {
         let tracers = tracers(&self.device).into_iter();
         tracers
-            .map(|tracer| {
-                let mut options = RenderOptions {
-                    tracer: Some(tracer),
-                    ..RenderOptions::default()
-                };
-                let frame = self.renderer.render(scene, &mut options);
-                frame.expect("the scene renders")
-            })
+            .map(|tracer| self.render_with(scene, |options| options.tracer = Some(tracer)))
             .collect()
     }
 
     /// Renders with another seed.
     pub fn render_seeded(&mut self, scene: &Scene, seed: u32) -> Frame {
-        let mut options = RenderOptions {
-            seed,
-            ..RenderOptions::default()
-        };
-        let frame = self.renderer.render(scene, &mut options);
+        self.render_with(scene, |options| options.seed = seed)
+    }
+
+    /// Renders with options that `change` sets.
+    pub fn render_with<'o>(
+        &mut self,
+        scene: &Scene,
+        change: impl FnOnce(&mut RenderOptions<'o>),
+    ) -> Frame {
+        let frame = self.try_render_with(scene, change);
         frame.expect("the scene renders")
+    }
+
+    pub fn try_render_with<'o>(
+        &mut self,
+        scene: &Scene,
+        change: impl FnOnce(&mut RenderOptions<'o>),
+    ) -> camlux::Result<Frame> {
+        let mut options = RenderOptions::default();
+        change(&mut options);
+        self.renderer.render(scene, &mut options)
     }
 
     /// Renders with the tracer that `scripts/test-rust --tracer` names, or else with the device's best.
@@ -62,13 +70,7 @@ impl Gpu {
                 .find(|tracer| tracer.name() == name)
                 .expect("a tracer")
         };
-        let mut options = RenderOptions {
-            tracer: name.map(named),
-            ..RenderOptions::default()
-        };
-        self.renderer
-            .render(scene, &mut options)
-            .expect("the scene renders")
+        self.render_with(scene, |options| options.tracer = name.map(named))
     }
 }
 
@@ -139,18 +141,31 @@ pub fn demo_scene(name: &str, resolution_px: [u32; 2]) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"));
     let mut scene = Scene::load(&path).expect("a demo scene loads");
     let scale = f64::from(resolution_px[1]) / f64::from(scene.camera.resolution_px[1]);
-    if let camlux::scene::Lens::Intrinsics(intrinsics) = &mut scene.camera.lens {
-        for length_px in [
-            &mut intrinsics.fx,
-            &mut intrinsics.fy,
-            &mut intrinsics.cx,
-            &mut intrinsics.cy,
-        ] {
-            *length_px *= scale;
-        }
-    }
+    scale_lens(&mut scene.camera.lens, scale);
     scene.camera.resolution_px = resolution_px;
     scene
+}
+
+/// The lens for an image of so many times the pixels along each edge.
+pub fn scale_lens(lens: &mut Lens, factor: f64) {
+    let (Lens::Intrinsics(px) | Lens::Distorted { intrinsics: px, .. }) = lens else {
+        return;
+    };
+    for length_px in [&mut px.fx, &mut px.fy, &mut px.cx, &mut px.cy] {
+        *length_px *= factor;
+    }
+}
+
+/// Puts a lens with distortion before the camera.
+pub fn distort(scene: &mut Scene, distortion: Distortion) {
+    scene.camera.lens = Lens::Distorted {
+        intrinsics: scene.camera.intrinsics_px(),
+        distortion,
+    };
+}
+
+pub fn radial(k1: f64, k2: f64) -> Distortion {
+    Distortion::Rational([k1, k2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 }
 
 /// The scene with a VPL sum: its own kind, or instant radiosity if the scene uses final gathering.

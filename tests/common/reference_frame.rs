@@ -13,11 +13,15 @@ use super::rmse::relative_rmse_where;
 /// The direct light of a scene, and its bounce if `rounds` is above 0.
 pub fn reference_frame(scene: &Scene, samples_per_round: u32, rounds: u32) -> Frame {
     let mut reference = Reference::new(scene, samples_per_round).expect("a valid scene");
+    add_rounds(&mut reference, rounds);
+    reference.frame()
+}
+
+pub fn add_rounds(reference: &mut Reference, rounds: u32) {
     for _ in 0..rounds {
         let go_on = &mut |_| ControlFlow::Continue(());
         reference.add_round(go_on).expect("nothing cancels it");
     }
-    reference.frame()
 }
 
 pub fn values(frame: &Frame, layer: Layer) -> &[f32] {

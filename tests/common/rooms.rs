@@ -179,6 +179,13 @@ fn texel_inside(wrap: Wrap, mut index: i64, count: i64) -> usize {
     index as usize
 }
 
+/// A square floor around 0, seen from above.
+pub fn floor(half_edge_m: f64) -> Mesh {
+    let corner_m = DVec3::new(-half_edge_m, 0.0, -half_edge_m);
+    let [x, z] = [DVec3::X, DVec3::Z].map(|axis| 2.0 * half_edge_m * axis);
+    quad("floor", corner_m, z, x, 0)
+}
+
 /// A scene with one light, a camera of 64 x 64 pixels, and meshes with a material each.
 pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: DVec3) -> Scene {
     let count = meshes.len();

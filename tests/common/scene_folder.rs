@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use camlux::scene::Scene;
 
+pub use super::rows::assert_says;
+
 pub const CAMERA: &str = "[camera]
 resolution = [8, 6]
 position = [0, 1, 3]
@@ -66,13 +68,5 @@ impl SceneFolder {
     pub fn error(&self, result: camlux::Result<Scene>) -> String {
         let message = result.expect_err("the load should fail").to_string();
         message.replace(&format!("{}/", self.0.path().display()), "")
-    }
-}
-
-/// Asserts that a message contains all parts.
-#[track_caller]
-pub fn assert_says(message: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(message.contains(part), "{part:?} is missing in: {message}");
     }
 }

@@ -199,13 +199,7 @@ pub fn scene_lit_from_afar() -> (Scene, Light) {
 
 /// A floor of 4 m with `meshes` on it, lit by a point light and seen from above.
 pub fn floor_with(mut meshes: Vec<Mesh>, light_m: DVec3) -> Scene {
-    let floor = rooms::quad(
-        "floor",
-        DVec3::new(-2.0, 0.0, -2.0),
-        4.0 * DVec3::Z,
-        4.0 * DVec3::X,
-        0,
-    );
+    let floor = rooms::floor(2.0);
     meshes.insert(0, floor);
     let light = Light::Point {
         position_m: light_m,

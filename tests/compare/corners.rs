@@ -2,12 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::common::gather::gather;
 use crate::common::gpu::Gpu;
 use crate::common::quadrature::{unit_interval, unit_square};
 use crate::common::rooms::{quad, scene_of};
 use crate::tof::phasors;
 use camlux::{
-    RenderOptions, Scene,
+    Scene,
     doctor::scenes::with_tof,
     metrics::range_error_m,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
@@ -118,12 +119,7 @@ fn the_mean_of_many_frames_has_no_bias() {
         let mut rays = 0;
         let mut due: Option<Vec<(usize, f64, Phasor)>> = None;
         for seed in 0..SEEDS {
-            let mut options = RenderOptions {
-                seed,
-                ..RenderOptions::default()
-            };
-            let frame = gpu.renderer.render(&scene, &mut options);
-            let frame = frame.expect("the scene renders");
+            let frame = gpu.render_seeded(&scene, seed);
             let due = due.get_or_insert_with(|| expected(&scene, &frame, 17));
             let found = frame.values(Layer::Indirect).expect("it is there");
             let z = phasors(&frame, 0, TofQuantity::PhasorIndirect);
@@ -164,10 +160,7 @@ fn the_range_is_within_its_target_error() {
     for (name, mut scene) in corners() {
         let mut due: Option<Vec<(usize, f64, Phasor)>> = None;
         for target_mm in [10.0, 1.0] {
-            scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
-                target_range_error_mm: Some(target_mm),
-                ..FinalGather::new(0.5)
-            }));
+            scene.indirect = Some(gather!(0.5, target_range_error_mm = Some(target_mm)));
             let frame = gpu.render(&scene);
             let due = due.get_or_insert_with(|| expected(&scene, &frame, 51));
             let direct = phasors(&frame, 0, TofQuantity::PhasorDirect);

@@ -1,16 +1,13 @@
 //! Cut-outs, against the same surfaces as triangles and against the reference, which reads alpha textures with its own code.
 
-use crate::common::gpu::{Gpu, demo_scene, plain_sum};
+use crate::common::gpu::{Gpu, demo_scene, distort, plain_sum, radial};
 use crate::common::reference_frame::{error_off_edges, reference_frame, values};
 use crate::common::rmse::relative_rmse_where;
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{
-        Distortion, Encoding, IndirectLight, Lens, Light, Shadow, Texels, Texture, TextureLookup,
-        Wrap,
-    },
+    scene::{Encoding, IndirectLight, Light, Shadow, Texels, Texture, TextureLookup, Wrap},
 };
 use glam::DVec3;
 
@@ -76,10 +73,7 @@ fn a_card_with_half_of_it_cut_out_is_half_a_card() {
             let mut scene = plain_sum(scene, 64);
             scene.direct.shadow = Some(Shadow::Rays);
             if has_lens {
-                scene.camera.lens = Lens::Distorted {
-                    intrinsics: scene.camera.intrinsics_px(),
-                    distortion: Distortion::Rational([-0.05, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-                };
+                distort(&mut scene, radial(-0.05, 0.01));
             }
             scene
         });
@@ -183,7 +177,7 @@ fn the_reference_has_the_same_holes_and_light() {
         }
         gpu.render(&scene)
     };
-    let truth = reference_frame(&scene, 512, 8);
+    let truth = reference_frame(&scene, 128, 8);
     let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
     for frame in gpu.render_by_each_tracer(&scene) {
         let [position, direct, indirect] =

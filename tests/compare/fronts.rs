@@ -1,6 +1,6 @@
 //! The front of a surface: normals decide it, or else the winding. Normal maps follow it, also on mirrored and on shared meshes.
 
-use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::gpu::{Gpu, demo_scene, distort, radial};
 use crate::common::reference_frame::{error_off_edges, reference_frame, values};
 use crate::common::rooms::scene_of;
 use camlux::{
@@ -8,8 +8,7 @@ use camlux::{
     doctor::scenes::grid,
     output::{Frame, Layer},
     scene::{
-        Distortion, Encoding, IndirectLight, Instance, Lens, Light, Mesh, Shadow, Shared, Texels,
-        Texture,
+        Encoding, IndirectLight, Instance, Lens, Light, Mesh, Shadow, Shared, Texels, Texture,
     },
 };
 use glam::{DAffine3, DMat3, DVec3, Vec3};
@@ -64,10 +63,7 @@ fn placed(quad: Mesh, to_world: DMat3, from_behind: bool) -> Scene {
 }
 
 fn through_lens(mut scene: Scene) -> Scene {
-    scene.camera.lens = Lens::Distorted {
-        intrinsics: scene.camera.intrinsics_px(),
-        distortion: Distortion::Rational([-0.05, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-    };
+    distort(&mut scene, radial(-0.05, 0.01));
     scene
 }
 

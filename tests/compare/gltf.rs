@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use crate::common::gltf_file::GltfBuilder;
 use crate::common::gpu::Gpu;
+use crate::common::rows::assert_says;
 use crate::common::scene_folder::SceneFolder;
 use camlux::Scene;
 use camlux::scene::{Lens, Light, MetallicRoughness, Texels, TextureLookup};
@@ -394,14 +395,8 @@ fn materials_are_mapped() {
     assert_eq!(alpha[..], [[255; 3], [60; 3]]);
     let blended = file(r#""alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.5]},"emissiveFactor":[1,1,1]"#).unwrap();
     let warnings = blended.warnings().join("\n");
-    assert!(
-        warnings.contains("BLEND") && warnings.contains("emissive"),
-        "{warnings}"
-    );
+    assert_says(&warnings, &["BLEND", "emissive"]);
     let other_set = file(r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}"#);
     let message = other_set.unwrap_err().to_string();
-    assert!(
-        message.contains("TEXCOORD_1") && message.contains("material \"leaf\""),
-        "{message}"
-    );
+    assert_says(&message, &["TEXCOORD_1", "material \"leaf\""]);
 }

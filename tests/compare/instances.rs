@@ -1,13 +1,13 @@
 //! Instances that share a mesh on the device, against the same surfaces where each has its own mesh.
 
-use crate::common::gpu::Gpu;
+use crate::common::gpu::{Gpu, distort, radial};
 use crate::common::instances::crowd;
 use crate::common::reference_frame::{error_off_edges, reference_frame};
 use crate::common::rmse::relative_rmse_where;
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Distortion, Encoding, IndirectLight, Lens, Material, Mesh, Shared, Texels, Texture},
+    scene::{Encoding, IndirectLight, Material, Mesh, Shared, Texels, Texture},
 };
 
 /// Blocks with a texture, a normal map and optionally an alpha texture, which all vary across a face.
@@ -143,9 +143,6 @@ fn shared_meshes_are_seen_through_lenses() {
     let mut gpu = Gpu::open();
     let mut scene = patterned(false);
     scene.indirect = Some(IndirectLight::final_gather(0.05));
-    scene.camera.lens = Lens::Distorted {
-        intrinsics: scene.camera.intrinsics_px(),
-        distortion: Distortion::Rational([-0.1, 0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-    };
+    distort(&mut scene, radial(-0.1, 0.02));
     assert_same(&mut gpu, "lens", &scene);
 }

@@ -3,7 +3,7 @@
 use std::{f64::consts::PI, ops::ControlFlow};
 
 use crate::common::gpu::{Gpu, sub_pixel_bits};
-use crate::common::rooms::{quad, scene_of};
+use crate::common::rooms::{floor, quad, scene_of};
 use camlux::{
     metrics::{Comparison, Pixels},
     output::Layer,
@@ -17,13 +17,7 @@ use glam::DVec3;
 #[test]
 fn error_falls_with_the_square_of_the_resolution() {
     let meshes = vec![
-        quad(
-            "floor",
-            DVec3::new(-2.0, 0.0, -2.0),
-            4.0 * DVec3::Z,
-            4.0 * DVec3::X,
-            0,
-        ),
+        floor(2.0),
         quad(
             "ceiling",
             DVec3::new(-2.0, 1.0, -2.0),

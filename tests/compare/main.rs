@@ -11,6 +11,7 @@ mod corners;
 mod cutouts;
 mod direct;
 mod final_gather;
+mod final_gather_ended;
 mod fronts;
 mod geometry;
 mod gltf;

@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::gpu::{Gpu, demo_scene, distort};
 use crate::common::reference_frame::{reference_frame, values};
 use crate::tof::modulated_demo_scene;
 use camlux::{
-    Progress, RenderOptions, Scene,
+    Progress, Scene,
     metrics::{Comparison, Pixels},
     output::{Layer, TofQuantity},
-    scene::{Distortion, IndirectLight, Lens, PixelFilter, PixelSampling, Shadow, VplSum},
+    scene::{Distortion, IndirectLight, PixelFilter, PixelSampling, Shadow, VplSum},
 };
 
 fn sampled(mut scene: Scene, samples: u32, filter: PixelFilter) -> Scene {
@@ -47,10 +47,10 @@ fn direct_light_and_depths_are_means_over_the_area() {
         scene.indirect = None;
         scene.direct.shadow = Some(Shadow::Rays);
         if is_distorted {
-            scene.camera.lens = Lens::Distorted {
-                intrinsics: scene.camera.intrinsics_px(),
-                distortion: Distortion::Rational([-0.3, 0.1, 0.002, -0.001, 0.0, 0.0, 0.0, 0.0]),
-            };
+            distort(
+                &mut scene,
+                Distortion::Rational([-0.3, 0.1, 0.002, -0.001, 0.0, 0.0, 0.0, 0.0]),
+            );
         }
         let frame = gpu.render(&scene);
         let truth = reference_frame(&scene, 256, 0);
@@ -164,13 +164,7 @@ fn progress_goes_forward_only() {
             told.push(progress.fraction);
             ControlFlow::Continue(())
         };
-        let mut options = RenderOptions {
-            progress: Some(&mut report),
-            ..RenderOptions::default()
-        };
-        gpu.renderer
-            .render(&scene, &mut options)
-            .expect("the scene renders");
+        gpu.render_with(&scene, |options| options.progress = Some(&mut report));
         assert!(told.len() > 5 && told.is_sorted(), "{told:?}");
         assert!(told[0] >= 0.0 && told.last() == Some(&1.0), "{told:?}");
     }

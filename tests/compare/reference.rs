@@ -1,9 +1,10 @@
 //! The path-sampled reference against closed forms and quadrature: within 3 of its standard errors, and within 0.3 %.
 
-use std::{f64::consts::PI, ops::ControlFlow};
+use std::f64::consts::PI;
 
 use crate::common::quadrature::{unit_interval, unit_square};
-use crate::common::rooms::{quad, scene_of};
+use crate::common::reference_frame::add_rounds;
+use crate::common::rooms::{floor, quad, scene_of};
 use camlux::{
     Scene,
     output::{Frame, Layer},
@@ -41,10 +42,7 @@ fn frame_of(scene: &Scene, look_at_m: DVec3, samples_per_round: u32) -> Frame {
     scene.camera.look_at_m = look_at_m;
     scene.camera.lens = Lens::FovY { fov_y_deg: 1.0 };
     let mut reference = Reference::new(&scene, samples_per_round).expect("the scene is valid");
-    for _ in 0..64 {
-        let round = reference.add_round(&mut |_| ControlFlow::Continue(()));
-        round.expect("nothing cancels it");
-    }
+    add_rounds(&mut reference, 64);
     reference.frame()
 }
 
@@ -363,13 +361,7 @@ fn half_occluded_patch() {
     let patch = [DVec3::new(-0.2, 1.0, -0.2), 0.4 * DVec3::X, 0.4 * DVec3::Z];
     let light = DVec3::new(0.0, 0.8, 0.0);
     let meshes = vec![
-        quad(
-            "floor",
-            DVec3::new(-1.0, 0.0, -1.0),
-            2.0 * DVec3::Z,
-            2.0 * DVec3::X,
-            0,
-        ),
+        floor(1.0),
         quad("patch", patch[0], patch[1], patch[2], 1),
         quad(
             "screen",

@@ -1,10 +1,11 @@
 //! The path-sampled reference on a mesh of 52 000 small triangles, against plain sampling: jittered cosine-distributed directions,
 //! another ray tree, another triangle test and the formulas of `camlux::model`.
 
-use std::{f64::consts::PI, f64::consts::TAU, ops::ControlFlow};
+use std::f64::consts::{PI, TAU};
 
 use crate::common::gpu::demo_scene;
 use crate::common::ray_caster::{Hit, RayCaster, pixel::PixelRay};
+use crate::common::reference_frame::add_rounds;
 use camlux::{
     Scene, model,
     output::Layer,
@@ -89,10 +90,7 @@ fn fine_meshes_agree_with_plain_sampling() {
     let scene = some_pixels();
     let [width, height] = scene.camera.resolution_px;
     let mut reference = Reference::new(&scene, 256).expect("the scene is valid");
-    for _ in 0..4 {
-        let added = reference.add_round(&mut |_| ControlFlow::Continue(()));
-        added.expect("nothing cancels it");
-    }
+    add_rounds(&mut reference, 4);
     let frame = reference.frame();
     let indirect = frame.values(Layer::Indirect).expect("it is there");
     let mesh_ids = frame.ids(Layer::InstanceId).expect("it is there");

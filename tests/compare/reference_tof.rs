@@ -1,11 +1,9 @@
 //! Time of flight of the path-sampled reference, against closed forms and quadrature.
 
-use std::{
-    f64::consts::{PI, TAU},
-    ops::ControlFlow,
-};
+use std::f64::consts::{PI, TAU};
 
 use crate::common::quadrature::unit_interval;
+use crate::common::reference_frame::add_rounds;
 use crate::common::rooms::{quad, scene_of};
 use crate::reference::{lamp, lit_sphere};
 use camlux::{
@@ -19,10 +17,7 @@ use camlux::{
 use glam::DVec3;
 
 fn refined(mut reference: Reference, rounds: u32) -> Frame {
-    for _ in 0..rounds {
-        let round = reference.add_round(&mut |_| ControlFlow::Continue(()));
-        round.expect("nothing cancels it");
-    }
+    add_rounds(&mut reference, rounds);
     reference.frame()
 }
 

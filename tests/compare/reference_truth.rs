@@ -1,10 +1,9 @@
 //! The path-sampled reference against an image that another renderer has path-traced (`tests/data/README.md`), pixel by
 //! pixel. Both state their standard errors, and their differences must scatter accordingly.
 
-use std::ops::ControlFlow;
-
 use crate::common::gpu::demo_scene;
 use crate::common::ray_caster::{RayCaster, pixel::PixelRay};
+use crate::common::reference_frame::add_rounds;
 use crate::common::truth::Truth;
 use camlux::{
     Scene,
@@ -53,10 +52,7 @@ fn differences_scatter_as_the_standard_errors_say() {
     for first in [[2, 2], [0, 4], [4, 1]] {
         let part = some_pixels(&scene, first);
         let mut reference = Reference::new(&part, SAMPLES_PER_ROUND).expect("the scene is valid");
-        for _ in 0..ROUNDS {
-            let added = reference.add_round(&mut |_| ControlFlow::Continue(()));
-            added.expect("nothing cancels it");
-        }
+        add_rounds(&mut reference, ROUNDS);
         let frame = reference.frame();
         let values = |layer: Layer| frame.values(layer).expect("it is there");
         for (index, _) in values(Layer::Depth).iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Textures that are looked up in other ways than the usual one, against rays in f64, against surfaces without textures, and against the
 //! reference.
 
-use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::gpu::{Gpu, demo_scene, distort, radial};
 use crate::common::reference_frame::{error_off_edges, reference_frame, values};
 use crate::common::rmse::relative_rmse_where;
 use crate::common::rooms::{quad, scene_of};
@@ -11,8 +11,8 @@ use camlux::{
     doctor::scenes::grid,
     output::{Frame, Layer},
     scene::{
-        Distortion, Encoding, Filter, IndirectLight, Lens, Light, Material, Mesh, Shadow, Shared,
-        Texels, Texture, TextureLookup, Wrap,
+        Encoding, Filter, IndirectLight, Light, Material, Mesh, Shadow, Shared, Texels, Texture,
+        TextureLookup, Wrap,
     },
 };
 use glam::DVec3;
@@ -53,10 +53,7 @@ fn looked_up(lookup: TextureLookup) -> Scene {
 }
 
 fn through_lens(mut scene: Scene) -> Scene {
-    scene.camera.lens = Lens::Distorted {
-        intrinsics: scene.camera.intrinsics_px(),
-        distortion: Distortion::Rational([-0.1, 0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-    };
+    distort(&mut scene, radial(-0.1, 0.02));
     scene
 }
 
@@ -236,7 +233,7 @@ fn the_reference_looks_up_the_same() {
     let mut gpu = Gpu::open();
     let mut scene = of_all_kinds();
     scene.indirect = Some(IndirectLight::final_gather(0.03));
-    let truth = reference_frame(&scene, 1024, 8);
+    let truth = reference_frame(&scene, 256, 8);
     let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
     for frame in gpu.render_by_each_tracer(&scene) {
         let layers = [

@@ -1,8 +1,9 @@
 //! Time of flight of the bounce: against closed forms, the model in f64 and the reference.
 
-use std::{f64::consts::TAU, ops::ControlFlow};
+use std::f64::consts::TAU;
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, gather_kernels};
+use crate::common::reference_frame::reference_frame;
 use crate::reference::lit_sphere;
 use crate::tof::{modulated_demo_scene, phasors};
 use camlux::{
@@ -11,7 +12,6 @@ use camlux::{
     internals::f64_kernels,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
     output::{Frame, Layer, StopReason, TofQuantity},
-    reference::Reference,
     scene::{IndirectLight, Lens, Light, SpotCone, VplSum},
 };
 use glam::DVec3;
@@ -46,12 +46,7 @@ fn a_sphere_has_its_closed_form() {
         scene.indirect = Some(indirect);
         let mut biases_mm = [(); 4].map(|()| Vec::new());
         for seed in 0..seeds {
-            let mut options = RenderOptions {
-                seed,
-                ..RenderOptions::default()
-            };
-            let frame = gpu.renderer.render(&scene, &mut options);
-            let frame = frame.expect("the scene renders");
+            let frame = gpu.render_seeded(&scene, seed);
             for (i, frequency_hz) in frequencies_hz.into_iter().enumerate() {
                 let sum = |quantity| phasors(&frame, i, quantity).into_iter();
                 // The path to the camera differs per pixel; the ratio of bounce to direct light does not.
@@ -265,12 +260,7 @@ fn the_requested_error_is_met_at_each_frequency() {
         let asked = 0.05;
         scene.indirect = Some(IndirectLight::final_gather(asked));
         let frame = gpu.render(&scene);
-        let mut reference = Reference::new(&scene, 256).expect("the scene is valid");
-        for _ in 0..8 {
-            let go_on = &mut |_| ControlFlow::Continue(());
-            reference.add_round(go_on).expect("nothing cancels it");
-        }
-        let truth = reference.frame();
+        let truth = reference_frame(&scene, 64, 8);
         let estimated = frame.stats.estimated_error.expect("it is estimated");
         let errors = [0, 1].map(|frequency| phasor_error(&frame, &truth, frequency));
         println!("{name}: estimated {estimated:.4}, true {errors:.4?}");

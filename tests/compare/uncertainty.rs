@@ -1,9 +1,8 @@
 //! The uncertainty that a comparison states, tested with many references: a stated standard error must cover the true value at the
 //! rate of a normal distribution.
 
-use std::ops::ControlFlow;
-
 use crate::common::gpu::demo_scene;
+use crate::common::reference_frame::{add_rounds, values};
 use camlux::{
     Scene,
     metrics::{Comparison, CorrectedRmse, Pixels, ZScores},
@@ -17,15 +16,8 @@ const SEEDS: std::ops::Range<u16> = 1..161;
 fn sampled(scene: &Scene, samples_per_round: u32, rounds: u32, seed: u16) -> Frame {
     let reference = Reference::new(scene, samples_per_round).expect("the scene is valid");
     let mut reference = reference.with_seed(seed);
-    for _ in 0..rounds {
-        let go_on = &mut |_| ControlFlow::Continue(());
-        reference.add_round(go_on).expect("nothing cancels it");
-    }
+    add_rounds(&mut reference, rounds);
     reference.frame()
-}
-
-fn values(frame: &Frame, layer: Layer) -> &[f32] {
-    frame.values(layer).expect("it is there")
 }
 
 fn compare(image: &[f32], reference: &Frame) -> Comparison {
@@ -130,7 +122,7 @@ fn check(what: &str, found: &Coverage) {
 #[test]
 fn the_stated_uncertainty_covers_as_often_as_it_says() {
     let scene = demo_scene("cornell", [24, 24]);
-    let truth = sampled(&scene, 1024, 32, 0);
+    let truth = sampled(&scene, 1024, 16, 0);
     let references = SEEDS.map(|seed| sampled(&scene, 16, 8, seed));
     let references: Vec<Frame> = references.collect();
     for share in [0.3, 0.1, 0.03] {

@@ -1,6 +1,6 @@
 //! Colours of vertices multiply k_d wherever a surface is found: by the rasteriser, in reflective shadow maps and by rays.
 
-use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::gpu::{Gpu, demo_scene, distort, radial};
 use crate::common::instances::crowd;
 use crate::common::reference_frame::{error_off_edges, reference_frame};
 use crate::common::rmse::relative_rmse_where;
@@ -9,7 +9,7 @@ use crate::instances::assert_same;
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Distortion, IndirectLight, Lens, VplSum},
+    scene::{IndirectLight, VplSum},
 };
 
 /// The scene with a random colour at each vertex.
@@ -29,10 +29,7 @@ fn colours_are_interpolated_where_rays_hit() {
     for name in ["cornell", "textured", "glossy"] {
         let mut scene = colored(with_rsm(demo_scene(name, [64, 64]), 32));
         compare(&mut gpu, name, &scene, 0.05);
-        scene.camera.lens = Lens::Distorted {
-            intrinsics: scene.camera.intrinsics_px(),
-            distortion: Distortion::Rational([-0.1, 0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-        };
+        distort(&mut scene, radial(-0.1, 0.02));
         let (frame, kept) = render(&mut gpu, &scene);
         let errors = camera_errors(&scene, &frame, &kept);
         errors.check(&format!("{name} through a lens"), 0.05);
@@ -85,7 +82,7 @@ fn the_reference_has_the_same_colours_and_light() {
             scene.meshes.iter_mut().for_each(|mesh| mesh.colors.clear());
             gpu.render(&scene)
         };
-        let truth = reference_frame(&scene, 512, 8);
+        let truth = reference_frame(&scene, 128, 8);
         let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
         for frame in gpu.render_by_each_tracer(&scene) {
             let [direct, indirect] =

@@ -21,12 +21,22 @@ fn meshes() {
     let of_others = "v 0 0 0 0.5 0.2 1\nv 3 0 0 255 0 9\nv 3 2 0 1 1 0 0\nv 2 2 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n\
         vn -1.#IND 0 1\nvn nan inf 1\nf 4 5 6 7 8 9 10 11\nF 4//1 5//2 6//1\nvp 1 2\np 1\ng\nunheard of\n";
     seeds.push(format!("{TRIANGLE}{of_others}").into());
-    let mut random = Random::new(3);
+    judge_texts(("mesh.obj", TEXT), &folder, &seeds, 3);
+}
+
+/// Judges damaged texts. Some of them load.
+fn judge_texts(
+    (name, bound): (&'static str, Bound),
+    folder: &SceneFolder,
+    seeds: &[Vec<u8>],
+    seed: u64,
+) {
+    let mut random = Random::new(seed);
     let rounds = 3000;
     let loads = (0..rounds).filter(|_| {
-        let bytes = mutate::text(&mut random, &seeds);
-        judge("mesh.obj", &bytes, TEXT, |bytes| {
-            folder.write("mesh.obj", bytes);
+        let bytes = mutate::text(&mut random, seeds);
+        judge(name, &bytes, bound, |bytes| {
+            folder.write(name, bytes);
             check_scene(Scene::load(&folder.path("scene.toml")))
         })
     });
@@ -212,16 +222,7 @@ fn material_libraries() {
     }
     seeds.push(MTL.into());
     seeds.push("newmtl white\nKa 1 1 1\nKd 0.5\nKs 0.1 0.2 0.3\nNs 20\nillum 2\nd 1\n".into());
-    let mut random = Random::new(4);
-    let rounds = 3000;
-    let loads = (0..rounds).filter(|_| {
-        let bytes = mutate::text(&mut random, &seeds);
-        judge("mesh.mtl", &bytes, TEXT, |bytes| {
-            folder.write("mesh.mtl", bytes);
-            check_scene(Scene::load(&folder.path("scene.toml")))
-        })
-    });
-    assert_some_load(loads.count(), rounds);
+    judge_texts(("mesh.mtl", TEXT), &folder, &seeds, 4);
 }
 
 /// Maps with all options, of images that are there.
@@ -248,14 +249,5 @@ fn material_libraries_with_maps() {
         constant_bytes: TEXTURE.constant_bytes,
         ..TEXT
     };
-    let mut random = Random::new(13);
-    let rounds = 3000;
-    let loads = (0..rounds).filter(|_| {
-        let bytes = mutate::text(&mut random, &seeds);
-        judge("mesh.mtl", &bytes, bound, |bytes| {
-            folder.write("mesh.mtl", bytes);
-            check_scene(Scene::load(&folder.path("scene.toml")))
-        })
-    });
-    assert_some_load(loads.count(), rounds);
+    judge_texts(("mesh.mtl", bound), &folder, &seeds, 13);
 }

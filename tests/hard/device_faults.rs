@@ -5,6 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::common::gather::gather;
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
     Device, DeviceKind, DeviceOptions, Error, Fault, Progress, RenderOptions, Renderer, Scene,
@@ -25,9 +26,7 @@ const PIPELINE_FUNCTIONS: [&str; 5] = [
 
 fn bounce(name: &str, size_px: [u32; 2]) -> Scene {
     let mut scene = demo_scene(name, size_px);
-    let mut indirect = IndirectLight::final_gather(0.5);
-    indirect.set_rsm_size(8);
-    scene.indirect = Some(indirect);
+    scene.indirect = Some(gather!(0.5, rsm_size = Some(8)));
     scene
 }
 

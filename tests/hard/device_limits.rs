@@ -5,6 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::common::gather::gather;
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
     DeviceInfo, DeviceKind, Error, GatherKernel, Plan, Quirks, RenderOptions, Scene, Tracer,
@@ -156,9 +157,7 @@ fn with_triangles(count: usize) -> Scene {
 }
 
 fn bounce_by_rays(rsm_size: u32) -> Option<IndirectLight> {
-    let mut indirect = IndirectLight::final_gather(0.02);
-    indirect.set_rsm_size(rsm_size);
-    Some(indirect)
+    Some(gather!(0.02, rsm_size = Some(rsm_size)))
 }
 
 /// Asserts that the plan refuses the scene, and accepts it after the change that the message suggests.
@@ -312,11 +311,7 @@ fn a_kernel_for_other_subgroups_is_refused() {
     let device = gpu.device.info().clone();
     let mut refused = 0;
     for kernel in GatherKernel::ALL {
-        let mut options = RenderOptions {
-            gather_kernel: Some(kernel),
-            ..RenderOptions::default()
-        };
-        let result = gpu.renderer.render(&scene, &mut options);
+        let result = gpu.try_render_with(&scene, |options| options.gather_kernel = Some(kernel));
         if kernel.runs_on(&device) {
             assert!(result.is_ok());
         } else {
@@ -330,11 +325,7 @@ fn a_kernel_for_other_subgroups_is_refused() {
     let mut scene = scene;
     scene.direct.shadow = Some(Shadow::Rays);
     for tracer in Tracer::ALL {
-        let mut options = RenderOptions {
-            tracer: Some(tracer),
-            ..RenderOptions::default()
-        };
-        let result = gpu.renderer.render(&scene, &mut options);
+        let result = gpu.try_render_with(&scene, |options| options.tracer = Some(tracer));
         match tracer.runs_on(&device) {
             true => assert!(result.is_ok()),
             false => {

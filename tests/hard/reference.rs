@@ -1,8 +1,7 @@
 //! Scenes that are difficult for a path sampler.
 
-use std::ops::ControlFlow;
-
-use crate::common::rooms::{quad, scene_of};
+use crate::common::reference_frame::add_rounds;
+use crate::common::rooms::{floor, quad, scene_of};
 use camlux::{
     Error, Scene,
     output::Layer,
@@ -14,13 +13,7 @@ use glam::DVec3;
 /// A floor, a wall, and a lamp.
 fn corner(lamp_m: DVec3) -> Scene {
     let meshes = vec![
-        quad(
-            "floor",
-            DVec3::new(-1.0, 0.0, -1.0),
-            2.0 * DVec3::Z,
-            2.0 * DVec3::X,
-            0,
-        ),
+        floor(1.0),
         quad(
             "wall",
             DVec3::new(-1.0, 0.0, -1.0),
@@ -43,10 +36,7 @@ fn corner(lamp_m: DVec3) -> Scene {
 
 fn sampled(scene: &Scene) -> [Vec<f32>; 2] {
     let mut reference = Reference::new(scene, 64).expect("the scene is valid");
-    for _ in 0..4 {
-        let added = reference.add_round(&mut |_| ControlFlow::Continue(()));
-        added.expect("nothing cancels it");
-    }
+    add_rounds(&mut reference, 4);
     let frame = reference.frame();
     [Layer::Direct, Layer::Indirect].map(|layer| frame.values(layer).expect("it is there").to_vec())
 }

@@ -1,7 +1,9 @@
 //! Lens distortion: `ray_direction` inverts `project`, and an image that folds over is refused.
 
 use crate::common::calibrations;
+use crate::common::gpu::distort;
 use crate::common::rooms;
+use crate::common::rows::assert_says;
 use camlux::scene::{Camera, Distortion, Intrinsics, Lens, Sensor};
 use glam::{DVec2, DVec3};
 
@@ -168,16 +170,10 @@ fn a_fisheye_has_no_f_number() {
         f_number: Some(2.0),
     });
     let mut said = |distortion| {
-        scene.camera.lens = Lens::Distorted {
-            intrinsics: scene.camera.intrinsics_px(),
-            distortion,
-        };
+        distort(&mut scene, distortion);
         scene.validate().err().map(|error| error.to_string())
     };
     assert_eq!(said(Distortion::Rational([0.0; 8])), None);
     let error = said(Distortion::Fisheye([0.0; 4])).expect("it is refused");
-    assert!(
-        error.contains("f_number is given for a fisheye lens"),
-        "{error}"
-    );
+    assert_says(&error, &["f_number is given for a fisheye lens"]);
 }

@@ -4,9 +4,10 @@
 
 use std::time::Duration;
 
+use crate::common::gather::gather;
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, gather_kernels, sub_pixel_bits};
 use camlux::{
-    RenderOptions, Scene,
+    Scene,
     output::{Frame, Layer},
     reference::Reference,
     scene::{Bands, FinalGather, IndirectLight, Light, PixelFilter, PixelSampling, VplSum},
@@ -56,14 +57,8 @@ fn every_gather_kernel_gives_the_same() {
     for estimator in VplSum::ALL {
         for name in ["cornell", "glossy"] {
             let scene = scene(name, estimator);
-            let mut render = |kernel| {
-                let mut options = RenderOptions {
-                    gather_kernel: Some(kernel),
-                    ..RenderOptions::default()
-                };
-                let frame = gpu.renderer.render(&scene, &mut options);
-                frame.expect("the scene renders")
-            };
+            let mut render =
+                |kernel| gpu.render_with(&scene, |options| options.gather_kernel = Some(kernel));
             let first = render(kernels[0]);
             for &kernel in &kernels[1..] {
                 let what = format!("{name}, {}, {}", estimator.name(), kernel.name());
@@ -78,10 +73,7 @@ fn every_gather_kernel_gives_the_same() {
 fn a_frame_has_the_layers_that_are_wanted() {
     let mut gpu = Gpu::open();
     let mut with_all = demo_scene("tof_corner", [16, 12]);
-    with_all.indirect = Some(IndirectLight::FinalGather(FinalGather {
-        stderr_layer: true,
-        ..FinalGather::new(0.5)
-    }));
+    with_all.indirect = Some(gather!(0.5, stderr_layer = true));
     let mut sampled = with_all.clone();
     sampled.camera.pixel_sampling = Some(PixelSampling {
         samples: 2,
@@ -97,11 +89,7 @@ fn a_frame_has_the_layers_that_are_wanted() {
         let each = all.iter().map(|&layer| vec![layer]);
         let some = vec![Layer::Depth, Layer::Indirect, Layer::MaterialId];
         for wanted in each.chain([some, Vec::new()]) {
-            let options = &mut RenderOptions {
-                layers: Some(&wanted),
-                ..RenderOptions::default()
-            };
-            let frame = gpu.renderer.render(&scene, options).expect("it renders");
+            let frame = gpu.render_with(&scene, |options| options.layers = Some(&wanted));
             let expected = whole
                 .layers
                 .iter()
@@ -123,11 +111,8 @@ fn a_layer_that_a_scene_does_not_have_is_refused() {
         (Layer::HalfPath, "give the scene time of flight"),
         (Layer::Edge, "take it from a reference or a sequence"),
     ] {
-        let options = &mut RenderOptions {
-            layers: Some(&[Layer::Direct, layer]),
-            ..RenderOptions::default()
-        };
-        let refused = gpu.renderer.render(&scene, options);
+        let layers = [Layer::Direct, layer];
+        let refused = gpu.try_render_with(&scene, |options| options.layers = Some(&layers));
         let message = refused.expect_err("it has none").to_string();
         let problem = format!("no layer {}; {hint}", layer.name());
         assert!(message.contains(&problem), "{message}");
@@ -145,12 +130,9 @@ fn submissions_do_not_show() {
             // More work than fits the first submission, which has a fixed size, and VPLs for several dispatches.
             scene.indirect = Some(indirect);
             let mut render = |submission_target| {
-                let mut options = RenderOptions {
-                    submission_target,
-                    ..RenderOptions::default()
-                };
-                let frame = gpu.renderer.render(&scene, &mut options);
-                frame.expect("the scene renders")
+                gpu.render_with(&scene, |options| {
+                    options.submission_target = submission_target
+                })
             };
             let few = render(Duration::from_secs(1000));
             let many = render(Duration::ZERO);

@@ -1,7 +1,7 @@
 //! What the numbers of a glTF file mean: accessors, triangles, texture coordinates, tangents, colours, alpha, instances.
 
 use crate::common::gltf_file::GltfBuilder;
-use crate::common::scene_folder::{CAMERA, LIGHT, SceneFolder};
+use crate::common::scene_folder::{CAMERA, LIGHT, SceneFolder, assert_says};
 use camlux::Scene;
 use camlux::scene::{Filter, Mesh, Wrap};
 use glam::{DVec2, DVec3};
@@ -180,10 +180,7 @@ fn textures_use_the_sets_of_texture_coordinates_that_they_name() {
     assert_eq!(first(&scene.meshes[0].texcoords), Some(2.0));
     let warnings = scene.warnings().join("\n");
     for set in [0, 1, 3] {
-        assert!(
-            warnings.contains(&format!("TEXCOORD_{set} of primitives")),
-            "{warnings}"
-        );
+        assert_says(&warnings, &[&format!("TEXCOORD_{set} of primitives")]);
     }
 }
 
@@ -343,52 +340,25 @@ fn colours_of_vertices_are_read_in_every_form() {
 /// The number of triangles, and the cutoff of what is left.
 #[test]
 fn alpha_is_the_factor_times_the_texture() {
+    let opaque = r#""alphaMode":"OPAQUE""#.to_owned();
+    let mask = |cutoff: &str| format!(r#""alphaMode":"MASK"{cutoff}"#);
+    let below = |cutoff: f64| mask(&format!(r#","alphaCutoff":{cutoff}"#));
     let cases = [
         // Without a texture: the factor against the cutoff.
-        (r#""alphaMode":"MASK""#, "", 0.2, (0, None)),
-        (r#""alphaMode":"MASK""#, "", 0.5, (2, None)),
-        (
-            r#""alphaMode":"MASK","alphaCutoff":0.2"#,
-            "",
-            0.3,
-            (2, None),
-        ),
-        (r#""alphaMode":"MASK","alphaCutoff":0"#, "", 0.0, (2, None)),
-        (
-            r#""alphaMode":"MASK","alphaCutoff":1.1"#,
-            "",
-            1.0,
-            (0, None),
-        ),
-        (r#""alphaMode":"OPAQUE""#, "", 0.0, (2, None)),
+        (mask(""), "", 0.2, (0, None)),
+        (mask(""), "", 0.5, (2, None)),
+        (below(0.2), "", 0.3, (2, None)),
+        (below(0.0), "", 0.0, (2, None)),
+        (below(1.1), "", 1.0, (0, None)),
+        (opaque.clone(), "", 0.0, (2, None)),
         // The texels have 255 and 51, which are 1 and 0.2.
-        (r#""alphaMode":"MASK""#, "0", 1.0, (2, Some(0.5))),
-        (
-            r#""alphaMode":"MASK","alphaCutoff":0.1"#,
-            "0",
-            0.5,
-            (2, None),
-        ),
-        (
-            r#""alphaMode":"MASK","alphaCutoff":0.15"#,
-            "0",
-            0.5,
-            (2, Some(0.3)),
-        ),
-        (r#""alphaMode":"MASK","alphaCutoff":0"#, "0", 1.0, (2, None)),
-        (
-            r#""alphaMode":"MASK","alphaCutoff":0.6"#,
-            "0",
-            0.5,
-            (0, None),
-        ),
-        (
-            r#""alphaMode":"MASK","alphaCutoff":1.1"#,
-            "0",
-            1.0,
-            (0, None),
-        ),
-        (r#""alphaMode":"OPAQUE""#, "0", 0.1, (2, None)),
+        (mask(""), "0", 1.0, (2, Some(0.5))),
+        (below(0.1), "0", 0.5, (2, None)),
+        (below(0.15), "0", 0.5, (2, Some(0.3))),
+        (below(0.0), "0", 1.0, (2, None)),
+        (below(0.6), "0", 0.5, (0, None)),
+        (below(1.1), "0", 1.0, (0, None)),
+        (opaque, "0", 0.1, (2, None)),
     ];
     for (mode, texture, factor, due) in cases {
         let texture = match texture {
@@ -441,10 +411,7 @@ fn instances_of_a_node_are_placed_by_their_attributes() {
     assert_eq!(corner(0), DVec3::new(13.0, 4.0, 3.0));
     assert_eq!(corner(1), DVec3::new(15.0, 8.0, 6.0));
     let warnings = scene.warnings().join("\n");
-    assert!(
-        warnings.contains("_ID of EXT_mesh_gpu_instancing"),
-        "{warnings}"
-    );
+    assert_says(&warnings, &["_ID of EXT_mesh_gpu_instancing"]);
 }
 
 /// A file that is placed twice is read once, and has one warning.

@@ -32,6 +32,14 @@ fn write(path: &Path, names: &[&str], encoding: Encoding, attributes: LayerAttri
     Image::from_layer(layer).write().to_file(path).unwrap();
 }
 
+/// The image of these channels, uncompressed.
+fn written(names: &[&str], attributes: LayerAttributes) -> LayeredImage {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    write(&path, names, Encoding::UNCOMPRESSED, attributes);
+    LayeredImage::read(&path).unwrap()
+}
+
 fn interleaved(channels: &[usize]) -> Vec<f32> {
     let pixels = 0..WIDTH * HEIGHT;
     pixels
@@ -79,32 +87,9 @@ fn blocks_and_lossless_compressions_do_not_change_the_pixels() {
 
 #[test]
 fn channels_find_their_layers() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.exr");
-    let names = [
-        "A",
-        "B",
-        "G",
-        "P.X",
-        "P.Y",
-        "P.Z",
-        "R",
-        "depth.Z",
-        "id.instance",
-        "id.material",
-        "id.x",
-        "left.direct.R",
-        "mixed.G",
-        "mixed.a",
-        "mixed.z",
-    ];
-    write(
-        &path,
-        &names,
-        Encoding::UNCOMPRESSED,
-        LayerAttributes::default(),
-    );
-    let image = LayeredImage::read(&path).unwrap();
+    let names = "A B G P.X P.Y P.Z R depth.Z id.instance id.material id.x left.direct.R mixed.G mixed.a mixed.z";
+    let names: Vec<&str> = names.split(' ').collect();
+    let image = written(&names, LayerAttributes::default());
     let layers: Vec<(&str, Vec<&str>)> = image
         .layers()
         .iter()
@@ -135,24 +120,14 @@ fn channels_find_their_layers() {
 /// `values` promises three channels for this layer, so a layer with a fourth channel is not camlux's.
 #[test]
 fn a_layer_with_more_channels_is_not_taken_for_ours() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.exr");
     let names = ["direct.A", "direct.B", "direct.G", "direct.R"];
-    write(
-        &path,
-        &names,
-        Encoding::UNCOMPRESSED,
-        LayerAttributes::default(),
-    );
-    let image = LayeredImage::read(&path).unwrap();
+    let image = written(&names, LayerAttributes::default());
     assert!(image.values(Layer::Direct).is_none());
     assert_eq!(image.layer("direct").unwrap().channel_names.len(), 4);
 }
 
 #[test]
 fn texts_and_numbers_of_the_header_are_kept() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.exr");
     let mut attributes = LayerAttributes {
         software_name: Some(Text::from("camlux 1")),
         ..LayerAttributes::default()
@@ -168,8 +143,7 @@ fn texts_and_numbers_of_the_header_are_kept() {
     ] {
         attributes.other.insert(Text::from(name), value);
     }
-    write(&path, &["R"], Encoding::UNCOMPRESSED, attributes);
-    let image = LayeredImage::read(&path).unwrap();
+    let image = written(&["R"], attributes);
     assert_eq!(image.attribute("camlux.scene_hash"), Some("0a1b"));
     assert_eq!(image.attribute("camlux.rsm_size"), Some("48"));
     assert_eq!(image.attribute("camlux.half"), Some("0.1"));
@@ -214,16 +188,8 @@ fn whole_numbers_and_halves_become_floats() {
 /// `valid` takes precedence over `id.instance`, and that over `depth`. Without any of them, all pixels count.
 #[test]
 fn surfaces_are_told_by_the_first_layer_that_knows() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.exr");
     let count = |names: &[&str]| {
-        write(
-            &path,
-            names,
-            Encoding::UNCOMPRESSED,
-            LayerAttributes::default(),
-        );
-        let surface = LayeredImage::read(&path).unwrap().surface_pixels();
+        let surface = written(names, LayerAttributes::default()).surface_pixels();
         assert_eq!(surface.len(), WIDTH * HEIGHT);
         surface.iter().filter(|&&is_surface| is_surface).count()
     };
@@ -242,30 +208,14 @@ fn surfaces_are_told_by_the_first_layer_that_knows() {
 
 #[test]
 fn total_radiance_is_the_layer_or_the_sum() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.exr");
-    let parts = [
-        "direct.B",
-        "direct.G",
-        "direct.R",
-        "indirect.B",
-        "indirect.G",
-        "indirect.R",
-    ];
-    let total = |names: &[&str]| {
-        write(
-            &path,
-            names,
-            Encoding::UNCOMPRESSED,
-            LayerAttributes::default(),
-        );
-        LayeredImage::read(&path).unwrap().total_radiance()
-    };
+    let parts = ["direct", "indirect", "radiance"];
+    let parts = parts.map(|layer| ["B", "G", "R"].map(|band| format!("{layer}.{band}")));
+    let parts: Vec<&str> = parts.as_flattened().iter().map(String::as_str).collect();
+    let total = |names: &[&str]| written(names, LayerAttributes::default()).total_radiance();
     let red_of_pixel_9 = |total: Option<Vec<f32>>| total.unwrap()[9 * 3];
-    assert_eq!(red_of_pixel_9(total(&parts)), value(2, 9) + value(5, 9));
-    let mut with_total = parts.to_vec();
-    with_total.extend(["radiance.B", "radiance.G", "radiance.R"]);
-    assert_eq!(red_of_pixel_9(total(&with_total)), value(8, 9));
+    let of_sum = total(&parts[..6]);
+    assert_eq!(red_of_pixel_9(of_sum), value(2, 9) + value(5, 9));
+    assert_eq!(red_of_pixel_9(total(&parts)), value(8, 9));
     assert_eq!(total(&parts[..3]), None);
 }
 

@@ -2,6 +2,7 @@
 
 use std::thread;
 
+use crate::common::gather::gather;
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use crate::common::instances::{crowd, slabs};
 use camlux::{
@@ -14,9 +15,7 @@ use camlux::{
 };
 
 fn final_gather(mut scene: Scene) -> Scene {
-    let mut indirect = IndirectLight::final_gather(0.2);
-    indirect.set_rsm_size(16);
-    scene.indirect = Some(indirect);
+    scene.indirect = Some(gather!(0.2, rsm_size = Some(16)));
     scene
 }
 
@@ -36,10 +35,7 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
     for name in ["glossy", "knot"] {
         let scene_of = |size: u32, target: f64, limit: Option<u64>| {
             let mut scene = demo_scene(name, [size, size]);
-            scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
-                max_rays: limit,
-                ..FinalGather::new(target)
-            }));
+            scene.indirect = Some(gather!(target, max_rays = limit));
             scene
         };
         let first = scene_of(128, 0.03, None);
@@ -249,10 +245,7 @@ fn a_frame_of_which_nothing_has_changed_comes_back() {
     assert!(repeated(&mut gpu, &scene, 1).stats.passes.is_empty());
     assert!(!gpu.render_seeded(&scene, 1).stats.passes.is_empty());
     // What a limit of time has cut short may become better.
-    scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
-        max_ms: Some(1.0),
-        ..FinalGather::new(0.002)
-    }));
+    scene.indirect = Some(gather!(0.002, rsm_size = Some(16), max_ms = Some(1.0)));
     for _ in 0..2 {
         let frame = repeated(&mut gpu, &scene, 0);
         assert_eq!(frame.stats.stop, Some(StopReason::BudgetSpent));

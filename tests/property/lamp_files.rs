@@ -3,7 +3,8 @@
 
 use std::f64::consts::PI;
 
-use crate::common::scene_folder::{CAMERA, MESH, SceneFolder};
+use crate::common::rows::rows;
+use crate::common::scene_folder::{CAMERA, MESH, SceneFolder, assert_says};
 use camlux::{
     Scene,
     model::radiant_intensity,
@@ -20,6 +21,10 @@ fn load(name: &str, file: &str) -> Result<Scene, String> {
     let light = format!("{LIGHT}pattern = \"{name}\"\nscale = \"file\"\n");
     let scene = folder.load(&format!("{CAMERA}{light}{MESH}"));
     scene.map_err(|error| error.to_string())
+}
+
+fn refuses(ies: &str, words: &[&str]) {
+    assert_says(&load("a.ies", ies).expect_err(words[0]), words);
 }
 
 /// Candela in a direction: γ from straight down, C from +x.
@@ -84,10 +89,7 @@ fn the_number_after_the_ballast_factor_has_the_meaning_of_the_version() {
     // A version of the future is not guessed in silence.
     let scene = load("a.ies", &ies("IES:LM-63-2031", "1 1.1 20")).unwrap();
     let warnings = scene.warnings();
-    assert!(
-        warnings[0].contains("unknown version \"IES:LM-63-2031\""),
-        "{warnings:?}"
-    );
+    assert_says(&warnings[0], &["unknown version \"IES:LM-63-2031\""]);
 }
 
 #[test]
@@ -113,20 +115,13 @@ fn tilt_is_read_from_the_file_itself() {
     let scene = load("a.ies", &include("2\n0 90\n1 1")).unwrap();
     assert_near(candela(&scene, 0.0, 0.0), 100.0);
     assert_eq!(scene.warnings(), [""; 0]);
-    for (file, says) in [
-        (include("1\n45\n1"), "no factor for a tilt of 0 degrees"),
-        (include("0\n"), "the number of tilt angles is 0"),
-        (
-            include("1\n0\n1").replace("include\n1\n", "include\n4\n"),
-            "the lamp-to-luminaire geometry is 4",
-        ),
-        (
-            include("").replace("= include", "= tilt.tlt"),
-            "a.ies:3: TILT=tilt.tlt names another file, which camlux does not read; write TILT=INCLUDE and the lines of that file",
-        ),
-    ] {
-        let error = load("a.ies", &file).expect_err(says);
-        assert!(error.contains(says), "{error}");
+    rows! { refuses;
+        include("1\n45\n1") => "no factor for a tilt of 0 degrees";
+        include("0\n") => "the number of tilt angles is 0";
+        include("1\n0\n1").replace("include\n1\n", "include\n4\n") =>
+            "the lamp-to-luminaire geometry is 4";
+        include("").replace("= include", "= tilt.tlt") =>
+            "a.ies:3: TILT=tilt.tlt names another file, which camlux does not read; write TILT=INCLUDE and the lines of that file";
     }
 }
 
@@ -140,10 +135,7 @@ fn numbers_beyond_those_that_a_file_states_are_counted() {
     );
     let ldt = eulumdat(0, &[0.0], &[300.0, 100.0], 3000.0);
     let error = load("a.ldt", &format!("{ldt}\n7\n8\n")).expect_err("more");
-    assert!(
-        error.contains("the file holds 2 more numbers than"),
-        "{error}"
-    );
+    assert_says(&error, &["the file holds 2 more numbers than"]);
     // Text is none, and is named.
     for (name, file) in [("a.ies", file), ("a.ldt", ldt)] {
         let scene = load(name, &format!("{file}the end\n")).expect("it loads");
@@ -405,22 +397,12 @@ fn types_a_and_b_keep_up_and_right() {
         // Behind its axis nothing was measured.
         assert_eq!(candela(&scene, 120.0, 40.0), 0.0);
     }
-    for (file, says) in [
-        (
-            file_of_type(3, &[0.0, 100.0], &[0.0, 90.0], |_, _| 1.0),
-            "the vertical angles are not all within -90 and 90 degrees",
-        ),
-        (
-            file_of_type(2, &[0.0, 90.0], &[0.0], |_, _| 1.0),
-            "the horizontal angles do not increase, or are fewer than two",
-        ),
-        (
-            file_of_type(4, &[0.0, 90.0], &[0.0], |_, _| 1.0),
-            "photometry of type 4 is not known",
-        ),
-    ] {
-        let error = load("a.ies", &file).expect_err(says);
-        assert!(error.contains(says), "{error}");
+    rows! { refuses;
+        file_of_type(3, &[0.0, 100.0], &[0.0, 90.0], |_, _| 1.0) =>
+            "the vertical angles are not all within -90 and 90 degrees";
+        file_of_type(2, &[0.0, 90.0], &[0.0], |_, _| 1.0) =>
+            "the horizontal angles do not increase, or are fewer than two";
+        file_of_type(4, &[0.0, 90.0], &[0.0], |_, _| 1.0) => "photometry of type 4 is not known";
     }
 }
 

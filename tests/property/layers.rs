@@ -1,10 +1,10 @@
 //! Relations between the layers of a frame: sums, energy, background.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, plain_sum};
+use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, distort, plain_sum, radial};
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Distortion, Encoding, IndirectLight, Lens, Sensor, Texels, Texture},
+    scene::{Encoding, IndirectLight, Sensor, Texels, Texture},
 };
 
 /// A demo scene whose indirect light need not be exact.
@@ -85,10 +85,7 @@ fn behind_an_aperture_energy_falls_by_the_fourth_power_of_the_cosine() {
     for (indirect, distortion) in [(true, false), (false, true)] {
         let mut scene = coarse("cornell");
         if distortion {
-            scene.camera.lens = Lens::Distorted {
-                intrinsics: scene.camera.intrinsics_px(),
-                distortion: Distortion::Rational([-0.2, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-            };
+            distort(&mut scene, radial(-0.2, 0.05));
         }
         if !indirect {
             scene.indirect = None;

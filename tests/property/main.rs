@@ -11,6 +11,7 @@ mod distortion;
 mod edge;
 mod emission;
 mod frame;
+mod frame_views;
 mod gltf_file;
 mod gltf_keys;
 mod input;

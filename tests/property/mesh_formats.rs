@@ -1,6 +1,6 @@
 //! How OBJ, MTL, PLY and STL files of other programs are read: line ends, numbers, colours, textures, strips.
 
-use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
+use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE, assert_says};
 use camlux::Scene;
 use camlux::scene::{Encoding, Mesh, Texels, Wrap};
 use glam::DVec3;
@@ -376,10 +376,7 @@ fn stl_text_and_binary_are_the_same_mesh() {
     }
     binary[132] = 7;
     let warnings = warnings(&load(&folder, "a.stl", binary));
-    assert!(
-        warnings.contains("attribute bytes of triangles"),
-        "{warnings}"
-    );
+    assert_says(&warnings, &["attribute bytes of triangles"]);
 }
 
 #[test]

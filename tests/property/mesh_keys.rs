@@ -1,6 +1,6 @@
 //! Any key of the specification of OBJ, MTL and PLY is used, or named in the one warning of its file.
 
-use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
+use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE, assert_says};
 use camlux::Scene;
 
 /// A triangle with texture coordinates.
@@ -131,10 +131,7 @@ fn names(scene: &Scene, file: &str, key: &str) {
         .filter(|w| w.contains(file) && w.contains("ignores"));
     let of_file: Vec<_> = of_file.collect();
     assert_eq!(of_file.len(), 1, "{key}: {warnings:#?}");
-    assert!(
-        of_file[0].contains(&format!("\"{key}\"")),
-        "{key}: {of_file:?}"
-    );
+    assert_says(&of_file[0], &[&format!("\"{key}\"")]);
 }
 
 #[test]
@@ -226,10 +223,7 @@ fn other_dialects_are_named_with_the_nearest_key() {
         let scene = load(&folder, TEXTURED, &format!("{MTL}{written}\n"));
         let warnings = scene.warnings().join("\n");
         let key = written.split(' ').next().unwrap();
-        assert!(
-            warnings.contains(&format!("the unknown \"{key}\", perhaps \"")),
-            "{warnings}"
-        );
+        assert_says(&warnings, &[&format!("the unknown \"{key}\", perhaps \"")]);
         assert!(warnings.contains(nearest), "{nearest}: {warnings}");
     }
     let obj = format!("{TRIANGLE}vertex 1 2 3\n");
@@ -311,8 +305,5 @@ fn every_property_of_ply_is_used_or_named() {
         assert_eq!(scene.warnings(), [""; 0]);
     }
     let warnings = load("property uchar redd\n", "").warnings().join("\n");
-    assert!(
-        warnings.contains("the unknown \"redd\", perhaps \"red\""),
-        "{warnings}"
-    );
+    assert_says(&warnings, &["the unknown \"redd\", perhaps \"red\""]);
 }

@@ -1,5 +1,6 @@
 //! Metrics against values worked out by hand, and the noise correction against known noise.
 
+use crate::common::rows::assert_says;
 use camlux::metrics::{Comparison, CorrectedRmse, Pixels, RelativeErrors, range_error_m};
 use camlux::model::{Phasor, SPEED_OF_LIGHT_M_S};
 
@@ -13,6 +14,14 @@ fn plain<'a>(image: &'a [f32], reference: &'a [f32], valid: &'a [bool]) -> Pixel
         valid,
         edges: None,
         channels: 1,
+    }
+}
+
+/// The four pixels below, whose reference has these standard errors.
+fn noisy(sigma: &[f32]) -> Pixels<'_> {
+    Pixels {
+        reference_standard_error: Some(sigma),
+        ..plain(&IMAGE, &REFERENCE, &ALL)
     }
 }
 
@@ -65,10 +74,7 @@ fn edges_count_for_nothing_but_their_number() {
         ..plain(&image, &reference, &valid)
     };
     let without = [0.1, 0.2, 0.2, 0.4];
-    let expected = compare(&Pixels {
-        reference_standard_error: Some(&without),
-        ..plain(&IMAGE, &REFERENCE, &ALL)
-    });
+    let expected = compare(&noisy(&without));
     assert_eq!(expected.edge_pixels, 0);
     let found = compare(&masked);
     assert_eq!(found.edge_pixels, 1, "the other shows no surface");
@@ -93,10 +99,7 @@ fn edges_count_for_nothing_but_their_number() {
         ..masked
     };
     let refused = Comparison::new(&short).expect_err("there are six pixels");
-    assert!(
-        refused.to_string().contains("5 pixels instead of 6"),
-        "{refused}"
-    );
+    assert_says(&refused.to_string(), &["5 pixels instead of 6"]);
 }
 
 #[test]
@@ -116,11 +119,7 @@ fn percentile_leaves_out_one_in_a_hundred() {
 #[test]
 fn the_noise_hides_an_error() {
     let sigma = [0.1, 0.2, 0.2, 0.4];
-    let pixels = Pixels {
-        reference_standard_error: Some(&sigma),
-        ..plain(&IMAGE, &REFERENCE, &ALL)
-    };
-    let comparison = compare(&pixels);
+    let comparison = compare(&noisy(&sigma));
     let noise = comparison.noise.unwrap();
     // Σσ² = 0.25, Σσ = 0.9.
     assert_near(noise.floor, 0.1);
@@ -147,15 +146,11 @@ fn the_noise_hides_an_error() {
 #[test]
 fn an_error_over_the_noise_is_an_estimate() {
     let sigma = [0.01, 0.02, 0.02, 0.04];
-    let pixels = Pixels {
-        reference_standard_error: Some(&sigma),
-        ..plain(&IMAGE, &REFERENCE, &ALL)
-    };
     // As above with Σσ² = 0.0025: R² = 2.2475/24.9975, variance (4·0.0032745884 − 2·0.9100910²·2.89e-6)/24.9975².
     let CorrectedRmse::Estimate {
         value,
         standard_error,
-    } = compare(&pixels).noise.unwrap().rmse
+    } = compare(&noisy(&sigma)).noise.unwrap().rmse
     else {
         panic!("over the noise");
     };
@@ -313,13 +308,9 @@ fn equal_images_have_no_error_and_no_noise_where_none_is_given() {
 #[test]
 fn a_reference_of_noise_supports_no_claim() {
     let sigma = [3.0; 4];
-    let pixels = Pixels {
-        reference_standard_error: Some(&sigma),
-        ..plain(&IMAGE, &REFERENCE, &ALL)
-    };
     // Σt² − Σσ² = 25 − 36.
     assert_eq!(
-        compare(&pixels).noise.unwrap().rmse,
+        compare(&noisy(&sigma)).noise.unwrap().rmse,
         CorrectedRmse::ReferenceIsNoise
     );
 }
@@ -330,13 +321,7 @@ fn slices_that_do_not_fit_are_refused() {
     for (pixels, name) in [
         (plain(&three, &REFERENCE, &ALL), "the image has 3"),
         (plain(&IMAGE, &three, &ALL), "the reference has 3"),
-        (
-            Pixels {
-                reference_standard_error: Some(&three),
-                ..plain(&IMAGE, &REFERENCE, &ALL)
-            },
-            "the reference's standard error has 3",
-        ),
+        (noisy(&three), "the reference's standard error has 3"),
         (
             Pixels {
                 channels: usize::MAX,

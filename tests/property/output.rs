@@ -3,16 +3,17 @@
 use std::fs;
 use std::path::Path;
 
+use crate::common::rows::assert_says;
 use camlux::output::{
     ExrCompression, ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData,
-    LayeredImage, OutputFile, PassTime, PngView, StopReason, write_exr, write_exr_files, write_png,
+    LayeredImage, OutputFile, PassTime, PngView, write_exr, write_exr_files, write_png,
 };
-use camlux::scene::{Camera, FinalGather, IndirectLight, Lens, Light, RsmAverage, Sensor, VplSum};
+use camlux::scene::{Camera, IndirectLight, Lens, Light, Sensor, VplSum};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 use glam::DVec3;
 
-const WIDTH: u32 = 7;
-const HEIGHT: u32 = 5;
+pub const WIDTH: u32 = 7;
+pub const HEIGHT: u32 = 5;
 
 fn camera() -> Camera {
     Camera {
@@ -78,7 +79,7 @@ pub fn frame() -> Frame {
     }
 }
 
-fn set(frame: &mut Frame, layer: Layer, values: Vec<f32>) {
+pub fn set(frame: &mut Frame, layer: Layer, values: Vec<f32>) {
     let slot = frame
         .layers
         .iter_mut()
@@ -92,6 +93,26 @@ fn write(frame: &Frame, options: &ExrOptions, path: &Path) -> FlatImage {
     let image = read_all_flat_layers_from_file(path).unwrap();
     assert_eq!(image.layer_data.len(), 1, "one part");
     image
+}
+
+fn half() -> ExrOptions {
+    ExrOptions {
+        half: true,
+        ..ExrOptions::default()
+    }
+}
+
+fn only(layers: &[Layer]) -> ExrOptions {
+    ExrOptions {
+        layers: Some(layers.to_vec()),
+        ..ExrOptions::default()
+    }
+}
+
+/// The same in a folder that is deleted.
+fn written(frame: &Frame, options: &ExrOptions) -> FlatImage {
+    let folder = tempfile::tempdir().unwrap();
+    write(frame, options, &folder.path().join("a.exr"))
 }
 
 fn channel_names(image: &FlatImage) -> Vec<String> {
@@ -134,19 +155,15 @@ fn attribute_text(image: &FlatImage, name: &str) -> String {
 }
 
 fn file_names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    names
+    let entries = fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.collect()
 }
 
 #[test]
 fn every_layer_comes_back_bit_for_bit() {
-    let folder = tempfile::tempdir().unwrap();
     let frame = frame();
-    let image = write(&frame, &ExrOptions::default(), &folder.path().join("a.exr"));
+    let image = written(&frame, &ExrOptions::default());
     assert_eq!(image.layer_data[0].size.0, WIDTH as usize);
     // Channels of a frame, of the samples' depths, of the half path, of a sequence, and of four frequencies.
     assert_eq!(channel_names(&image).len(), 29 + 2 + 1 + 5 + 4 * 29);
@@ -174,19 +191,10 @@ fn every_layer_comes_back_bit_for_bit() {
 
 #[test]
 fn infinite_depth_of_the_background_is_kept() {
-    let folder = tempfile::tempdir().unwrap();
     let mut frame = frame();
-    set(
-        &mut frame,
-        Layer::Depth,
-        vec![f32::INFINITY; (WIDTH * HEIGHT) as usize],
-    );
-    let options = ExrOptions {
-        half: true,
-        layers: None,
-        ..ExrOptions::default()
-    };
-    let image = write(&frame, &options, &folder.path().join("a.exr"));
+    let infinite = vec![f32::INFINITY; (WIDTH * HEIGHT) as usize];
+    set(&mut frame, Layer::Depth, infinite);
+    let image = written(&frame, &half());
     let FlatSamples::F32(values) = samples(&image, "depth.Z") else {
         panic!("depth is not f32")
     };
@@ -195,7 +203,6 @@ fn infinite_depth_of_the_background_is_kept() {
 
 #[test]
 fn half_is_for_radiance_and_normals_and_saturates() {
-    let folder = tempfile::tempdir().unwrap();
     let mut frame = frame();
     let mut radiance = vec![0.1; (WIDTH * HEIGHT * 3) as usize];
     // Channel R of the first pixels: above the range, just below the values that round to infinity, below the range, infinite.
@@ -204,31 +211,13 @@ fn half_is_for_radiance_and_normals_and_saturates() {
     radiance[6] = -1e6;
     radiance[9] = f32::INFINITY;
     set(&mut frame, Layer::Radiance, radiance);
-    let options = ExrOptions {
-        half: true,
-        layers: None,
-        ..ExrOptions::default()
-    };
-    let image = write(&frame, &options, &folder.path().join("a.exr"));
+    let image = written(&frame, &half());
     let half_names: Vec<String> = channel_names(&image)
         .into_iter()
         .filter(|name| matches!(samples(&image, name), FlatSamples::F16(_)))
         .collect();
-    let expected = [
-        "N.X",
-        "N.Y",
-        "N.Z",
-        "direct.B",
-        "direct.G",
-        "direct.R",
-        "indirect.B",
-        "indirect.G",
-        "indirect.R",
-        "radiance.B",
-        "radiance.G",
-        "radiance.R",
-    ];
-    assert_eq!(half_names, expected);
+    let expected = "N.X N.Y N.Z direct.B direct.G direct.R indirect.B indirect.G indirect.R radiance.B radiance.G radiance.R";
+    assert_eq!(half_names.join(" "), expected);
     let FlatSamples::F16(red) = samples(&image, "radiance.R") else {
         panic!("radiance is not half")
     };
@@ -248,13 +237,8 @@ fn half_is_for_radiance_and_normals_and_saturates() {
 
 #[test]
 fn picked_layers_are_the_only_ones() {
-    let folder = tempfile::tempdir().unwrap();
-    let options = ExrOptions {
-        half: false,
-        layers: Some(vec![Layer::Range, Layer::InstanceId, Layer::Direct]),
-        ..ExrOptions::default()
-    };
-    let image = write(&frame(), &options, &folder.path().join("a.exr"));
+    let layers = [Layer::Range, Layer::InstanceId, Layer::Direct];
+    let image = written(&frame(), &only(&layers));
     assert_eq!(
         channel_names(&image),
         ["direct.B", "direct.G", "direct.R", "id.instance", "range.Z"]
@@ -321,12 +305,10 @@ fn header_tells_how_the_frame_was_made() {
 
 #[test]
 fn the_header_has_the_requested_error_and_the_estimated_one() {
-    let folder = tempfile::tempdir().unwrap();
     let mut frame = frame();
     let mut errors = |indirect, stats| {
         (frame.description.indirect, frame.stats) = (Some(indirect), stats);
-        let path = folder.path().join("a.exr");
-        let image = write(&frame, &ExrOptions::default(), &path);
+        let image = written(&frame, &ExrOptions::default());
         let is_sum = attribute(&image, "camlux.rsm_size").is_some();
         assert_eq!(is_sum, indirect.rsm_size().is_some());
         [
@@ -368,12 +350,7 @@ fn the_header_has_the_requested_error_and_the_estimated_one() {
 
 #[test]
 fn header_matrices_take_points_to_their_pixels() {
-    let folder = tempfile::tempdir().unwrap();
-    let image = write(
-        &frame(),
-        &ExrOptions::default(),
-        &folder.path().join("a.exr"),
-    );
+    let image = written(&frame(), &ExrOptions::default());
     let attributes = &image.layer_data[0].attributes;
     // The format multiplies row vectors from the left.
     let transform = |point: DVec3, m: [f64; 16]| -> [f64; 4] {
@@ -419,94 +396,13 @@ fn header_matrices_take_points_to_their_pixels() {
 }
 
 #[test]
-fn a_frame_warns_of_what_it_does_not_show() {
-    let mut frame = frame();
-    assert_eq!(frame.warnings(), Vec::<String>::new());
-    let black = vec![0.0; (3 * WIDTH * HEIGHT) as usize];
-    set(&mut frame, Layer::Indirect, black.clone());
-    let says = |frame: &Frame, part: &str| {
-        let warnings = frame.warnings();
-        assert!(
-            warnings.len() == 1 && warnings[0].contains(part),
-            "{warnings:?}"
-        );
-    };
-    says(&frame, "no indirect light reaches what is in view");
-    says(&frame, "the lights shine at no surface");
-    frame.stats.vpl_count = 9;
-    says(&frame, "it faces away from all 9 VPLs");
-    frame.stats.ray_count = 700;
-    says(&frame, "700 rays from it found no lit surface");
-    set(&mut frame, Layer::Radiance, black);
-    says(&frame, "the image is black: it is in shadow");
-    frame.stats.vpl_count = 0;
-    says(&frame, "the image is black: the lights shine at no surface");
-    if let Light::Point { power_w, .. } = &mut frame.description.lights[0] {
-        *power_w = [0.0; 3];
-    }
-    says(&frame, "the image is black: every light emits 0");
-    for (layer, data) in &mut frame.layers {
-        if *layer == Layer::InstanceId {
-            *data = LayerData::Id(vec![0; (WIDTH * HEIGHT) as usize]);
-        }
-    }
-    says(&frame, "nothing is in view");
-}
-
-#[test]
-fn a_target_that_was_not_met_is_said_with_its_reason() {
-    let mut frame = frame();
-    frame.description.indirect = Some(IndirectLight::FinalGather(FinalGather {
-        max_ms: Some(250.0),
-        max_rays: Some(5_000_000_000),
-        ..FinalGather::new(0.02)
-    }));
-    let rays = frame.stats.ray_count;
-    let mut says = |stop, error| {
-        frame.stats.stop = stop;
-        frame.stats.estimated_error = error;
-        frame.stats.estimated_error_upper = error.map(|error| 2.0 * error);
-        frame.warnings()
-    };
-    assert_eq!(says(None, None), Vec::<String>::new());
-    let met = says(Some(StopReason::TargetMet), Some(0.01));
-    assert_eq!(met, Vec::<String>::new());
-    let spent = format!(
-        "the budget (max_ms = 250, max_rays = 5000000000) was spent on {rays} rays before the target error was met: requested 2.00 %, "
-    );
-    assert_eq!(
-        says(Some(StopReason::BudgetSpent), Some(0.031)),
-        [format!(
-            "{spent}estimated 3.10 %, below 6.20 % with 95 % confidence; give more, or raise target_error"
-        )]
-    );
-    assert_eq!(
-        says(Some(StopReason::BudgetSpent), None),
-        [format!(
-            "{spent}not estimated; give more, or raise target_error"
-        )]
-    );
-    let missed = says(Some(StopReason::SamplesExhausted), Some(0.031));
-    assert_eq!(missed.len(), 1);
-    assert!(
-        missed[0].starts_with("the target error was missed"),
-        "{missed:?}"
-    );
-    assert!(missed[0].contains("set a larger rsm_size"), "{missed:?}");
-}
-
-#[test]
 fn failed_write_leaves_nothing_and_keeps_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let mut frame = frame();
     frame.layers.retain(|(layer, _)| *layer != Layer::Energy);
-    let options = ExrOptions {
-        half: false,
-        layers: Some(vec![Layer::Energy]),
-        ..ExrOptions::default()
-    };
-    let error = write_exr(OutputFile::create(&path).unwrap(), &frame, &options).unwrap_err();
+    let output = OutputFile::create(&path).unwrap();
+    let error = write_exr(output, &frame, &only(&[Layer::Energy])).unwrap_err();
     assert!(error.to_string().contains("no layer energy"), "{error}");
     assert!(file_names(folder.path()).is_empty());
 
@@ -514,72 +410,12 @@ fn failed_write_leaves_nothing_and_keeps_the_old_file() {
     set(&mut frame, Layer::Depth, vec![1.0; 3]);
     let output = OutputFile::create(&path).unwrap();
     let error = write_exr(output, &frame, &ExrOptions::default()).unwrap_err();
-    assert!(
-        error.to_string().contains("layer depth has 3 values"),
-        "{error}"
-    );
-    let error = write_png(
-        OutputFile::create(&path).unwrap(),
-        &frame,
-        PngView::Radiance,
-    )
-    .unwrap_err();
-    assert!(
-        error.to_string().contains("layer depth has 3 values"),
-        "{error}"
-    );
+    assert_says(&error.to_string(), &["layer depth has 3 values"]);
+    let output = OutputFile::create(&path).unwrap();
+    let error = write_png(output, &frame, PngView::Radiance).unwrap_err();
+    assert_says(&error.to_string(), &["layer depth has 3 values"]);
     assert_eq!(fs::read_to_string(&path).unwrap(), "old");
     assert_eq!(file_names(folder.path()), ["a.exr"]);
-}
-
-#[test]
-fn preview_shows_the_panels_in_one_exposure() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.png");
-    let mut frame = frame();
-    let values = (WIDTH * HEIGHT * 3) as usize;
-    set(&mut frame, Layer::Direct, vec![1.5; values]);
-    set(&mut frame, Layer::Indirect, vec![0.5; values]);
-    let mut radiance = vec![2.0; values];
-    // One burnt-out pixel of 35 must not darken the others: it is above the 99th percentile.
-    radiance[0] = 1e9;
-    // NaN becomes black and does not crash.
-    radiance[3] = f32::NAN;
-    radiance[4] = 0.0;
-    radiance[5] = 0.0;
-    set(&mut frame, Layer::Radiance, radiance);
-
-    let view = PngView::for_frame(&frame);
-    let preview = write_png(OutputFile::create(&path).unwrap(), &frame, view).unwrap();
-    assert_eq!(preview.white_radiance, 2.0);
-    let image = image::open(&path).unwrap().to_rgb8();
-    assert_eq!(image.dimensions(), (3 * WIDTH, HEIGHT));
-    let at = |panel: u32, x: u32| image.get_pixel(panel * WIDTH + x, 0).0;
-    // sRGB of 0.75 is 0.8808, of 0.25 it is 0.5371 (IEC 61966-2-1); times 255, rounded.
-    assert_eq!(at(0, 2), [225; 3]);
-    assert_eq!(at(1, 2), [137; 3]);
-    assert_eq!(at(2, 2), [255; 3]);
-    assert_eq!(at(2, 0)[0], 255);
-    assert_eq!(at(2, 1), [0; 3]);
-}
-
-#[test]
-fn preview_of_direct_light_is_one_panel_and_black_stays_black() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.png");
-    let mut frame = frame();
-    frame.layers.retain(|(layer, _)| *layer != Layer::Indirect);
-    set(
-        &mut frame,
-        Layer::Radiance,
-        vec![0.0; (WIDTH * HEIGHT * 3) as usize],
-    );
-    let view = PngView::for_frame(&frame);
-    assert_eq!(view, PngView::Radiance);
-    write_png(OutputFile::create(&path).unwrap(), &frame, view).unwrap();
-    let image = image::open(&path).unwrap().to_rgb8();
-    assert_eq!(image.dimensions(), (WIDTH, HEIGHT));
-    assert!(image.into_raw().iter().all(|&byte| byte == 0));
 }
 
 #[test]

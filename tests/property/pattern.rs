@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::common::lamps;
-use crate::common::scene_folder::{CAMERA, MESH, SceneFolder};
+use crate::common::rows::rows;
+use crate::common::scene_folder::{CAMERA, MESH, SceneFolder, assert_says};
 use crate::common::texels::texel_direction;
 use camlux::{
     emission::EmissionDomain,
@@ -173,89 +174,43 @@ fn eulumdat_files_are_spread_over_all_planes() {
     }
 }
 
+fn refuses((name, file): &(&str, String), words: &[&str]) {
+    let error = load(name, file, "power_w = 1").expect_err(words[0]);
+    assert_says(&error, words);
+}
+
 #[test]
 fn files_that_are_none_are_refused() {
     let ldt = eulumdat(0, &[0.0], &[0.0, 90.0], &[1.0, 0.0]);
-    for (name, file, says) in [
-        (
-            "a.txt",
-            QUADRANT.into(),
-            "give an IES file (.ies), a EULUMDAT file (.ldt), or a map",
-        ),
-        ("a.ies", String::new(), "a.ies:1: there is no TILT= line"),
-        (
-            "a.ies",
-            QUADRANT.replace("TILT=NONE", "TILT=lamp.tlt"),
-            "a.ies:5: TILT=lamp.tlt names another file",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("5 4 1 2", "5 4 0 2"),
-            "photometry of type 0 is not known, only types 1 (C), 2 (B) and 3 (A) are",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("5 4 1 2", "5 x 1 2"),
-            "a.ies:6: found \"x\" instead of a number for the number of horizontal angles",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("5 4 1 2", "0 4 1 2"),
-            "the number of vertical angles is 0",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("22.5", "50"),
-            "the vertical angles do not increase",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("0 30 60 90\n100", "0 30 60 80\n100"),
-            "the horizontal angles are from 0 to 80 degrees",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("0 30 60 90\n100", "10 30 60 90\n100"),
-            "the horizontal angles are from 10 to 90 degrees",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("100 50 30 5 0\n", "100 50"),
-            "the file ends before the candela values",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("0 30 60 90\n100", "0 60 30 90\n100"),
-            "the horizontal angles do not increase",
-        ),
-        (
-            "a.ies",
-            QUADRANT.replace("100 50 30 5 0", "100 50 -30 5 0"),
-            "must be finite values of 0 or more",
-        ),
-        (
-            "a.ldt",
-            ldt.replacen("nobody\n1\n0\n", "nobody\n1\n7\n", 1),
-            "a.ldt:3: the symmetry is 7",
-        ),
-        (
-            "a.ldt",
-            ldt.replacen("nobody\n1\n0\n", "nobody\n1\n4\n", 1),
-            "1 C planes do not fit symmetry 4",
-        ),
-        (
-            "a.ldt",
-            ldt.trim_end().rsplit_once('\n').unwrap().0.to_owned(),
-            "the file ends before the intensities",
-        ),
-        (
-            "a.ldt",
-            ldt.replace("2,0", "two"),
-            "a.ldt:24: found \"two\" instead of a number for the conversion factor",
-        ),
-    ] {
-        let error = load(name, &file, "power_w = 1").expect_err(says);
-        assert!(error.contains(says), "{error}");
+    rows! { refuses;
+        ("a.txt", QUADRANT.into()) => "give an IES file (.ies), a EULUMDAT file (.ldt), or a map";
+        ("a.ies", String::new()) => "a.ies:1: there is no TILT= line";
+        ("a.ies", QUADRANT.replace("TILT=NONE", "TILT=lamp.tlt")) =>
+            "a.ies:5: TILT=lamp.tlt names another file";
+        ("a.ies", QUADRANT.replace("5 4 1 2", "5 4 0 2")) =>
+            "photometry of type 0 is not known, only types 1 (C), 2 (B) and 3 (A) are";
+        ("a.ies", QUADRANT.replace("5 4 1 2", "5 x 1 2")) =>
+            "a.ies:6: found \"x\" instead of a number for the number of horizontal angles";
+        ("a.ies", QUADRANT.replace("5 4 1 2", "0 4 1 2")) => "the number of vertical angles is 0";
+        ("a.ies", QUADRANT.replace("22.5", "50")) => "the vertical angles do not increase";
+        ("a.ies", QUADRANT.replace("0 30 60 90\n100", "0 30 60 80\n100")) =>
+            "the horizontal angles are from 0 to 80 degrees";
+        ("a.ies", QUADRANT.replace("0 30 60 90\n100", "10 30 60 90\n100")) =>
+            "the horizontal angles are from 10 to 90 degrees";
+        ("a.ies", QUADRANT.replace("100 50 30 5 0\n", "100 50")) =>
+            "the file ends before the candela values";
+        ("a.ies", QUADRANT.replace("0 30 60 90\n100", "0 60 30 90\n100")) =>
+            "the horizontal angles do not increase";
+        ("a.ies", QUADRANT.replace("100 50 30 5 0", "100 50 -30 5 0")) =>
+            "must be finite values of 0 or more";
+        ("a.ldt", ldt.replacen("nobody\n1\n0\n", "nobody\n1\n7\n", 1)) =>
+            "a.ldt:3: the symmetry is 7";
+        ("a.ldt", ldt.replacen("nobody\n1\n0\n", "nobody\n1\n4\n", 1)) =>
+            "1 C planes do not fit symmetry 4";
+        ("a.ldt", ldt.trim_end().rsplit_once('\n').unwrap().0.to_owned()) =>
+            "the file ends before the intensities";
+        ("a.ldt", ldt.replace("2,0", "two")) =>
+            "a.ldt:24: found \"two\" instead of a number for the conversion factor";
     }
     let error = load("a.ies", QUADRANT, "").expect_err("no power");
     assert!(error.contains("scale = \"file\""), "{error}");
@@ -265,10 +220,7 @@ fn files_that_are_none_are_refused() {
         .load(&format!("{CAMERA}{missing}{MESH}"))
         .expect_err("no file")
         .to_string();
-    assert!(
-        error.contains("scene.toml:9: cannot read the pattern"),
-        "{error}"
-    );
+    assert_says(&error, &["scene.toml:9: cannot read the pattern"]);
     folder.write("none.ies", QUADRANT);
     let error = folder
         .load(&format!("{CAMERA}{missing}{MESH}"))

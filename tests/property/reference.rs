@@ -4,6 +4,7 @@ use crate::common::rooms;
 use std::ops::ControlFlow;
 
 use crate::common::gpu::demo_scene;
+use crate::common::reference_frame::add_rounds;
 use camlux::{
     Error, Scene,
     output::{ExrOptions, Frame, Layer, OutputFile, write_exr},
@@ -11,13 +12,6 @@ use camlux::{
     scene::{Light, Shadow},
 };
 use glam::DVec3;
-
-fn add_rounds(reference: &mut Reference, rounds: u32) {
-    for _ in 0..rounds {
-        let added = reference.add_round(&mut |_| ControlFlow::Continue(()));
-        added.expect("nothing cancels it");
-    }
-}
 
 fn sampled(scene: &Scene, rounds: u32) -> Frame {
     let mut reference = Reference::new(scene, 64).expect("the scene is valid");
@@ -192,13 +186,7 @@ fn a_single_round_has_no_standard_error() {
 /// Without a bounce there is nothing to sample, so the goal is met.
 #[test]
 fn convex_bodies_get_no_bounce() {
-    let floor = rooms::quad(
-        "floor",
-        DVec3::new(-1.0, 0.0, -1.0),
-        2.0 * DVec3::Z,
-        2.0 * DVec3::X,
-        0,
-    );
+    let floor = rooms::floor(1.0);
     let light = Light::Point {
         position_m: DVec3::Y,
         power_w: [1.0; 3],

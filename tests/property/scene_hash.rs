@@ -1,5 +1,6 @@
 //! The hash changes with everything that the image depends on, and with nothing else.
 
+use crate::common::gather::gather;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
     AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, Filter, FinalGather, IndirectLight, Lens,
@@ -74,25 +75,11 @@ fn hash_changes_with_everything_but_names() {
         |s| s.indirect = Some(interpolated_average(0.021)),
         |s| s.indirect = Some(IndirectLight::final_gather(0.02)),
         |s| s.indirect = Some(IndirectLight::final_gather(0.021)),
-        |s| {
-            let mut indirect = IndirectLight::final_gather(0.02);
-            indirect.set_rsm_size(64);
-            s.indirect = Some(indirect);
-        },
-        |s| s.indirect = Some(gather_within(Some(64.0), None)),
-        |s| s.indirect = Some(gather_within(None, Some(64))),
-        |s| {
-            s.indirect = Some(IndirectLight::FinalGather(FinalGather {
-                error_norm: ErrorNorm::Local,
-                ..FinalGather::new(0.02)
-            }));
-        },
-        |s| {
-            s.indirect = Some(IndirectLight::FinalGather(FinalGather {
-                stderr_layer: true,
-                ..FinalGather::new(0.02)
-            }));
-        },
+        |s| s.indirect = Some(gather!(0.02, rsm_size = Some(64))),
+        |s| s.indirect = Some(gather!(0.02, max_ms = Some(64.0))),
+        |s| s.indirect = Some(gather!(0.02, max_rays = Some(64))),
+        |s| s.indirect = Some(gather!(0.02, error_norm = ErrorNorm::Local)),
+        |s| s.indirect = Some(gather!(0.02, stderr_layer = true)),
         |s| s.lights.push(s.lights[0].clone()),
         |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]).into(),
         |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]).into(),
@@ -170,14 +157,6 @@ fn interpolated_average(error: f64) -> IndirectLight {
     IndirectLight::RsmAverage(RsmAverage {
         rsm_size: 64,
         interpolation_error: Some(error),
-    })
-}
-
-fn gather_within(max_ms: Option<f64>, max_rays: Option<u64>) -> IndirectLight {
-    IndirectLight::FinalGather(FinalGather {
-        max_ms,
-        max_rays,
-        ..FinalGather::new(0.02)
     })
 }
 

@@ -1,5 +1,6 @@
 //! Textures are decoded to linear reflectance, and each file is loaded once.
 
+use crate::common::rows::assert_says;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{Encoding, Scene, Shared, Texels, Texture, TextureLookup};
 
@@ -76,10 +77,7 @@ fn one_texture_file_is_loaded_once() {
     );
 
     let warnings = scene.warnings().join("\n");
-    assert!(
-        warnings.contains("cannot be seen on mesh \"mesh.obj\""),
-        "{warnings}"
-    );
+    assert_says(&warnings, &["cannot be seen on mesh \"mesh.obj\""]);
     assert!(!warnings.contains("multiplies"), "{warnings}");
 
     let mut scene = scene;
@@ -272,10 +270,7 @@ fn warnings_know_lookups_and_colours() {
         scene.warnings()
     };
     let bright = is_too_bright(&|_| {}).join("\n");
-    assert!(
-        bright.contains("reflects more than it receives"),
-        "{bright}"
-    );
+    assert_says(&bright, &["reflects more than it receives"]);
     let half = Some(TextureLookup::from(0));
     let darkens: [&dyn Fn(&mut Scene); 3] = [
         &|scene| scene.materials.iter_mut().for_each(|m| m.ks_texture = half),
@@ -297,10 +292,7 @@ fn warnings_know_lookups_and_colours() {
         materials.for_each(|m| m.ks_texture = of_second_set);
     });
     let hidden = hidden.join("\n");
-    assert!(
-        hidden.contains("the ks_texture of material") && hidden.contains("no second set"),
-        "{hidden}"
-    );
+    assert_says(&hidden, &["the ks_texture of material", "no second set"]);
 }
 
 /// The name of an image file may say another kind, or none.
@@ -343,9 +335,7 @@ fn the_content_of_an_image_tells_its_kind() {
         (b"no image", "it is none of PNG, JPEG and WebP"),
     ] {
         let message = folder.error(load("a.png", content));
-        for part in ["mesh.mtl:2", says, "PNG, JPEG or WebP"] {
-            assert!(message.contains(part), "{part}: {message}");
-        }
+        assert_says(&message, &["mesh.mtl:2", says, "PNG, JPEG or WebP"]);
     }
 }
 
