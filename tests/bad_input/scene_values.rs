@@ -5,7 +5,7 @@ use crate::common::rows::rows;
 use crate::common::scene_folder::assert_says;
 use camlux::scene::{
     AreaShape, Camera, ChargeUnit, Direct, Encoding, IndirectLight, Intrinsics, Lens, Light,
-    Material, Mesh, Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise, Shadow,
+    Material, Mesh, PixelFilter, PixelSampling, RsmAverage, Scene, Sensor, SensorNoise, Shadow,
     SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
@@ -243,10 +243,10 @@ fn scenes_from_slices_are_validated() {
         |s| noise(s).gain_dn_per_e = 0.0 => "tof noise: gain_dn_per_e is 0; give a value above 0";
         |s| noise(s).black_level_dn = 5000.0 =>
             "tof noise: black_level_dn is 5000, but 12 bits hold at most 4095";
-        |s| photodetector(s).quantum_efficiency = 0.0 =>
+        |s| detector(s, 850.0, 0.0) =>
             "sensor: quantum_efficiency is 0; give electrons per photon";
-        |s| photodetector(s).wavelength_nm = 0.0 => "sensor: wavelength_nm is 0";
-        |s| photodetector(s).quantum_efficiency = 1.1 => "sensor: quantum_efficiency is 1.1";
+        |s| detector(s, 0.0, 0.8) => "sensor: wavelength_nm is 0";
+        |s| detector(s, 850.0, 1.1) => "sensor: quantum_efficiency is 1.1";
         |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 0)) =>
             "indirect: rsm_size is 0";
         |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 0)) =>
