@@ -2,8 +2,8 @@
 
 use super::{
     Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Pattern,
-    Photodetector, PixelSampling, ProjectedImage, RadiationPattern, Scene, Sensor, SensorNoise,
-    Shadow, Texture, TextureLookup, TimeOfFlight,
+    Photodetector, PixelSampling, ProjectedImage, Scene, Sensor, SensorNoise, Shadow, Texture,
+    TextureLookup, TimeOfFlight,
 };
 
 /// The beginning of every hashed scene. Change it when the format of the bytes after it changes.
@@ -220,14 +220,14 @@ impl Bytes {
                 .into_iter()
                 .for_each(|number| self.numbers([number]));
         }
-        if let Light::Area { shape, .. } = light {
+        let Some(lamp) = light.lamp() else {
+            return;
+        };
+        if let Some(shape) = lamp.area {
             self.name(shape.name());
         }
-        if let Light::Pattern { pattern, .. } = light {
-            self.update(&match pattern {
-                RadiationPattern::Measured(pattern) => pattern.digest(digest_of_pattern),
-                RadiationPattern::Projected(image) => image.digest(digest_of_image),
-            });
+        if let Some(digest) = lamp.profile.digest() {
+            self.update(&digest);
         }
     }
 
@@ -265,7 +265,7 @@ impl Bytes {
     }
 }
 
-fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
+pub(super) fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
     let Pattern {
         gammas_rad,
         planes_rad,
@@ -279,7 +279,7 @@ fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
     *bytes.finalize().as_bytes()
 }
 
-fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
+pub(super) fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
     let ProjectedImage {
         size_px,
         intrinsics: Intrinsics { fx, fy, cx, cy },

@@ -7,6 +7,7 @@ mod area;
 mod bounds;
 mod camera;
 mod carrier;
+mod cone;
 mod distortion;
 mod hash;
 mod indirect;
@@ -20,6 +21,7 @@ mod metallic_roughness;
 mod pattern;
 mod pattern_integral;
 mod pixel_sampling;
+mod profile;
 mod projected_image;
 mod shared;
 mod texels;
@@ -35,6 +37,7 @@ pub use area::AreaShape;
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::{Carrier, PlacedLight};
+pub use cone::{ConeIntegral, SpotCone};
 pub use distortion::Distortion;
 pub use indirect::{
     DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS,
@@ -42,15 +45,16 @@ pub use indirect::{
 };
 pub use instance::Instance;
 pub use lens_lights::LensLights;
-pub use light::{Light, SpotCone};
+pub use light::{Lamp, Light};
 pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
 pub use mesh_file::{MeshFile, MeshOptions};
 pub use metallic_roughness::MetallicRoughness;
 pub(crate) use pattern::{Measured, place};
-pub use pattern::{Pattern, PatternAxes, RadiationPattern};
+pub use pattern::{Pattern, PatternAxes};
 pub use pattern_integral::PatternIntegral;
 pub use pixel_sampling::{PixelFilter, PixelSampling};
+pub use profile::Profile;
 pub use projected_image::ProjectedImage;
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};
@@ -130,8 +134,7 @@ impl Scene {
 
     /// Whether the scene has an area light.
     pub(crate) fn has_area_light(&self) -> bool {
-        let mut lights = self.lights.iter();
-        lights.any(|light| matches!(light.light, Light::Area { .. }))
+        self.lights.iter().any(|light| light.has_area())
     }
 
     /// Whether a surface has cut-outs. The scene must be validated.

@@ -26,13 +26,7 @@ fn scene() -> Scene {
             photodetector: None,
         }),
         tof: None,
-        lights: vec![
-            Light::Point {
-                position_m: DVec3::Y,
-                power_w: [1.0; 3],
-            }
-            .into(),
-        ],
+        lights: vec![Light::point(DVec3::Y, [1.0; 3]).into()],
         meshes: vec![
             Mesh::from_slices(
                 "floor",
@@ -159,14 +153,16 @@ fn scenes_from_slices_are_validated() {
     const NAN: f64 = f64::NAN;
     scene().validate().unwrap();
 
-    let spot = |direction: DVec3, inner: f64, outer: f64, power: f64| Light::Spot {
-        position_m: DVec3::Y,
-        direction,
-        cone: SpotCone {
-            inner_half_angle_deg: inner,
-            outer_half_angle_deg: outer,
-        },
-        power_w: [power; 3],
+    let spot = |direction: DVec3, inner: f64, outer: f64, power: f64| {
+        Light::spot(
+            DVec3::Y,
+            direction,
+            SpotCone {
+                inner_half_angle_deg: inner,
+                outer_half_angle_deg: outer,
+            },
+            [power; 3],
+        )
     };
     let intrinsics = |fx, fy, cx| {
         Lens::Intrinsics(Intrinsics {
@@ -178,13 +174,7 @@ fn scenes_from_slices_are_validated() {
     };
     let down = -DVec3::Y;
     type Edit = Box<dyn Fn(&mut Scene)>;
-    let area = |up: DVec3, shape| Light::Area {
-        position_m: DVec3::Y,
-        direction: -2.0 * DVec3::Y,
-        up,
-        shape,
-        power_w: [1.0; 3],
-    };
+    let area = |up: DVec3, shape| Light::area(DVec3::Y, -2.0 * DVec3::Y, up, shape, [1.0; 3]);
     let disc = AreaShape::Disc { radius_m: 0.1 };
     let cases: Vec<(Edit, &str)> = vec![
         (
@@ -204,6 +194,13 @@ fn scenes_from_slices_are_validated() {
                 s.lights[0] = area(DVec3::X, AreaShape::Disc { radius_m }).into();
             }),
             "light 0 (area): radius",
+        ),
+        (
+            Box::new(move |s| {
+                s.lights[0] = spot(down, 20.0, 30.0, 1.0).into();
+                s.lights[0].lamp_mut().unwrap().area = Some(disc);
+            }),
+            "light 0 (area): its profile is not uniform",
         ),
         (
             Box::new(move |s| {
@@ -334,11 +331,7 @@ fn scenes_from_slices_are_validated() {
         (
             Box::new(|s| {
                 detects(s);
-                s.lights[0] = Light::Directional {
-                    direction: DVec3::NEG_Y,
-                    irradiance_w_m2: [1.0; 3],
-                }
-                .into();
+                s.lights[0] = Light::directional(DVec3::NEG_Y, [1.0; 3]).into();
             }),
             "tof: light 0 (directional) is modulated, but has no position: its paths have no length; list it in ambient_lights",
         ),

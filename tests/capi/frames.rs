@@ -326,21 +326,14 @@ fn a_moved_light_is_a_scene_built_that_way() {
     let second = render(renderer, scene);
     assert!(passes(second).iter().any(|pass| pass == "light_rays"));
     let mut expected = engine_scene("cornell_spot");
-    let Light::Spot {
-        position_m,
-        direction,
-        ..
-    } = &mut expected.lights[0].light
-    else {
-        panic!("the scene has a spot light");
-    };
-    *position_m = moved_m;
+    let lamp = expected.lights[0].lamp_mut().expect("it is a spot light");
+    lamp.position_m = moved_m;
     // The quaternion is rounded, so the expected axis is the one that the interface returns.
     let mut light = init!(camlux_light {});
     // SAFETY: it points to a struct of that size.
     ok(unsafe { camlux_scene_get_light(scene, 0, &mut light) });
-    *direction = DVec3::from(light.direction);
-    assert!(direction.distance(DVec3::NEG_Y) < 1e-15, "{direction}");
+    lamp.direction = DVec3::from(light.direction);
+    assert!(lamp.direction.distance(DVec3::NEG_Y) < 1e-15, "{lamp:?}");
     assert!(layers(second) == engine_frame(&expected));
     assert!(layers(second) != layers(first));
     ok(camlux_renderer_release(renderer));
@@ -651,13 +644,13 @@ fn area_lights_from_c_are_those_of_the_engine() {
     ] {
         let mut expected = engine_scene("cornell");
         expected.lights = vec![
-            Light::Area {
-                position_m: DVec3::new(0.1, 1.7, 0.2),
-                direction: DVec3::new(0.1, -1.0, 0.0),
-                up: DVec3::new(0.3, 0.0, -1.0),
+            Light::area(
+                DVec3::new(0.1, 1.7, 0.2),
+                DVec3::new(0.1, -1.0, 0.0),
+                DVec3::new(0.3, 0.0, -1.0),
                 shape,
-                power_w: [9.0, 8.0, 7.0],
-            }
+                [9.0, 8.0, 7.0],
+            )
             .into(),
         ];
         expected.indirect = None;

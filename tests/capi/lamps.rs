@@ -9,7 +9,7 @@ use std::{
 
 use camlux::{
     Device as EngineDevice, DeviceOptions, RenderOptions, Renderer, Scene,
-    scene::{Light, Pattern, RadiationPattern},
+    scene::{Pattern, Profile},
 };
 
 use crate::host::*;
@@ -120,11 +120,9 @@ fn a_lamp_from_arrays_is_that_of_the_engine() {
     let mut light = light_of("lamp");
     light.pattern = &pattern;
     let mut expected = engine_scene("lamp");
-    let Light::Pattern { pattern, .. } = &mut expected.lights[0].light else {
-        panic!("the scene has a lamp");
-    };
+    let lamp = expected.lights[0].lamp_mut().expect("the scene has a lamp");
     let turn = [0, 1, 2, 1, 0].map(|plane| intensities[plane].map(|value| value / 40.0));
-    *pattern = RadiationPattern::from(Pattern {
+    lamp.profile = Profile::from(Pattern {
         gammas_rad: gammas_deg.map(f64::to_radians).to_vec(),
         planes_rad: [0.0, 90.0, 180.0, 270.0]
             .map(f64::to_radians)
@@ -152,10 +150,7 @@ fn a_projector_from_a_file_is_that_of_the_scene_file() {
 #[test]
 fn a_projector_from_an_array_is_that_of_the_engine() {
     let expected = engine_scene("projector");
-    let Light::Pattern {
-        pattern: RadiationPattern::Projected(of_file),
-        ..
-    } = &expected.lights[0].light
+    let Some(Profile::Projected(of_file)) = expected.lights[0].lamp().map(|lamp| &lamp.profile)
     else {
         panic!("the scene has a projector");
     };

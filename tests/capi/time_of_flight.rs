@@ -20,13 +20,9 @@ fn noisy_corner() -> Scene {
     let path = Path::new(path.to_str().expect("a UTF-8 path"));
     let mut scene = Scene::load(path).expect("a demo scene loads");
     scene.camera.resolution_px = [16, 12];
-    scene.lights.push(
-        Light::Directional {
-            direction: DVec3::new(-1.0, -2.0, -1.5),
-            irradiance_w_m2: [0.01; 3],
-        }
-        .into(),
-    );
+    scene
+        .lights
+        .push(Light::directional(DVec3::new(-1.0, -2.0, -1.5), [0.01; 3]).into());
     let tof = scene.tof.as_mut().expect("it has one");
     tof.ambient_lights = vec![1];
     tof.phase_count = 3;

@@ -58,10 +58,7 @@ pub fn frame() -> Frame {
         description: FrameDescription {
             reference: None,
             indirect: Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 48)),
-            lights: vec![Light::Point {
-                position_m: DVec3::new(0.0, 1.98, 0.1),
-                power_w: [50.0, 40.0, 1e-7],
-            }],
+            lights: vec![Light::point(DVec3::new(0.0, 1.98, 0.1), [50.0, 40.0, 1e-7])],
             camera: camera(),
             sensor: Some(Sensor {
                 pixel_pitch_um: [12.0, 10.0],
@@ -440,9 +437,8 @@ fn a_frame_warns_of_what_it_does_not_show() {
     says(&frame, "the image is black: it is in shadow");
     frame.stats.vpl_count = 0;
     says(&frame, "the image is black: the lights shine at no surface");
-    if let Light::Point { power_w, .. } = &mut frame.description.lights[0] {
-        *power_w = [0.0; 3];
-    }
+    let light = &mut frame.description.lights[0];
+    *light = light.with_emission([0.0; 3]);
     says(&frame, "the image is black: every light emits 0");
     for (layer, data) in &mut frame.layers {
         if *layer == Layer::InstanceId {

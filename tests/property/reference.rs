@@ -60,9 +60,8 @@ fn scale_does_not_matter() {
         let at_scale = |scale: f64| {
             let mut scaled = rooms::moved(&scene, scale, DVec3::ZERO);
             for light in &mut scaled.lights {
-                if let camlux::scene::Light::Point { power_w, .. } = &mut light.light {
-                    *power_w = power_w.map(|power| power * scale * scale);
-                }
+                light.light =
+                    light.with_emission(light.emission().map(|power| power * scale * scale));
             }
             let frame = sampled(&scaled, 2);
             (
@@ -199,10 +198,7 @@ fn convex_bodies_get_no_bounce() {
         2.0 * DVec3::X,
         0,
     );
-    let light = Light::Point {
-        position_m: DVec3::Y,
-        power_w: [1.0; 3],
-    };
+    let light = Light::point(DVec3::Y, [1.0; 3]);
     let scene = rooms::scene_of(vec![floor], light, DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO);
     let mut reference = Reference::new(&scene, 16).expect("the scene is valid");
     add_rounds(&mut reference, 8);
