@@ -33,13 +33,7 @@ fn main() -> Result<(), camlux::Error> {
         },
         sensor: None,
         tof: None,
-        lights: vec![
-            Light::Point {
-                position_m: [0.0, 1.5, 0.0].into(),
-                power_w: [10.0; 3],
-            }
-            .into(),
-        ],
+        lights: vec![Light::point([0.0, 1.5, 0.0].into(), [10.0; 3]).into()],
         meshes: vec![
             Mesh::from_slices("floor", &floor, &quad, 0).into(),
             Mesh::from_slices("wall", &wall, &quad, 1).into(),

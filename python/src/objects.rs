@@ -8,7 +8,7 @@ use camlux::scene::{
     TextureLookup, TimeOfFlight,
 };
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::errors::{raised, warn_above};
 use crate::mesh::meshes;
@@ -109,81 +109,31 @@ impl<'py> Classes<'py> {
             Some(Carrier::Camera) => Some("camera"),
             Some(Carrier::Mesh(_)) | None => None,
         };
-        match &placed.light {
-            Light::Point {
-                position_m,
-                power_w,
-            } => object!(self, "PointLight",
-                position_m: triple(*position_m),
-                power_w: triple(*power_w),
-                relative_to: relative_to,
-            ),
-            Light::Spot {
-                position_m,
-                direction,
-                cone,
-                power_w,
-            } => object!(self, "SpotLight",
-                position_m: triple(*position_m),
-                direction: triple(*direction),
-                inner_half_angle_deg: cone.inner_half_angle_deg,
-                outer_half_angle_deg: cone.outer_half_angle_deg,
-                power_w: triple(*power_w),
-                relative_to: relative_to,
-            ),
-            Light::Directional {
-                direction,
-                irradiance_w_m2,
-            } => object!(self, "DirectionalLight",
-                direction: triple(*direction),
-                irradiance_w_m2: triple(*irradiance_w_m2),
-                relative_to: relative_to,
-            ),
-            Light::Pattern {
-                position_m,
-                direction,
-                up,
-                pattern,
-                power_w,
-            } => object!(self, "PatternLight",
-                position_m: triple(*position_m),
-                direction: triple(*direction),
-                up: triple(*up),
-                pattern: match pattern {
-                    RadiationPattern::Measured(pattern) => {
-                        Bound::new(py, Pattern(pattern.clone()))?.into_any()
-                    }
-                    RadiationPattern::Projected(image) => {
-                        Bound::new(py, ProjectedImage(image.clone()))?.into_any()
-                    }
-                },
-                power_w: triple(*power_w),
-                relative_to: relative_to,
-            ),
-            Light::Area {
-                position_m,
-                direction,
-                up,
-                shape,
-                power_w,
-            } => {
-                let (size_m, radius_m) = match *shape {
-                    AreaShape::Rectangle {
-                        size_m: [width, height],
-                    } => (Some((width, height)), None),
-                    AreaShape::Disc { radius_m } => (None, Some(radius_m)),
-                };
-                object!(self, "AreaLight",
-                    position_m: triple(*position_m),
-                    direction: triple(*direction),
-                    power_w: triple(*power_w),
-                    size_m: size_m,
-                    radius_m: radius_m,
-                    up: triple(*up),
-                    relative_to: relative_to,
-                )
+        let class = match placed.kind() {
+            "point" => "PointLight",
+            "spot" => "SpotLight",
+            "directional" => "DirectionalLight",
+            "area" => "AreaLight",
+            _ => "PatternLight",
+        };
+        let fields = PyDict::new(py);
+        for (name, numbers) in placed.parameters() {
+            match numbers[..] {
+                [number] => fields.set_item(name, number)?,
+                _ => fields.set_item(name, PyTuple::new(py, numbers)?)?,
             }
         }
+        match placed.lamp().map(|lamp| &lamp.profile) {
+            Some(Profile::Measured(pattern)) => {
+                fields.set_item("pattern", Bound::new(py, Pattern(pattern.clone()))?)?;
+            }
+            Some(Profile::Projected(image)) => {
+                fields.set_item("pattern", Bound::new(py, ProjectedImage(image.clone()))?)?;
+            }
+            _ => {}
+        }
+        fields.set_item("relative_to", relative_to)?;
+        self.0.getattr(class)?.call((), Some(&fields))
     }
 
     fn materials(

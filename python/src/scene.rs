@@ -157,54 +157,42 @@ fn light_from(part: &Part) -> PyResult<Light> {
         .getattr("kind")
         .and_then(|kind| kind.extract::<String>());
     Ok(match class.as_deref() {
-        Ok("point") => Light::Point {
-            position_m: part.vector("position_m")?,
-            power_w: part.bands("power_w")?,
-        },
-        Ok("spot") => Light::Spot {
-            position_m: part.vector("position_m")?,
-            direction: part.vector("direction")?,
-            cone: SpotCone {
+        Ok("point") => Light::point(part.vector("position_m")?, part.bands("power_w")?),
+        Ok("spot") => {
+            let position_m = part.vector("position_m")?;
+            let direction = part.vector("direction")?;
+            let cone = SpotCone {
                 inner_half_angle_deg: part.number("inner_half_angle_deg")?,
                 outer_half_angle_deg: part.number("outer_half_angle_deg")?,
-            },
-            power_w: part.bands("power_w")?,
-        },
-        Ok("directional") => Light::Directional {
-            direction: part.vector("direction")?,
-            irradiance_w_m2: part.bands("irradiance_w_m2")?,
-        },
+            };
+            Light::spot(position_m, direction, cone, part.bands("power_w")?)
+        }
+        Ok("directional") => {
+            let direction = part.vector("direction")?;
+            Light::directional(direction, part.bands("irradiance_w_m2")?)
+        }
         Ok("pattern") => {
             let pattern: Bound<PyAny> = part.need("pattern", "give a camlux.Pattern")?;
-            Light::Pattern {
-                position_m: part.vector("position_m")?,
-                direction: part.vector("direction")?,
-                up: part.vector("up")?,
-                pattern: if let Ok(pattern) = pattern.cast::<Pattern>() {
-                    RadiationPattern::Measured(pattern.get().0.clone())
-                } else if let Ok(image) = pattern.cast::<ProjectedImage>() {
-                    RadiationPattern::Projected(image.get().0.clone())
-                } else {
-                    let hint = "give a camlux.Pattern or a camlux.ProjectedImage";
-                    return Err(part.type_error("pattern is of another class", hint));
-                },
-                power_w: part.bands("power_w")?,
-            }
+            let position_m = part.vector("position_m")?;
+            let direction = part.vector("direction")?;
+            let up = part.vector("up")?;
+            let profile = if let Ok(pattern) = pattern.cast::<Pattern>() {
+                Profile::Measured(pattern.get().0.clone())
+            } else if let Ok(image) = pattern.cast::<ProjectedImage>() {
+                Profile::Projected(image.get().0.clone())
+            } else {
+                let hint = "give a camlux.Pattern or a camlux.ProjectedImage";
+                return Err(part.type_error("pattern is of another class", hint));
+            };
+            Light::with_profile(position_m, direction, up, profile, part.bands("power_w")?)
         }
         Ok("area") => {
-            let direction: DVec3 = part.vector("direction")?;
+            let direction = part.vector("direction")?;
             let size_m = part.optional("size_m", "give width and height, metres")?;
             let up: Option<[f64; 3]> = part.optional("up", "give three numbers")?;
-            let (shape, up) = match (size_m, part.optional_number("radius_m")?, up) {
-                (Some(size_m), None, Some(up)) => (AreaShape::Rectangle { size_m }, up.into()),
-                (None, Some(radius_m), up) => {
-                    // A disc looks the same when turned about its axis, so that any `up` serves.
-                    let any = || direction.normalize_or(DVec3::Z).any_orthonormal_vector();
-                    (
-                        AreaShape::Disc { radius_m },
-                        up.map_or_else(any, DVec3::from),
-                    )
-                }
+            let shape = match (size_m, part.optional_number("radius_m")?, up) {
+                (Some(size_m), None, Some(_)) => AreaShape::Rectangle { size_m },
+                (None, Some(radius_m), _) => AreaShape::Disc { radius_m },
                 _ => {
                     return Err(part.error(
                         "its shape is missing or ambiguous",
@@ -212,13 +200,9 @@ fn light_from(part: &Part) -> PyResult<Light> {
                     ));
                 }
             };
-            Light::Area {
-                position_m: part.vector("position_m")?,
-                direction,
-                up,
-                shape,
-                power_w: part.bands("power_w")?,
-            }
+            let position_m = part.vector("position_m")?;
+            let power_w = part.bands("power_w")?;
+            Light::area(position_m, direction, up.map(DVec3::from), shape, power_w)
         }
         _ => {
             let hint = "give a PointLight, SpotLight, DirectionalLight, PatternLight or AreaLight";

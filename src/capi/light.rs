@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::*;
 use crate::{
     Error,
-    scene::{AreaShape, Carrier, Light, PlacedLight, RadiationPattern, SpotCone},
+    scene::{AreaShape, Carrier, Light, PlacedLight, Profile, SpotCone},
 };
 
 /// Emits its power evenly over the sphere: position_m, power_w.
@@ -117,10 +117,8 @@ pub unsafe extern "C" fn camlux_scene_set_light(
         // SAFETY: the caller guarantees it.
         let given = unsafe { pattern_of(&light) }?;
         let mut state = object.lock_to_change();
-        let before = match &state.light(index)?.light {
-            Light::Pattern { pattern, .. } => Some(pattern.clone()),
-            _ => None,
-        };
+        let before = state.light(index)?.lamp();
+        let before = before.map(|lamp| lamp.profile.clone());
         let light = light_from_c(light, given.or(before))?;
         light.validate(index as usize)?;
         state.put(index as usize, Moved::Light(light));
@@ -147,77 +145,59 @@ pub unsafe extern "C" fn camlux_scene_get_light(
     })
 }
 
-fn light_from_c(light: camlux_light, pattern: Option<RadiationPattern>) -> Outcome<PlacedLight> {
+fn light_from_c(light: camlux_light, profile: Option<Profile>) -> Outcome<PlacedLight> {
     args::reserved(camlux_light::NAME, light.reserved)?;
     let carriers = args::choices![
         CAMLUX_RELATIVE_TO_WORLD => None,
         CAMLUX_RELATIVE_TO_CAMERA => Some(Carrier::Camera),
     ];
-    type Make = fn(&camlux_light, Option<RadiationPattern>) -> Outcome<Light>;
+    type Make = fn(&camlux_light, Option<Profile>) -> Outcome<Light>;
     let choices = args::choices![
         CAMLUX_LIGHT_POINT => (|light, _| {
-            Ok(Light::Point {
-                position_m: light.position_m.into(),
-                power_w: light.power_w,
-            })
+            Ok(Light::point(light.position_m.into(), light.power_w))
         }) as Make,
         CAMLUX_LIGHT_SPOT => |light, _| {
-            Ok(Light::Spot {
-                position_m: light.position_m.into(),
-                direction: light.direction.into(),
-                cone: SpotCone {
-                    inner_half_angle_deg: light.inner_half_angle_deg,
-                    outer_half_angle_deg: light.outer_half_angle_deg,
-                },
-                power_w: light.power_w,
-            })
+            let cone = SpotCone {
+                inner_half_angle_deg: light.inner_half_angle_deg,
+                outer_half_angle_deg: light.outer_half_angle_deg,
+            };
+            let (position_m, direction) = (light.position_m.into(), light.direction.into());
+            Ok(Light::spot(position_m, direction, cone, light.power_w))
         },
         CAMLUX_LIGHT_DIRECTIONAL => |light, _| {
-            Ok(Light::Directional {
-                direction: light.direction.into(),
-                irradiance_w_m2: light.irradiance_w_m2,
-            })
+            Ok(Light::directional(light.direction.into(), light.irradiance_w_m2))
         },
-        CAMLUX_LIGHT_PATTERN => |light, pattern| match pattern {
-            Some(pattern @ RadiationPattern::Measured(_)) => Ok(patterned(light, pattern)),
+        CAMLUX_LIGHT_PATTERN => |light, profile| match profile {
+            Some(profile @ Profile::Measured(_)) => Ok(with_profile(light, profile)),
             _ => Err(Failure::argument("pattern is NULL; give the pattern of the lamp")),
         },
-        CAMLUX_LIGHT_PROJECTOR => |light, pattern| match pattern {
-            Some(pattern @ RadiationPattern::Projected(_)) => Ok(patterned(light, pattern)),
+        CAMLUX_LIGHT_PROJECTOR => |light, profile| match profile {
+            Some(profile @ Profile::Projected(_)) => Ok(with_profile(light, profile)),
             _ => Err(Failure::argument("image is NULL; give the image of the projector")),
         },
         CAMLUX_LIGHT_AREA => |light, _| area(light),
     ];
     Ok(PlacedLight {
-        light: args::one_of("kind", light.kind, &choices)?(&light, pattern)?,
+        light: args::one_of("kind", light.kind, &choices)?(&light, profile)?,
         relative_to: args::one_of("relative_to", light.relative_to, &carriers)?,
     })
 }
 
-fn placed_to_c(placed: &PlacedLight) -> camlux_light {
-    camlux_light {
-        relative_to: match placed.relative_to {
-            Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
-            Some(Carrier::Mesh(_)) | None => CAMLUX_RELATIVE_TO_WORLD,
-        },
-        ..light_to_c(placed)
-    }
-}
-
-fn patterned(light: &camlux_light, pattern: RadiationPattern) -> Light {
-    Light::Pattern {
-        position_m: light.position_m.into(),
-        direction: light.direction.into(),
-        up: light.up.into(),
-        pattern,
-        power_w: light.power_w,
-    }
+fn with_profile(light: &camlux_light, profile: Profile) -> Light {
+    let (position_m, direction) = (light.position_m.into(), light.direction.into());
+    Light::with_profile(
+        position_m,
+        direction,
+        light.up.into(),
+        profile,
+        light.power_w,
+    )
 }
 
 fn area(light: &camlux_light) -> Outcome<Light> {
     let (size_m, radius_m) = (light.size_m, light.radius_m);
     let wrong = |problem: String, hint: &str| Error::scene("area light", problem, hint).into();
-    match (size_m == [0.0; 2], radius_m == 0.0) {
+    let (shape, needs_up) = match (size_m == [0.0; 2], radius_m == 0.0) {
         (true, true) => {
             let hint = "give size_m of a rectangle, or radius_m of a disc";
             return Err(wrong("size_m and radius_m are 0".into(), hint));
@@ -227,100 +207,47 @@ fn area(light: &camlux_light) -> Outcome<Light> {
             let hint = "an area light is a rectangle or a disc: set the other member to 0";
             return Err(wrong(problem, hint));
         }
-        _ => {}
-    }
-    let direction = DVec3::from(light.direction);
-    let up = DVec3::from(light.up);
-    let (shape, up) = match radius_m {
-        0.0 => (AreaShape::Rectangle { size_m }, up),
-        // Any direction will do for a disc.
-        radius_m if up == DVec3::ZERO => {
-            let up = direction.normalize_or(DVec3::Z).any_orthonormal_vector();
-            (AreaShape::Disc { radius_m }, up)
-        }
-        radius_m => (AreaShape::Disc { radius_m }, up),
+        (false, true) => (AreaShape::Rectangle { size_m }, true),
+        (true, false) => (AreaShape::Disc { radius_m }, false),
     };
-    Ok(Light::Area {
-        position_m: light.position_m.into(),
-        direction,
-        up,
-        shape,
-        power_w: light.power_w,
-    })
+    let up = DVec3::from(light.up);
+    let up = Some(up).filter(|up| needs_up || *up != DVec3::ZERO);
+    let (position_m, direction) = (light.position_m.into(), light.direction.into());
+    Ok(Light::area(position_m, direction, up, shape, light.power_w))
 }
 
-fn light_to_c(light: &Light) -> camlux_light {
-    let init = camlux_light::default();
-    match *light {
-        Light::Pattern {
-            position_m,
-            direction,
-            up,
-            ref pattern,
-            power_w,
-        } => camlux_light {
-            kind: match pattern {
-                RadiationPattern::Measured(_) => CAMLUX_LIGHT_PATTERN,
-                RadiationPattern::Projected(_) => CAMLUX_LIGHT_PROJECTOR,
-            },
-            position_m: position_m.to_array(),
-            direction: direction.to_array(),
-            up: up.to_array(),
-            power_w,
-            ..init
+fn placed_to_c(placed: &PlacedLight) -> camlux_light {
+    // The constants are numbered like these names.
+    let kind = Light::KINDS.iter().position(|kind| *kind == placed.kind());
+    let vector = |vector: Option<DVec3>| vector.unwrap_or_default().to_array();
+    let mut light = camlux_light {
+        kind: kind.unwrap_or_default() as i32,
+        position_m: vector(placed.position_m()),
+        direction: vector(placed.direction()),
+        up: vector(placed.up()),
+        relative_to: match placed.relative_to {
+            Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
+            Some(Carrier::Mesh(_)) | None => CAMLUX_RELATIVE_TO_WORLD,
         },
-        Light::Area {
-            position_m,
-            direction,
-            up,
-            shape,
-            power_w,
-        } => camlux_light {
-            kind: CAMLUX_LIGHT_AREA,
-            position_m: position_m.to_array(),
-            direction: direction.to_array(),
-            up: up.to_array(),
-            size_m: match shape {
-                AreaShape::Rectangle { size_m } => size_m,
-                AreaShape::Disc { .. } => init.size_m,
-            },
-            radius_m: match shape {
-                AreaShape::Rectangle { .. } => init.radius_m,
-                AreaShape::Disc { radius_m } => radius_m,
-            },
-            power_w,
-            ..init
-        },
-        Light::Point {
-            position_m,
-            power_w,
-        } => camlux_light {
-            position_m: position_m.to_array(),
-            power_w,
-            ..init
-        },
-        Light::Spot {
-            position_m,
-            direction,
-            cone,
-            power_w,
-        } => camlux_light {
-            kind: CAMLUX_LIGHT_SPOT,
-            position_m: position_m.to_array(),
-            direction: direction.to_array(),
-            power_w,
-            inner_half_angle_deg: cone.inner_half_angle_deg,
-            outer_half_angle_deg: cone.outer_half_angle_deg,
-            ..init
-        },
-        Light::Directional {
-            direction,
-            irradiance_w_m2,
-        } => camlux_light {
-            kind: CAMLUX_LIGHT_DIRECTIONAL,
-            direction: direction.to_array(),
-            irradiance_w_m2,
-            ..init
-        },
+        ..Default::default()
+    };
+    let Some(lamp) = placed.lamp() else {
+        light.irradiance_w_m2 = placed.emission();
+        return light;
+    };
+    light.power_w = lamp.power_w;
+    match &lamp.profile {
+        // Patterns and images are not returned.
+        Profile::Uniform | Profile::Measured(_) | Profile::Projected(_) => {}
+        Profile::Cone(cone) => {
+            light.inner_half_angle_deg = cone.inner_half_angle_deg;
+            light.outer_half_angle_deg = cone.outer_half_angle_deg;
+        }
     }
+    match lamp.area {
+        None => {}
+        Some(AreaShape::Rectangle { size_m }) => light.size_m = size_m,
+        Some(AreaShape::Disc { radius_m }) => light.radius_m = radius_m,
+    }
+    light
 }

@@ -5,7 +5,7 @@ use std::{ffi::c_char, path::Path};
 use super::*;
 use crate::{
     Error,
-    scene::{Encoding, Intrinsics, Lens, Measured, Pattern, ProjectedImage, RadiationPattern},
+    scene::{Encoding, Intrinsics, Lens, Measured, Pattern, Profile, ProjectedImage},
 };
 
 /// The measured pattern of a lamp, in the C-gamma system of the CIE: gamma is the angle from the direction of the light, C the angle about it,
@@ -75,7 +75,7 @@ c_struct!(camlux_projected_image, 88);
 ///
 /// # Safety
 /// Its pointers are null, or misaligned, or point to what their members state.
-pub(super) unsafe fn pattern_of(light: &camlux_light) -> Outcome<Option<RadiationPattern>> {
+pub(super) unsafe fn pattern_of(light: &camlux_light) -> Outcome<Option<Profile>> {
     // SAFETY: the caller guarantees it.
     unsafe {
         if light.kind == CAMLUX_LIGHT_PATTERN {

@@ -57,29 +57,19 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
 }
 
 pub fn point_light(position_m: DVec3) -> Light {
-    Light::Point {
-        position_m,
-        power_w: UNIT_POWER_W,
-    }
+    Light::point(position_m, UNIT_POWER_W)
 }
 
 pub fn spot_light(position_m: DVec3, direction: DVec3, half_angles_deg: [f64; 2]) -> Light {
-    Light::Spot {
-        position_m,
-        direction,
-        cone: SpotCone {
-            inner_half_angle_deg: half_angles_deg[0],
-            outer_half_angle_deg: half_angles_deg[1],
-        },
-        power_w: UNIT_POWER_W,
-    }
+    let cone = SpotCone {
+        inner_half_angle_deg: half_angles_deg[0],
+        outer_half_angle_deg: half_angles_deg[1],
+    };
+    Light::spot(position_m, direction, cone, UNIT_POWER_W)
 }
 
 pub fn directional_light(direction: DVec3) -> Light {
-    Light::Directional {
-        direction,
-        irradiance_w_m2: [PI; 3],
-    }
+    Light::directional(direction, [PI; 3])
 }
 
 /// The light with its emission multiplied by one factor per band.

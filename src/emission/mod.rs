@@ -11,8 +11,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::model::{CompensatedSum, ConeIntegral, axial_intensity, peak_intensity};
-use crate::scene::{Bands, BoundingSphere, Light, Pattern, PatternAxes, RadiationPattern};
+use crate::model::{CompensatedSum, peak_intensity};
+use crate::scene::{
+    Bands, BoundingSphere, ConeIntegral, Lamp, Light, Pattern, PatternAxes, Profile, SpotCone,
+};
 use pattern::PatternTexels;
 use projected::projected_face;
 use texels::ConeFace;
@@ -83,76 +85,23 @@ impl EmissionDomain {
     ///   reach.
     /// - Pattern: as for a spot light, but the cube is also aligned with the plane C = 0. A projector has one face, which contains its
     ///   image.
-    /// - Area: as for a spot light in its middle with the same power and a cosine falloff; every point of the area emits the same.
+    /// - Area: what its middle emits with all of the power; every point of the area emits the same.
     /// - Directional: one orthographic face. The domain is the disc of the bounding sphere as the light sees it, not the square of the
     ///   face: `rsm-average` divides by the domain, and with the square the result would depend on the rotation of the face about the
     ///   light's direction.
     pub fn new(light: &Light, size: u32, scene: &BoundingSphere) -> Self {
-        let perspective = |origin_m: DVec3, faces, texels, axial_intensity| EmissionDomain {
-            projection: Projection::Perspective,
-            origin_m,
-            depth_range_m: origin_m.distance(scene.centre_m) + scene.radius_m,
-            size,
-            faces,
-            texels,
-            axial_intensity,
-        };
-        match *light {
-            Light::Area { .. } => EmissionDomain::new(&light.at_middle(), size, scene),
-            Light::Pattern {
-                position_m,
-                direction,
-                up,
-                ref pattern,
-                power_w,
-            } => {
-                let axes = PatternAxes::new(direction, up);
-                let (faces, texels) = match pattern {
-                    RadiationPattern::Measured(pattern) => pattern_faces(&axes, size, pattern),
-                    RadiationPattern::Projected(image) => {
-                        let [across, down] = image.edges();
-                        let extents = [across, down].concat().into_iter().map(f64::abs);
-                        let half_extent = extents.fold(0.0, f64::max) * FACE_MARGIN;
-                        let texels = projected_face(image, size, half_extent);
-                        (
-                            vec![face(axes.direction, axes.plane_0, half_extent)],
-                            texels,
-                        )
-                    }
-                };
-                perspective(position_m, faces, texels, peak_intensity(power_w, pattern))
-            }
-            Light::Point {
-                position_m,
-                power_w,
-            } => {
-                let faces = cube_faces(DVec3::Y, DVec3::Z).to_vec();
-                let texels = texels::cube_face(size).repeat(6);
-                let intensity = power_w.map(|power_w| power_w / (4.0 * PI));
-                perspective(position_m, faces, texels, intensity)
-            }
-            Light::Spot {
-                position_m,
-                direction,
-                cone,
-                power_w,
-            } => {
-                let axis = direction.normalize_or_zero();
-                let outer_deg = cone.outer_half_angle_deg;
-                let (faces, texels) = if outer_deg <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG {
-                    let half_extent = outer_deg.to_radians().tan() * FACE_MARGIN;
-                    let texels = texels::cone_face(
-                        size,
-                        half_extent,
-                        &ConeIntegral::new(cone),
-                        ConeFace::Front,
-                    );
-                    let face = face(axis, axis.any_orthonormal_vector(), half_extent);
-                    (vec![face], texels)
-                } else {
-                    axis_aligned_cube(axis, size, &ConeIntegral::new(cone))
-                };
-                perspective(position_m, faces, texels, axial_intensity(power_w, cone))
+        match light {
+            Light::Lamp(lamp) => {
+                let (faces, texels) = faces_of_profile(lamp, size);
+                EmissionDomain {
+                    projection: Projection::Perspective,
+                    origin_m: lamp.position_m,
+                    depth_range_m: lamp.position_m.distance(scene.centre_m) + scene.radius_m,
+                    size,
+                    faces,
+                    texels,
+                    axial_intensity: peak_intensity(lamp),
+                }
             }
             Light::Directional {
                 direction,
@@ -167,7 +116,7 @@ impl EmissionDomain {
                     size,
                     faces: vec![face(forward, forward.any_orthonormal_vector(), half_extent)],
                     texels: texels::disc_face(size, half_extent, scene.radius_m),
-                    axial_intensity: irradiance_w_m2,
+                    axial_intensity: *irradiance_w_m2,
                 }
             }
         }
@@ -239,6 +188,40 @@ fn cube_faces(axis: DVec3, side: DVec3) -> [EmissionFace; 6] {
     ]
 }
 
+/// The faces that a point of a lamp emits into, and their texels.
+fn faces_of_profile(lamp: &Lamp, size: u32) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
+    match lamp.profile_of_points() {
+        Profile::Uniform => {
+            let faces = cube_faces(DVec3::Y, DVec3::Z).to_vec();
+            (faces, texels::cube_face(size).repeat(6))
+        }
+        Profile::Cone(cone) => cone_faces(lamp.direction.normalize_or_zero(), size, *cone),
+        Profile::Measured(pattern) => pattern_faces(&lamp.axes(), size, pattern),
+        Profile::Projected(image) => {
+            let axes = lamp.axes();
+            let extents = image.edges().concat().into_iter().map(f64::abs);
+            let half_extent = extents.fold(0.0, f64::max) * FACE_MARGIN;
+            let face = face(axes.direction, axes.plane_0, half_extent);
+            (vec![face], projected_face(image, size, half_extent))
+        }
+    }
+}
+
+/// Faces and texels of a spot light: one face if its cone is narrow, otherwise the faces of a cube about its axis that it reaches.
+fn cone_faces(axis: DVec3, size: u32, cone: SpotCone) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
+    let integral = ConeIntegral::new(cone);
+    let up = axis.any_orthonormal_vector();
+    if cone.outer_half_angle_deg <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG {
+        let half_extent = integral.outer_rad.tan() * FACE_MARGIN;
+        let texels = texels::cone_face(size, half_extent, &integral, ConeFace::Front);
+        return (vec![face(axis, up, half_extent)], texels);
+    }
+    let [front, back, side] = [ConeFace::Front, ConeFace::Back, ConeFace::Side]
+        .map(|kind| texels::cone_face(size, 1.0, &integral, kind));
+    let tables = [&side, &side, &front, &back, &side, &side];
+    lit_faces(cube_faces(axis, up), tables)
+}
+
 /// Faces and texels of a pattern: one face if it is narrow, otherwise the faces of a cube about its axes that it reaches.
 fn pattern_faces(
     axes: &PatternAxes,
@@ -263,35 +246,21 @@ fn pattern_faces(
         (ConeFace::Side, 0.0),
         (ConeFace::Side, PI),
     ];
-    let mut faces = Vec::new();
-    let mut texels = Vec::new();
-    for (face, kind) in cube.into_iter().zip(kinds) {
-        let table = tables.face(size, 1.0, kind);
-        if table.iter().any(|texel| texel.measure > 0.0) {
-            faces.push(face);
-            texels.extend(table);
-        }
-    }
-    (faces, texels)
+    let tables = kinds.map(|kind| tables.face(size, 1.0, kind));
+    lit_faces(cube, tables.each_ref())
 }
 
-/// Faces and texels of a cube around a spot light's axis; faces that the cone does not reach are left out.
-fn axis_aligned_cube(
-    axis: DVec3,
-    size: u32,
-    integral: &ConeIntegral,
+/// The faces that have a lit texel, and their texels.
+fn lit_faces(
+    faces: [EmissionFace; 6],
+    tables: [&Vec<TexelEmission>; 6],
 ) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
-    let [front, back, side] = [ConeFace::Front, ConeFace::Back, ConeFace::Side]
-        .map(|kind| texels::cone_face(size, 1.0, integral, kind));
-    let tables = [&side, &side, &front, &back, &side, &side];
-    let mut faces = Vec::new();
-    let mut texels = Vec::new();
-    let cube = cube_faces(axis, axis.any_orthonormal_vector());
-    for (face, table) in cube.into_iter().zip(tables) {
+    let mut lit: (Vec<_>, Vec<_>) = Default::default();
+    for (face, table) in faces.into_iter().zip(tables) {
         if table.iter().any(|texel| texel.measure > 0.0) {
-            faces.push(face);
-            texels.extend_from_slice(table);
+            lit.0.push(face);
+            lit.1.extend_from_slice(table);
         }
     }
-    (faces, texels)
+    lit
 }

@@ -10,7 +10,8 @@ use std::f64::consts::PI;
 use glam::DVec2;
 
 use super::TexelEmission;
-use crate::model::{ConeIntegral, rectangle_solid_angle};
+use crate::model::rectangle_solid_angle;
+use crate::scene::ConeIntegral;
 
 /// How a face of a cube is oriented to a spot light's axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -164,8 +164,8 @@ impl Saved<'_> {
                     _ => toml.numbers(key, &values),
                 }
             }
-            if let Light::Pattern { pattern, .. } = &light.light {
-                self.pattern(toml, index, pattern)?;
+            if let Some(lamp) = light.lamp() {
+                self.profile(toml, index, &lamp.profile)?;
             }
             if let Some(tof) = &self.scene.tof {
                 toml.flag("modulated", tof.is_modulated(index));
@@ -182,20 +182,22 @@ impl Saved<'_> {
         Ok(())
     }
 
-    fn pattern(&self, toml: &mut Toml, index: usize, pattern: &RadiationPattern) -> Result<()> {
-        match pattern {
-            RadiationPattern::Measured(pattern) => {
+    fn profile(&self, toml: &mut Toml, index: usize, profile: &Profile) -> Result<()> {
+        match profile {
+            Profile::Measured(pattern) => {
                 let text = pattern_text(pattern);
                 let file = self.write(PATTERNS, &format!("{index}.json"), text.as_bytes())?;
                 toml.string("pattern", &file);
             }
-            RadiationPattern::Projected(image) => {
+            Profile::Projected(image) => {
                 let bytes = images::grey_exr(image.size_px, &image.values).map_err(internal)?;
                 let file = self.write(PATTERNS, &format!("{index}.exr"), &bytes)?;
                 toml.string("image", &file);
                 toml.number("white", 1.0);
                 toml.intrinsics(&image.intrinsics);
             }
+            // The light's parameters say it all.
+            _ => {}
         }
         Ok(())
     }

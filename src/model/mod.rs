@@ -6,7 +6,6 @@
 //! The last step, from the irradiance of a pixel to its energy, is in [`Sensor`](crate::scene::Sensor).
 
 mod brdf;
-mod cone;
 mod direct;
 mod indirect;
 mod light;
@@ -16,14 +15,11 @@ mod solid_angle;
 mod sum;
 
 pub use brdf::Brdf;
-pub use cone::{ConeIntegral, spot_falloff};
 pub use direct::direct_radiance;
 pub use indirect::{
     Receiver, Vpl, indirect_phasor, indirect_radiance, vpl_contribution, vpl_phasor,
 };
-pub use light::{
-    axial_intensity, direction_to_light, irradiance_facing, peak_intensity, radiant_intensity,
-};
+pub use light::{direction_to_light, irradiance_facing, peak_intensity, radiant_intensity};
 pub use phasor::{
     PLANCK_CONSTANT_J_S, PhaseSampling, Phasor, SPEED_OF_LIGHT_M_S, electrons, multipath_error_m,
     range_m, unambiguous_range_m, wrap_count,

@@ -52,7 +52,7 @@ pub(crate) fn shade(
     direct: DirectImages,
 ) -> Result<()> {
     let plan = context.plan;
-    let emission = light.plan.emission;
+    let emission = light.kernels;
     let mut resources = gbuffer.resources();
     resources.extend([
         ("light", Resource::Buffer(point.unwrap_or(&light.uniform))),

@@ -6,16 +6,18 @@ use crate::{
     emission::EmissionDomain,
     local_space::LocalSpace,
     plan::{LightPlan, Plan},
-    scene::{AreaShape, Intrinsics, Light, PatternAxes, RadiationPattern},
+    scene::{AreaShape, Intrinsics, Lamp, Light, Profile},
     vulkan::{
         Allocate, Buffer, BufferUse, Resource,
-        shaders::{self, LightFace},
+        shaders::{self, Emission, LightFace},
     },
 };
 
 /// What the passes of one light share.
 pub(crate) struct DeviceLight {
     pub plan: LightPlan,
+    /// The kernels' choice for what the light emits.
+    pub kernels: Emission,
     pub domain: EmissionDomain,
     pub parameters: shaders::Light,
     pub uniform: Buffer,
@@ -81,6 +83,7 @@ impl DeviceLight {
                 .map(|texel| [(texel.measure / measure_unit) as f32, texel.falloff as f32])
                 .collect(),
         };
+        let (kernels, parameters) = parameters(light, &domain, space);
         let parameters = shaders::Light {
             shadow_size: plan.shadow.map_size().unwrap_or_default(),
             emission_size,
@@ -90,14 +93,14 @@ impl DeviceLight {
             first_tile,
             is_modulated: plan.is_modulated.into(),
             origin_turns: modulation::origin_turns(scene, space, index).unwrap_or_default(),
-            ..parameters(light, &domain, space)
+            ..parameters
         };
-        let pattern = match light {
-            Light::Pattern { pattern, .. } => pattern_numbers(pattern),
-            _ => Vec::new(),
-        };
+        let pattern = light
+            .lamp()
+            .map_or_else(Vec::new, |lamp| pattern_numbers(&lamp.profile));
         Ok(DeviceLight {
             plan: plan.clone(),
+            kernels,
             uniform: Buffer::upload(device, "light", &[parameters])?,
             parameters,
             shadow_views: match plan.shadow.own_map_size() {
@@ -135,10 +138,9 @@ pub(crate) fn upload_area_point(
     place: [f64; 2],
 ) -> Result<Buffer> {
     let Context { scene, space, .. } = *context;
-    let point = scene.lights[index].area_point(place);
-    let position_m = point.and_then(|point| point.position_m());
-    let position_m =
-        position_m.ok_or_else(|| Error::internal("a light has no area to have a point of"))?;
+    let lamp = scene.lights[index].lamp();
+    let lamp = lamp.ok_or_else(|| Error::internal("a light has no area to have a point of"))?;
+    let position_m = lamp.point_m(place);
     let parameters = shaders::Light {
         position: space.to_local(position_m),
         origin_turns: modulation::turns_to_origin(scene, space, position_m),
@@ -147,14 +149,15 @@ pub(crate) fn upload_area_point(
     Buffer::upload(context.device, "point of a light", &[parameters])
 }
 
-fn pattern_numbers(pattern: &RadiationPattern) -> Vec<f32> {
-    match pattern {
-        RadiationPattern::Measured(pattern) => {
+fn pattern_numbers(profile: &Profile) -> Vec<f32> {
+    match profile {
+        Profile::Uniform | Profile::Cone(_) => Vec::new(),
+        Profile::Measured(pattern) => {
             let nodes = pattern.gammas_rad.iter().chain(&pattern.planes_rad);
             let values = nodes.chain(&pattern.intensities);
             values.map(|&value| value as f32).collect()
         }
-        RadiationPattern::Projected(image) => {
+        Profile::Projected(image) => {
             let Intrinsics { fx, fy, cx, cy } = image.intrinsics;
             let lens = [fx, fy, cx, cy].map(|number| number as f32);
             [&lens, &image.values[..]].concat()
@@ -162,8 +165,12 @@ fn pattern_numbers(pattern: &RadiationPattern) -> Vec<f32> {
     }
 }
 
-/// The parameters of a light in the shaders, except those of its maps.
-fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> shaders::Light {
+/// The kernels for a light and its parameters in the shaders, except those of its maps.
+fn parameters(
+    light: &Light,
+    domain: &EmissionDomain,
+    space: &LocalSpace,
+) -> (Emission, shaders::Light) {
     // Faces that the light does not have repeat its first face.
     let faces = std::array::from_fn(|index| {
         let face = domain.faces.get(index).or(domain.faces.first());
@@ -175,80 +182,83 @@ fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> sha
         })
     });
     let half_extent = domain.faces.first().map_or(1.0, |face| face.half_extent);
+    let axis = light.direction().map(|direction| direction.normalize());
     let common = shaders::Light {
         position: space.to_local(domain.origin_m),
         faces,
         face_count: domain.faces.len() as u32,
+        axis: axis.unwrap_or_default().as_vec3().to_array(),
         ..shaders::Light::default()
+    };
+    let Some(lamp) = light.lamp() else {
+        let parameters = shaders::Light {
+            half_extent: space.length(half_extent) as f32,
+            intensity: domain.axial_intensity.map(|irradiance| irradiance as f32),
+            ..common
+        };
+        return (Emission::Directional, parameters);
     };
     // I/d² with d in local units is W/m² if I is divided by the unit squared.
     let per_local_unit = |intensity: f64| (intensity / space.metres_per_unit.powi(2)) as f32;
-    match light {
-        Light::Area { shape, .. } => {
-            let [right, _] = light.area_axes().unwrap_or_default();
-            let [half_width_m, half_height_m] = shape.half_extents_m();
-            let aspect = half_height_m / half_width_m;
-            let middle = parameters(&light.at_middle(), domain, space);
-            shaders::Light {
-                plane_0: (right * space.length(half_width_m)).as_vec3().to_array(),
-                area_aspect: match shape {
-                    AreaShape::Rectangle { .. } => aspect as f32,
-                    AreaShape::Disc { .. } => -aspect as f32,
-                },
-                ..middle
-            }
-        }
-        Light::Pattern {
-            direction,
-            up,
-            pattern,
-            ..
-        } => {
-            let axes = PatternAxes::new(*direction, *up);
-            let (size, is_projected) = match pattern {
-                RadiationPattern::Measured(pattern) => {
-                    ([pattern.gammas_rad.len(), pattern.planes_rad.len()], false)
-                }
-                RadiationPattern::Projected(image) => {
-                    (image.size_px.map(|size| size as usize), true)
-                }
-            };
-            shaders::Light {
-                half_extent: half_extent as f32,
-                intensity: domain.axial_intensity.map(per_local_unit),
-                axis: axes.direction.as_vec3().to_array(),
-                plane_0: axes.plane_0.as_vec3().to_array(),
-                pattern_columns: size[0] as u32,
-                pattern_rows: size[1] as u32,
-                is_projected: is_projected.into(),
-                ..common
-            }
-        }
-        Light::Point { .. } => shaders::Light {
-            half_extent: half_extent as f32,
-            intensity: domain.axial_intensity.map(per_local_unit),
-            ..common
-        },
-        Light::Spot {
-            direction, cone, ..
-        } => {
+    let common = shaders::Light {
+        half_extent: half_extent as f32,
+        intensity: domain.axial_intensity.map(per_local_unit),
+        ..common
+    };
+    let (kernels, point) = of_profile(lamp, common);
+    (kernels, of_area(lamp, space, point))
+}
+
+/// Adds what a point of the lamp emits.
+fn of_profile(lamp: &Lamp, common: shaders::Light) -> (Emission, shaders::Light) {
+    let patterned = |columns: usize, rows: usize| shaders::Light {
+        plane_0: lamp.axes().plane_0.as_vec3().to_array(),
+        pattern_columns: columns as u32,
+        pattern_rows: rows as u32,
+        ..common
+    };
+    match lamp.profile_of_points() {
+        Profile::Uniform => (Emission::Point, common),
+        Profile::Cone(cone) => {
             let inner = cone.inner_half_angle_deg.to_radians();
             let outer = cone.outer_half_angle_deg.to_radians();
-            shaders::Light {
-                half_extent: half_extent as f32,
-                intensity: domain.axial_intensity.map(per_local_unit),
-                axis: direction.normalize().as_vec3().to_array(),
+            let spot = shaders::Light {
                 outer_half_angle: outer as f32,
                 // Kept finite where the angles are equal: 0 · ∞ would not be a falloff.
                 inverse_penumbra: (1.0 / (outer - inner)).min(1e30) as f32,
                 ..common
-            }
+            };
+            (Emission::Spot, spot)
         }
-        Light::Directional { direction, .. } => shaders::Light {
-            half_extent: space.length(half_extent) as f32,
-            intensity: domain.axial_intensity.map(|irradiance| irradiance as f32),
-            axis: direction.normalize().as_vec3().to_array(),
-            ..common
+        Profile::Measured(pattern) => {
+            let measured = patterned(pattern.gammas_rad.len(), pattern.planes_rad.len());
+            (Emission::Pattern, measured)
+        }
+        Profile::Projected(image) => {
+            let [columns, rows] = image.size_px.map(|size| size as usize);
+            let projector = shaders::Light {
+                is_projected: 1,
+                ..patterned(columns, rows)
+            };
+            (Emission::Projector, projector)
+        }
+    }
+}
+
+/// Adds the area of the lamp, if it has one.
+fn of_area(lamp: &Lamp, space: &LocalSpace, point: shaders::Light) -> shaders::Light {
+    let Some(shape) = lamp.area else {
+        return point;
+    };
+    let [right, _] = lamp.area_axes();
+    let [half_width_m, half_height_m] = shape.half_extents_m();
+    let aspect = half_height_m / half_width_m;
+    shaders::Light {
+        plane_0: (right * space.length(half_width_m)).as_vec3().to_array(),
+        area_aspect: match shape {
+            AreaShape::Rectangle { .. } => aspect as f32,
+            AreaShape::Disc { .. } => -aspect as f32,
         },
+        ..point
     }
 }

@@ -2,8 +2,8 @@
 
 use super::{GatherKernel, Plan};
 use crate::{
-    scene::{Light, RadiationPattern, VplSum},
-    vulkan::shaders::{Brdf, Distribution, Emission, Frequencies, Sum, Surface},
+    scene::VplSum,
+    vulkan::shaders::{Brdf, Distribution, Frequencies, Sum, Surface},
 };
 
 impl Plan {
@@ -41,21 +41,6 @@ pub(crate) fn surface_axis(is_smooth: bool, is_textured: bool, is_detailed: bool
         (_, false, true) => Surface::FlatTextured,
         (_, true, false) => Surface::Smooth,
         (_, true, true) => Surface::SmoothTextured,
-    }
-}
-
-impl From<&Light> for Emission {
-    /// A point of an area counts as a spot.
-    fn from(light: &Light) -> Self {
-        match light {
-            Light::Point { .. } => Emission::Point,
-            Light::Spot { .. } | Light::Area { .. } => Emission::Spot,
-            Light::Directional { .. } => Emission::Directional,
-            Light::Pattern { pattern, .. } => match pattern {
-                RadiationPattern::Measured(_) => Emission::Pattern,
-                RadiationPattern::Projected(_) => Emission::Projector,
-            },
-        }
     }
 }
 

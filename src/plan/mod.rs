@@ -14,13 +14,10 @@ use crate::{
     emission::EmissionDomain,
     geometry::has_shared_meshes,
     scene::{
-        DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling,
-        PlacedLight, Scene, Shadow, TextureLookup, TextureRole, VplSum,
+        DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Material, Mesh, PixelSampling, PlacedLight,
+        Scene, Shadow, TextureLookup, TextureRole, VplSum,
     },
-    vulkan::{
-        DeviceInfo, DeviceKind,
-        shaders::{Emission, most_storage_images},
-    },
+    vulkan::{DeviceInfo, DeviceKind, shaders::most_storage_images},
 };
 
 /// Bounds of the edge of the shared shadow map, texels. Lights whose RSM is too coarse share this map.
@@ -104,8 +101,6 @@ impl TofPlan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightPlan {
     pub kind: &'static str,
-    /// The kernels' choice for what the light emits.
-    pub(crate) emission: Emission,
     /// Number of faces that the light emits into.
     pub faces: u32,
     /// Whether the light is modulated; only with time of flight.
@@ -267,13 +262,9 @@ impl Plan {
         let lights = lights.iter().zip(faces);
         let lights = lights.enumerate().map(|(i, (light, faces))| LightPlan {
             kind: light.kind(),
-            emission: Emission::from(&light.light),
             faces: faces as u32,
             is_modulated: is_modulated(i),
-            pattern_numbers: match &light.light {
-                Light::Pattern { pattern, .. } => pattern.number_count(),
-                _ => 0,
-            },
+            pattern_numbers: light.lamp().map_or(0, |lamp| lamp.profile.number_count()),
             shadow,
         });
         let mut plan = Plan {

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 
 use super::{brdf::around, rays::Ray};
-use crate::scene::{AreaShape, Bands, Light, Pattern, ProjectedImage, RadiationPattern};
+use crate::scene::{AreaShape, Lamp, Light, Pattern, Profile, ProjectedImage, SpotCone};
 
 /// Radius of a sphere around the local space.
 const SCENE_RADIUS: f64 = 1.733;
@@ -13,6 +13,12 @@ const SCENE_RADIUS: f64 = 1.733;
 /// Rounding error of the point where a ray meets the surface that contains a lamp, relative to the lamp's distance from the origin plus
 /// the scene's size. Rays keep this distance from the lamp, so its own surface does not block it and it lights both sides.
 const LAMP_ROUNDING: f64 = 1e-13;
+
+/// Its falloff is the cosine, with which an area emits.
+const COSINE: SpotCone = SpotCone {
+    inner_half_angle_deg: 0.0,
+    outer_half_angle_deg: 90.0,
+};
 
 /// A light, ready for sampling.
 #[derive(Debug, Clone)]
@@ -38,69 +44,75 @@ pub struct Area {
     is_round: bool,
 }
 
-/// The directions in which a lamp shines.
+impl Area {
+    fn new(lamp: &Lamp, shape: AreaShape, metres_per_unit: f64) -> Area {
+        let axis = lamp.direction.normalize();
+        let height = lamp.up.reject_from(axis).normalize();
+        let width = height.cross(axis);
+        let (extents_m, is_round) = match shape {
+            AreaShape::Rectangle { size_m } => (size_m.map(|size_m| size_m / 2.0), false),
+            AreaShape::Disc { radius_m } => ([radius_m; 2], true),
+        };
+        let [across, along] = extents_m.map(|extent_m| extent_m / metres_per_unit);
+        Area {
+            half_axes: [across * width, along * height],
+            is_round,
+        }
+    }
+}
+
+/// The directions in which each point of a lamp shines.
 #[derive(Debug, Clone)]
-pub enum Beam {
-    /// For point and spot lights.
-    Cone {
-        axis: DVec3,
-        /// θ_i, θ_o
-        half_angles_rad: [f64; 2],
-    },
-    /// For lamps with a pattern.
-    Pattern {
-        /// C = 0, C = 90°, γ = 0.
-        axes: [DVec3; 3],
-        pattern: RadiationPattern,
-        widest_rad: f64,
-    },
+pub struct Beam {
+    /// C = 0, C = 90°, γ = 0. Only the last one is used where the first two make no difference.
+    axes: [DVec3; 3],
+    profile: Profile,
+    /// The angle to the axis beyond which there is no light.
+    widest_rad: f64,
 }
 
 impl Beam {
-    fn axis(&self) -> DVec3 {
-        match *self {
-            Beam::Cone { axis, .. }
-            | Beam::Pattern {
-                axes: [.., axis], ..
-            } => axis,
-        }
-    }
-
-    /// The angle to the axis beyond which there is no light.
-    fn widest_rad(&self) -> f64 {
-        match self {
-            Beam::Cone {
-                half_angles_rad: [_, outer_rad],
-                ..
-            } => *outer_rad,
-            Beam::Pattern { widest_rad, .. } => *widest_rad,
+    fn new(lamp: &Lamp) -> Beam {
+        let axis = lamp.direction.normalize();
+        let first = (lamp.up - lamp.up.dot(axis) * axis).normalize();
+        let profile = match lamp.area {
+            None => lamp.profile.clone(),
+            Some(_) => Profile::Cone(COSINE),
+        };
+        Beam {
+            // Counterclockwise when looking along the direction.
+            axes: [first, first.cross(axis), axis],
+            widest_rad: widest_rad(&profile),
+            profile,
         }
     }
 
     /// The share of the intensity in a direction (unit vector).
     fn shape(&self, direction: DVec3) -> f64 {
-        match self {
-            Beam::Cone {
-                half_angles_rad: [inner_rad, _],
-                ..
-            } if *inner_rad >= PI => 1.0,
-            Beam::Cone {
-                axis,
-                half_angles_rad: [inner_rad, outer_rad],
-            } => falloff(angle(*axis, direction), *inner_rad, *outer_rad),
-            Beam::Pattern { axes, pattern, .. } => {
-                pattern_intensity(pattern, axes.map(|axis| direction.dot(axis)))
-            }
+        match &self.profile {
+            Profile::Uniform => 1.0,
+            Profile::Cone(cone) => falloff(angle(self.axes[2], direction), half_angles_rad(cone)),
+            Profile::Measured(pattern) => measured_intensity(pattern, self.along(direction)),
+            Profile::Projected(image) => projected_intensity(image, self.along(direction)),
         }
+    }
+
+    /// The components of a direction.
+    fn along(&self, direction: DVec3) -> [f64; 3] {
+        self.axes.map(|axis| direction.dot(axis))
     }
 
     /// ∫ of the shape over all directions, sr.
     fn solid_angle(&self) -> f64 {
-        match self {
-            Beam::Cone {
-                half_angles_rad, ..
-            } => weighted_solid_angle(*half_angles_rad),
-            Beam::Pattern { pattern, .. } => pattern_solid_angle(pattern),
+        match &self.profile {
+            Profile::Uniform => 4.0 * PI,
+            Profile::Cone(cone) => weighted_solid_angle(half_angles_rad(cone)),
+            Profile::Measured(pattern) => measured_solid_angle(pattern),
+            Profile::Projected(image) => {
+                let pixel = 1.0 / image.intrinsics.fx / image.intrinsics.fy;
+                let values = image.values.iter();
+                values.map(|&value| f64::from(value) * pixel).sum()
+            }
         }
     }
 }
@@ -122,88 +134,25 @@ pub struct Illumination {
 
 impl Emitter {
     pub fn new(light: &Light, to_local: impl Fn(DVec3) -> DVec3, metres_per_unit: f64) -> Emitter {
-        let lamp = |position_m: DVec3, power_w: Bands, beam: Beam| Emitter::Lamp {
-            position: to_local(position_m),
-            intensity: DVec3::from(power_w) / (beam.solid_angle() * metres_per_unit.powi(2)),
-            beam,
-            area: None,
-        };
-        match *light {
-            Light::Area {
-                position_m,
-                direction,
-                up,
-                shape,
-                power_w,
-            } => {
-                let axis = direction.normalize();
-                let height = up.reject_from(axis).normalize();
-                let width = height.cross(axis);
-                let (extents_m, is_round) = match shape {
-                    AreaShape::Rectangle { size_m } => (size_m.map(|size_m| size_m / 2.0), false),
-                    AreaShape::Disc { radius_m } => ([radius_m; 2], true),
-                };
-                let [across, along] = extents_m.map(|extent_m| extent_m / metres_per_unit);
-                // The cosine falloff.
-                let beam = Beam::Cone {
-                    axis,
-                    half_angles_rad: [0.0, FRAC_PI_2],
-                };
-                let mut emitter = lamp(position_m, power_w, beam);
-                if let Emitter::Lamp { area, .. } = &mut emitter {
-                    *area = Some(Area {
-                        half_axes: [across * width, along * height],
-                        is_round,
-                    });
+        match light {
+            Light::Lamp(lamp) => {
+                let beam = Beam::new(lamp);
+                let squared_unit = metres_per_unit.powi(2);
+                Emitter::Lamp {
+                    position: to_local(lamp.position_m),
+                    intensity: DVec3::from(lamp.power_w) / (beam.solid_angle() * squared_unit),
+                    beam,
+                    area: lamp
+                        .area
+                        .map(|shape| Area::new(lamp, shape, metres_per_unit)),
                 }
-                emitter
-            }
-            Light::Pattern {
-                position_m,
-                direction,
-                up,
-                ref pattern,
-                power_w,
-            } => {
-                let down = direction.normalize();
-                let first = (up - up.dot(down) * down).normalize();
-                let beam = Beam::Pattern {
-                    // Counterclockwise when looking along the direction.
-                    axes: [first, first.cross(down), down],
-                    widest_rad: widest_rad(pattern),
-                    pattern: pattern.clone(),
-                };
-                lamp(position_m, power_w, beam)
-            }
-            Light::Point {
-                position_m,
-                power_w,
-            } => {
-                let beam = Beam::Cone {
-                    axis: DVec3::Z,
-                    half_angles_rad: [PI; 2],
-                };
-                lamp(position_m, power_w, beam)
-            }
-            Light::Spot {
-                position_m,
-                direction,
-                cone,
-                power_w,
-            } => {
-                let half_angles_deg = [cone.inner_half_angle_deg, cone.outer_half_angle_deg];
-                let beam = Beam::Cone {
-                    axis: direction.normalize(),
-                    half_angles_rad: half_angles_deg.map(f64::to_radians),
-                };
-                lamp(position_m, power_w, beam)
             }
             Light::Directional {
                 direction,
                 irradiance_w_m2,
             } => Emitter::Parallel {
                 travel: direction.normalize(),
-                irradiance: irradiance_w_m2.into(),
+                irradiance: (*irradiance_w_m2).into(),
             },
         }
     }
@@ -272,7 +221,7 @@ impl Emitter {
                 (share > 0.0).then(|| Illumination {
                     to_light,
                     facing: intensity * share / distance_squared,
-                    density: 1.0 / (cap_solid_angle(beam.widest_rad()) * distance_squared),
+                    density: 1.0 / (cap_solid_angle(beam.widest_rad) * distance_squared),
                     distance: distance - clearance(position),
                     length: distance,
                 })
@@ -291,7 +240,7 @@ impl Emitter {
             }
             Emitter::Lamp {
                 position, ref beam, ..
-            } => in_cone(position, beam.axis(), beam.widest_rad(), u),
+            } => in_cone(position, beam.axes[2], beam.widest_rad, u),
         };
         Ray::half_line(origin, direction)
     }
@@ -320,37 +269,18 @@ fn widest_measured_rad(pattern: &Pattern) -> f64 {
     pattern.gammas_rad[widest].min(PI)
 }
 
-fn widest_rad(pattern: &RadiationPattern) -> f64 {
-    match pattern {
-        RadiationPattern::Measured(pattern) => widest_measured_rad(pattern),
-        RadiationPattern::Projected(image) => {
+fn widest_rad(profile: &Profile) -> f64 {
+    match profile {
+        Profile::Uniform => PI,
+        Profile::Cone(cone) => cone.outer_half_angle_deg.to_radians(),
+        Profile::Measured(pattern) => widest_measured_rad(pattern),
+        Profile::Projected(image) => {
             let [width, height] = image.size_px.map(f64::from);
             let lens = image.intrinsics;
             let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]];
             let tangents =
                 corners.map(|[x, y]| ((x - lens.cx) / lens.fx).hypot((y - lens.cy) / lens.fy));
             tangents.into_iter().fold(0.0, f64::max).atan()
-        }
-    }
-}
-
-fn pattern_intensity(pattern: &RadiationPattern, along: [f64; 3]) -> f64 {
-    match pattern {
-        RadiationPattern::Measured(pattern) => measured_intensity(pattern, along),
-        RadiationPattern::Projected(image) => projected_intensity(image, along),
-    }
-}
-
-fn pattern_solid_angle(pattern: &RadiationPattern) -> f64 {
-    match pattern {
-        RadiationPattern::Measured(pattern) => measured_solid_angle(pattern),
-        RadiationPattern::Projected(image) => {
-            let pixel = 1.0 / image.intrinsics.fx / image.intrinsics.fy;
-            image
-                .values
-                .iter()
-                .map(|&value| f64::from(value) * pixel)
-                .sum()
         }
     }
 }
@@ -419,8 +349,13 @@ fn clearance(lamp: DVec3) -> f64 {
     LAMP_ROUNDING * (1.0 + lamp.length())
 }
 
+/// θ_i, θ_o
+fn half_angles_rad(cone: &SpotCone) -> [f64; 2] {
+    [cone.inner_half_angle_deg, cone.outer_half_angle_deg].map(f64::to_radians)
+}
+
 /// s(θ)
-fn falloff(theta_rad: f64, inner_rad: f64, outer_rad: f64) -> f64 {
+fn falloff(theta_rad: f64, [inner_rad, outer_rad]: [f64; 2]) -> f64 {
     if theta_rad <= inner_rad {
         1.0
     } else if theta_rad < outer_rad {
@@ -443,7 +378,7 @@ fn weighted_solid_angle([inner_rad, outer_rad]: [f64; 2]) -> f64 {
     let half_part = 0.5 * (outer_rad - inner_rad) / f64::from(PARTS);
     let ring = |half_parts: u32| {
         let theta = inner_rad + half_part * f64::from(half_parts);
-        falloff(theta, inner_rad, outer_rad) * theta.sin()
+        falloff(theta, [inner_rad, outer_rad]) * theta.sin()
     };
     let parts = (0..PARTS).map(|i| ring(2 * i) + 4.0 * ring(2 * i + 1) + ring(2 * i + 2));
     cap_solid_angle(inner_rad) + TAU * half_part / 3.0 * parts.sum::<f64>()

@@ -237,14 +237,14 @@ impl Bytes {
                 .into_iter()
                 .for_each(|number| self.numbers([number]));
         }
-        if let Light::Area { shape, .. } = light {
+        let Some(lamp) = light.lamp() else {
+            return;
+        };
+        if let Some(shape) = lamp.area {
             self.name(shape.name());
         }
-        if let Light::Pattern { pattern, .. } = light {
-            self.update(&match pattern {
-                RadiationPattern::Measured(pattern) => pattern.digest(digest_of_pattern),
-                RadiationPattern::Projected(image) => image.digest(digest_of_image),
-            });
+        if let Some(digest) = lamp.profile.digest() {
+            self.update(&digest);
         }
     }
 
@@ -282,7 +282,7 @@ impl Bytes {
     }
 }
 
-fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
+pub(super) fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
     let Pattern {
         gammas_rad,
         planes_rad,
@@ -296,7 +296,7 @@ fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
     *bytes.finalize().as_bytes()
 }
 
-fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
+pub(super) fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
     let ProjectedImage {
         size_px,
         intrinsics: Intrinsics { fx, fy, cx, cy },

@@ -7,6 +7,7 @@ mod area;
 mod bounds;
 mod camera;
 mod carrier;
+mod cone;
 mod distortion;
 mod hash;
 mod indirect;
@@ -21,6 +22,7 @@ mod parameters;
 mod pattern;
 mod pattern_integral;
 mod pixel_sampling;
+mod profile;
 mod projected_image;
 mod sensor;
 mod shared;
@@ -37,6 +39,7 @@ pub use area::AreaShape;
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::{Carrier, PlacedLight};
+pub use cone::{ConeIntegral, SpotCone};
 pub use distortion::Distortion;
 pub use indirect::{
     DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, FinalGather, IndirectLight,
@@ -44,16 +47,17 @@ pub use indirect::{
 };
 pub use instance::Instance;
 pub use lens_lights::LensLights;
-pub use light::{Light, SpotCone};
+pub use light::{Lamp, Light};
 pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
 pub use mesh_file::{MeshFile, MeshOptions};
 pub use metallic_roughness::MetallicRoughness;
 pub use parameters::{Limits, Parameter, ParameterKind, ParameterValue, Parameters};
 pub(crate) use pattern::{Measured, place};
-pub use pattern::{Pattern, PatternAxes, RadiationPattern};
+pub use pattern::{Pattern, PatternAxes};
 pub use pattern_integral::PatternIntegral;
 pub use pixel_sampling::{PixelFilter, PixelSampling};
+pub use profile::Profile;
 pub use projected_image::ProjectedImage;
 pub use sensor::{Photodetector, Sensor};
 pub use shared::Shared;
@@ -132,8 +136,7 @@ impl Scene {
 
     /// Whether the scene has an area light.
     pub(crate) fn has_area_light(&self) -> bool {
-        let mut lights = self.lights.iter();
-        lights.any(|light| matches!(light.light, Light::Area { .. }))
+        self.lights.iter().any(|light| light.has_area())
     }
 
     /// Whether a surface has cut-outs. The scene must be validated.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::{PatternIntegral, ProjectedImage, Shared, SpotCone};
+use super::{PatternIntegral, SpotCone};
 
 /// The radiant intensity of a lamp over all directions, relative to its largest value.
 ///
@@ -21,66 +21,6 @@ pub struct Pattern {
     pub intensities: Vec<f64>,
     /// The intensity in the file that corresponds to 1.
     pub peak: f64,
-}
-
-/// How a light distributes its power over the directions.
-#[derive(Debug, Clone, PartialEq)]
-pub enum RadiationPattern {
-    /// A measured lamp.
-    Measured(Shared<Pattern>),
-    /// A projector. Right in its image points against the plane C = 90°, and down points against C = 0.
-    Projected(Shared<ProjectedImage>),
-}
-
-impl From<Pattern> for RadiationPattern {
-    fn from(pattern: Pattern) -> Self {
-        RadiationPattern::Measured(pattern.into())
-    }
-}
-
-impl From<ProjectedImage> for RadiationPattern {
-    fn from(image: ProjectedImage) -> Self {
-        RadiationPattern::Projected(image.into())
-    }
-}
-
-impl RadiationPattern {
-    /// Checks that the pattern is valid; the error says what is wrong.
-    pub(super) fn check(&self) -> std::result::Result<(), String> {
-        match self {
-            RadiationPattern::Measured(pattern) => pattern.check(),
-            RadiationPattern::Projected(image) => image.check(),
-        }
-    }
-
-    /// The relative intensity in a direction of any length but zero. [`RadiationPattern::total`] is its integral.
-    pub fn intensity(&self, axes: &PatternAxes, towards: DVec3) -> f64 {
-        match self {
-            RadiationPattern::Measured(pattern) => {
-                let [gamma_rad, plane_rad] = axes.angles_rad(towards);
-                pattern.intensity(gamma_rad, plane_rad)
-            }
-            RadiationPattern::Projected(image) => image.intensity(
-                [-axes.plane_90, -axes.plane_0, axes.direction].map(|axis| towards.dot(axis)),
-            ),
-        }
-    }
-
-    /// Integral of the intensity over all directions, sr.
-    pub fn total(&self) -> f64 {
-        match self {
-            RadiationPattern::Measured(pattern) => PatternIntegral::new(pattern).total(),
-            RadiationPattern::Projected(image) => image.total(),
-        }
-    }
-
-    /// Number of values that the pattern takes on the device.
-    pub(crate) fn number_count(&self) -> u32 {
-        match self {
-            RadiationPattern::Measured(pattern) => pattern.number_count(),
-            RadiationPattern::Projected(image) => 4 + image.values.len() as u32,
-        }
-    }
 }
 
 /// The measurements in a file, before they are spread over all planes.
@@ -306,7 +246,7 @@ pub(crate) fn place(nodes: &[f64], value: f64) -> (usize, f64) {
     (interval, ((value - low) / (high - low)).clamp(0.0, 1.0))
 }
 
-/// The axes of a lamp with a pattern, unit vectors in world space.
+/// The axes of a lamp, unit vectors in world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PatternAxes {
     /// γ = 0.

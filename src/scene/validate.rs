@@ -15,8 +15,6 @@ use crate::{Error, Result, keys::Keys};
 const FARTHEST_M: f64 = 1e12;
 /// The largest power or irradiance. Beyond it, the device's f32 overflows.
 const STRONGEST: f64 = 1e24;
-/// The narrowest cone. f32 cannot tell a narrower one from a ray.
-const NARROWEST_DEG: f64 = 1e-4;
 
 /// Below this angle between view and `up`, the rotation of the image about its axis is rounding noise.
 const SMALLEST_UP_ANGLE_RAD: f64 = 1e-6;
@@ -155,8 +153,7 @@ impl Scene {
             "set shadow to \"rays\", or leave it out",
         );
         placed("direct", 0, direct)?;
-        let area = |light: &PlacedLight| matches!(light.light, Light::Area { .. });
-        if let Some(index) = self.lights.iter().position(area) {
+        if let Some(index) = self.lights.iter().position(|light| light.has_area()) {
             let part = Part(format!("light {index} (area)"));
             let fitting = part.require(
                 self.direct.shadow != Some(Shadow::Map),
@@ -243,7 +240,7 @@ impl Part {
         )
     }
 
-    fn require_above_zero(&self, what: &str, value: f64) -> Result<()> {
+    pub fn require_above_zero(&self, what: &str, value: f64) -> Result<()> {
         self.require(
             value > 0.0 && value.is_finite(),
             format_args!("{what} is {value}"),
@@ -353,42 +350,17 @@ impl Light {
         if let Some(direction) = self.direction() {
             part.require_direction("direction", direction)?;
         }
-        if let Light::Spot { cone, .. } = self {
-            let (inner, outer) = (cone.inner_half_angle_deg, cone.outer_half_angle_deg);
+        if let Some(lamp) = self.lamp() {
+            lamp.profile.validate(&part)?;
+            lamp.area.map_or(Ok(()), |area| area.validate(&part))?;
             part.require(
-                (NARROWEST_DEG..=180.0).contains(&outer),
-                format_args!("outer_half_angle_deg is {outer}"),
-                "give degrees above 0 (1e-4 at least), up to 180",
-            )?;
-            part.require(
-                inner >= 0.0,
-                format_args!("inner_half_angle_deg is {inner}"),
-                "give degrees from 0 up to outer_half_angle_deg",
-            )?;
-            part.require(
-                inner <= outer,
-                format_args!(
-                    "inner_half_angle_deg {inner} is larger than outer_half_angle_deg {outer}"
-                ),
-                "make the inner cone no wider than the outer",
+                lamp.area.is_none() || lamp.profile == Profile::Uniform,
+                "its profile is not uniform",
+                "give Profile::Uniform: each point of an area emits with the cosine",
             )?;
         }
-        if let Light::Area { shape, .. } = self {
-            let (name, lengths_m) = match shape {
-                AreaShape::Rectangle { size_m } => ("size_m", *size_m),
-                AreaShape::Disc { radius_m } => ("radius_m", [*radius_m; 2]),
-            };
-            for length_m in lengths_m {
-                part.require_above_zero(name, length_m)?;
-            }
-        }
-        if let Light::Pattern { pattern, .. } = self
-            && let Err(problem) = pattern.check()
-        {
-            part.require(false, problem, "correct the pattern")?;
-        }
-        if let Light::Pattern { direction, up, .. } | Light::Area { direction, up, .. } = self {
-            part.require_direction("up", *up)?;
+        if let (Some(direction), Some(up)) = (self.direction(), self.up()) {
+            part.require_direction("up", up)?;
             let sine = direction.normalize().cross(up.normalize()).length();
             part.require(
                 sine > SMALLEST_UP_ANGLE_RAD,

@@ -30,13 +30,7 @@ fn scene() -> Scene {
             quantum_efficiency: None,
         }),
         tof: None,
-        lights: vec![
-            Light::Point {
-                position_m: DVec3::Y,
-                power_w: [1.0; 3],
-            }
-            .into(),
-        ],
+        lights: vec![Light::point(DVec3::Y, [1.0; 3]).into()],
         meshes: vec![
             Mesh::from_slices(
                 "floor",
@@ -149,14 +143,16 @@ fn scenes_from_slices_are_validated() {
     const NAN: f64 = f64::NAN;
     scene().validate().unwrap();
 
-    let spot = |direction: DVec3, inner: f64, outer: f64, power: f64| Light::Spot {
-        position_m: DVec3::Y,
-        direction,
-        cone: SpotCone {
-            inner_half_angle_deg: inner,
-            outer_half_angle_deg: outer,
-        },
-        power_w: [power; 3],
+    let spot = |direction: DVec3, inner: f64, outer: f64, power: f64| {
+        Light::spot(
+            DVec3::Y,
+            direction,
+            SpotCone {
+                inner_half_angle_deg: inner,
+                outer_half_angle_deg: outer,
+            },
+            [power; 3],
+        )
     };
     let intrinsics = |fx, fy, cx| {
         Lens::Intrinsics(Intrinsics {

@@ -19,13 +19,9 @@ fn room() -> camlux::Scene {
         let card = Mesh::from_slices(name, &corners_m, &[[0, 1, 2], [0, 2, 3]], 1);
         scene.meshes.push(card.into());
     }
-    scene.lights.push(
-        Light::Point {
-            position_m: DVec3::new(0.5, 1.0, 0.8),
-            power_w: [5.0, 10.0, 2.0],
-        }
-        .into(),
-    );
+    scene
+        .lights
+        .push(Light::point(DVec3::new(0.5, 1.0, 0.8), [5.0, 10.0, 2.0]).into());
     scene
 }
 
@@ -130,27 +126,27 @@ fn a_pose_that_is_read_can_be_set() {
     let device = Device::open();
     let mut expected = room();
     expected.lights.push(
-        Light::Spot {
-            position_m: DVec3::new(0.0, 1.5, 0.0),
-            direction: DVec3::new(0.0, -1.0, 0.0),
-            cone: camlux::scene::SpotCone {
+        Light::spot(
+            DVec3::new(0.0, 1.5, 0.0),
+            DVec3::new(0.0, -1.0, 0.0),
+            camlux::scene::SpotCone {
                 inner_half_angle_deg: 20.0,
                 outer_half_angle_deg: 30.0,
             },
-            power_w: [5.0; 3],
-        }
+            [5.0; 3],
+        )
         .into(),
     );
     expected.lights.push(
-        Light::Area {
-            position_m: DVec3::new(0.0, 1.9, 0.5),
-            direction: DVec3::NEG_Y,
-            up: DVec3::X,
-            shape: camlux::scene::AreaShape::Rectangle {
+        Light::area(
+            DVec3::new(0.0, 1.9, 0.5),
+            DVec3::NEG_Y,
+            DVec3::X,
+            camlux::scene::AreaShape::Rectangle {
                 size_m: [0.25, 0.5],
             },
-            power_w: [5.0; 3],
-        }
+            [5.0; 3],
+        )
         .into(),
     );
     expected.indirect = None;

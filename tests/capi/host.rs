@@ -13,6 +13,7 @@ use camlux::{
         PixelFilter, PixelSampling, TextureLookup, TimeOfFlight,
     },
 };
+use glam::DVec3;
 
 pub use crate::objects::*;
 
@@ -274,56 +275,34 @@ pub fn from_arrays(scene: &camlux::Scene) -> Scene {
 }
 
 pub fn c_light(light: &Light) -> camlux_light {
-    match *light {
-        Light::Point {
-            position_m,
-            power_w,
-        } => init!(camlux_light {
-            position_m: position_m.to_array(),
-            power_w: power_w
-        }),
-        Light::Spot {
-            position_m,
-            direction,
-            cone,
-            power_w,
-        } => init!(camlux_light {
-            kind: CAMLUX_LIGHT_SPOT,
-            position_m: position_m.to_array(),
-            direction: direction.to_array(),
-            power_w: power_w,
-            inner_half_angle_deg: cone.inner_half_angle_deg,
-            outer_half_angle_deg: cone.outer_half_angle_deg,
-        }),
-        Light::Area {
-            position_m,
-            direction,
-            up,
-            shape,
-            power_w,
-        } => init!(camlux_light {
-            kind: CAMLUX_LIGHT_AREA,
-            position_m: position_m.to_array(),
-            direction: direction.to_array(),
-            up: up.to_array(),
-            size_m: match shape {
-                AreaShape::Rectangle { size_m } => size_m,
-                AreaShape::Disc { .. } => [0.0; 2],
-            },
-            radius_m: match shape {
-                AreaShape::Rectangle { .. } => 0.0,
-                AreaShape::Disc { radius_m } => radius_m,
-            },
-            power_w: power_w,
-        }),
-        Light::Pattern { .. } => unreachable!("C makes no pattern"),
-        Light::Directional {
-            direction,
-            irradiance_w_m2,
-        } => init!(camlux_light {
-            kind: CAMLUX_LIGHT_DIRECTIONAL,
-            direction: direction.to_array(),
-            irradiance_w_m2: irradiance_w_m2,
-        }),
+    let vector = |vector: Option<DVec3>| vector.unwrap_or_default().to_array();
+    let mut c_light = init!(camlux_light {
+        position_m: vector(light.position_m()),
+        direction: vector(light.direction()),
+        up: vector(light.up()),
+    });
+    let Light::Lamp(lamp) = light else {
+        c_light.kind = CAMLUX_LIGHT_DIRECTIONAL;
+        c_light.irradiance_w_m2 = light.emission();
+        return c_light;
+    };
+    c_light.power_w = lamp.power_w;
+    match (&lamp.profile, lamp.area) {
+        (Profile::Uniform, None) => {}
+        (Profile::Cone(cone), None) => {
+            c_light.kind = CAMLUX_LIGHT_SPOT;
+            c_light.inner_half_angle_deg = cone.inner_half_angle_deg;
+            c_light.outer_half_angle_deg = cone.outer_half_angle_deg;
+        }
+        (_, Some(AreaShape::Rectangle { size_m })) => {
+            c_light.kind = CAMLUX_LIGHT_AREA;
+            c_light.size_m = size_m;
+        }
+        (_, Some(AreaShape::Disc { radius_m })) => {
+            c_light.kind = CAMLUX_LIGHT_AREA;
+            c_light.radius_m = radius_m;
+        }
+        _ => unreachable!("C makes no pattern"),
     }
+    c_light
 }

@@ -87,7 +87,7 @@ fn a_lamp_from_arrays_is_that_of_the_engine() {
         panic!("the scene has a lamp");
     };
     let turn = [0, 1, 2, 1, 0].map(|plane| intensities[plane].map(|value| value / 40.0));
-    *pattern = RadiationPattern::from(Pattern {
+    lamp.profile = Profile::from(Pattern {
         gammas_rad: gammas_deg.map(f64::to_radians).to_vec(),
         planes_rad: [0.0, 90.0, 180.0, 270.0]
             .map(f64::to_radians)

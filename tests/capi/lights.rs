@@ -62,11 +62,7 @@ fn a_light_of_the_camera_moves_with_it() {
         expected.camera.position_m = camera.position_m.into();
         let mut fixed = expected.clone();
         assert_eq!(fixed.lights[0].relative_to, Some(Carrier::Camera));
-        fixed.lights[0] = Light::Point {
-            position_m: camera.position_m.into(),
-            power_w: [1.0; 3],
-        }
-        .into();
+        fixed.lights[0] = Light::point(camera.position_m.into(), [1.0; 3]).into();
         let fixed = from_arrays(&fixed);
         let alone = renderer.render(&fixed);
         assert!(frame.layers() == alone.layers());

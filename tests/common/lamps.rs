@@ -23,13 +23,13 @@ pub fn pattern() -> Pattern {
 }
 
 pub fn measured(position_m: DVec3, direction: DVec3, power_w: Bands) -> Light {
-    Light::Pattern {
+    Light::with_profile(
         position_m,
         direction,
-        up: DVec3::new(0.7, 0.2, -0.5),
-        pattern: pattern().into(),
+        DVec3::new(0.7, 0.2, -0.5),
+        pattern(),
         power_w,
-    }
+    )
 }
 
 /// Five by three pixels. The optical axis passes through the second pixel of the last row.
@@ -51,11 +51,11 @@ pub fn image() -> ProjectedImage {
 }
 
 pub fn projector(position_m: DVec3, direction: DVec3, power_w: Bands) -> Light {
-    Light::Pattern {
+    Light::with_profile(
         position_m,
         direction,
-        up: DVec3::new(0.7, 0.2, -0.5),
-        pattern: image().into(),
+        DVec3::new(0.7, 0.2, -0.5),
+        image(),
         power_w,
-    }
+    )
 }

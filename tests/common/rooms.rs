@@ -241,10 +241,7 @@ pub fn marked_room() -> Scene {
             add(0.04, [0.15, -0.65], [0.4, 0.35]);
         }
     }
-    let light = Light::Point {
-        position_m: DVec3::new(0.11, -0.07, 0.05),
-        power_w: [1.0; 3],
-    };
+    let light = Light::point(DVec3::new(0.11, -0.07, 0.05), [1.0; 3]);
     scene_of(meshes, light, DVec3::new(-0.8, 0.6, 0.9), DVec3::ZERO)
 }
 

@@ -185,15 +185,15 @@ impl LightRays<'_> {
 pub fn scene_lit_from_afar() -> (Scene, Light) {
     let scene = demo_scene("cornell", [256, 256]);
     let position_m = DVec3::new(30.0, 290.0, 60.0);
-    let light = Light::Spot {
+    let light = Light::spot(
         position_m,
-        direction: DVec3::Y - position_m,
-        cone: SpotCone {
+        DVec3::Y - position_m,
+        SpotCone {
             inner_half_angle_deg: 0.3,
             outer_half_angle_deg: 0.4,
         },
-        power_w: [1.0; 3],
-    };
+        [1.0; 3],
+    );
     (scene, light)
 }
 
@@ -201,10 +201,7 @@ pub fn scene_lit_from_afar() -> (Scene, Light) {
 pub fn floor_with(mut meshes: Vec<Mesh>, light_m: DVec3) -> Scene {
     let floor = rooms::floor(2.0);
     meshes.insert(0, floor);
-    let light = Light::Point {
-        position_m: light_m,
-        power_w: [10.0; 3],
-    };
+    let light = Light::point(light_m, [10.0; 3]);
     let mut scene = rooms::scene_of(meshes, light, DVec3::new(0.6, 2.2, 1.6), DVec3::ZERO);
     scene.camera.resolution_px = [256, 256];
     scene

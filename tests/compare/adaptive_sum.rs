@@ -77,10 +77,7 @@ fn lights_are_summed_together() {
     let mut gpu = Gpu::open();
     for name in ["cornell", "glossy"] {
         let mut scene = demo_scene(name, SIZE_PX);
-        let more = Light::Directional {
-            direction: DVec3::new(-0.3, -0.8, -0.6),
-            irradiance_w_m2: [1.0, 2.0, 3.0],
-        };
+        let more = Light::directional(DVec3::new(-0.3, -0.8, -0.6), [1.0, 2.0, 3.0]);
         scene.lights.push(more.into());
         check(&mut gpu, &format!("{name}, two lights"), &scene);
     }
@@ -94,10 +91,8 @@ fn a_weak_light_is_treated_like_a_strong_one() {
     let strong = gpu.render(&scene);
     assert_is_lit(&strong, Layer::Indirect);
     let factor = f64::exp2(-24.0);
-    let Light::Point { power_w, .. } = &mut scene.lights[0].light else {
-        panic!("the scene has a point light");
-    };
-    *power_w = power_w.map(|power| factor * power);
+    let light = &mut scene.lights[0].light;
+    *light = light.with_emission(light.emission().map(|power| factor * power));
     let weak = gpu.render(&scene);
     assert_eq!(weak.stats.pixel_vpl_pairs, strong.stats.pixel_vpl_pairs);
     let scaled: Vec<f32> = indirect(&strong)

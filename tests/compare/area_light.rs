@@ -18,13 +18,13 @@ const RECTANGLE: AreaShape = AreaShape::Rectangle {
 const DISC: AreaShape = AreaShape::Disc { radius_m: 0.25 };
 
 fn area(position_m: DVec3, direction: DVec3, shape: AreaShape) -> Light {
-    Light::Area {
+    Light::area(
         position_m,
         direction,
-        up: DVec3::new(0.2, 0.1, -1.0),
+        DVec3::new(0.2, 0.1, -1.0),
         shape,
-        power_w: [40.0, 30.0, 20.0],
-    }
+        [40.0, 30.0, 20.0],
+    )
 }
 
 fn floor() -> Mesh {
@@ -59,13 +59,13 @@ fn lamps_light_a_floor_as_their_closed_form_has_it() {
     let mut gpu = Gpu::open();
     for height_m in [1.3, 0.1, 0.01, 0.004] {
         for shape in [RECTANGLE, DISC] {
-            let light = Light::Area {
-                position_m: DVec3::new(0.1, height_m, -0.2),
-                direction: DVec3::NEG_Y,
-                up: DVec3::NEG_Z,
+            let light = Light::area(
+                DVec3::new(0.1, height_m, -0.2),
+                DVec3::NEG_Y,
+                DVec3::NEG_Z,
                 shape,
-                power_w: [10.0; 3],
-            };
+                [10.0; 3],
+            );
             let scene = scene_of(vec![floor()], light, DVec3::new(0.3, 1.0, 2.2), DVec3::ZERO);
             let frame = gpu.render(&scene);
             let (positions, ids) = (
@@ -141,13 +141,13 @@ fn slats_do_not_fool_the_estimate() {
             let (across, along) = (0.5 * step_m * DVec3::X, -1.6 * DVec3::Z);
             quad(&format!("slat {i}"), corner, across, along, i + 1)
         }));
-        let light = Light::Area {
-            position_m: DVec3::new(0.0, 1.4, 0.0),
-            direction: DVec3::NEG_Y,
-            up: DVec3::NEG_Z,
-            shape: RECTANGLE,
-            power_w: [40.0; 3],
-        };
+        let light = Light::area(
+            DVec3::new(0.0, 1.4, 0.0),
+            DVec3::NEG_Y,
+            DVec3::NEG_Z,
+            RECTANGLE,
+            [40.0; 3],
+        );
         let scene = scene_of(meshes, light, DVec3::new(0.3, 0.4, 2.4), DVec3::ZERO);
         let truth = reference_frame(&scene, 256, 0);
         let frame = gpu.render(&scene);

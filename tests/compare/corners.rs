@@ -39,23 +39,21 @@ fn corner(angle_deg: f64, light: Light, camera_m: DVec3) -> Scene {
 }
 
 fn position(light: &Light) -> DVec3 {
-    match light {
-        Light::Point { position_m, .. } | Light::Spot { position_m, .. } => *position_m,
-        _ => panic!("the lights of this test are points"),
-    }
+    light
+        .position_m()
+        .expect("the lights of this test are points")
 }
 
 /// Radiant intensity of a light of 1 W in a direction, W/sr.
 fn intensity(light: &Light) -> impl Fn(DVec3) -> f64 {
-    let (axis, angles) = match light {
-        Light::Spot {
-            direction, cone, ..
-        } => {
-            let angles_deg = [cone.inner_half_angle_deg, cone.outer_half_angle_deg];
-            (direction.normalize(), angles_deg.map(f64::to_radians))
+    let lamp = light.lamp().expect("the lights of this test are points");
+    let angles = match lamp.profile {
+        Profile::Cone(cone) => {
+            [cone.inner_half_angle_deg, cone.outer_half_angle_deg].map(f64::to_radians)
         }
-        _ => (DVec3::Z, [PI; 2]),
+        _ => [PI; 2],
     };
+    let axis = lamp.direction.normalize();
     let [inner, outer] = angles;
     let falloff = move |off: f64| match off {
         off if off <= inner => 1.0,
@@ -192,19 +190,16 @@ fn the_range_is_within_its_target_error() {
 }
 
 fn corners() -> [(&'static str, Scene); 3] {
-    let point = |x: f64, y: f64, z: f64| Light::Point {
-        position_m: DVec3::new(x, y, z),
-        power_w: [1.0; 3],
-    };
-    let spot = Light::Spot {
-        position_m: DVec3::new(1.4, 1.1, 0.4),
-        direction: DVec3::new(-1.3, -0.8, -0.4),
-        cone: camlux::scene::SpotCone {
+    let point = |x: f64, y: f64, z: f64| Light::point(DVec3::new(x, y, z), [1.0; 3]);
+    let spot = Light::spot(
+        DVec3::new(1.4, 1.1, 0.4),
+        DVec3::new(-1.3, -0.8, -0.4),
+        camlux::scene::SpotCone {
             inner_half_angle_deg: 20.0,
             outer_half_angle_deg: 45.0,
         },
-        power_w: [1.0; 3],
-    };
+        [1.0; 3],
+    );
     let camera_m = DVec3::new(1.8, 1.2, 0.6);
     [
         ("right angle, spot", corner(90.0, spot, camera_m)),

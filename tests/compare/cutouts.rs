@@ -54,10 +54,7 @@ fn card_of_width(width: f64) -> Scene {
         2.0 * DVec3::Y,
         2,
     );
-    let light = Light::Point {
-        position_m: DVec3::new(0.11, 1.5, -0.13),
-        power_w: [10.0; 3],
-    };
+    let light = Light::point(DVec3::new(0.11, 1.5, -0.13), [10.0; 3]);
     let camera_m = DVec3::new(0.3, 1.1, 1.4);
     scene_of(vec![floor, card, wall], light, camera_m, DVec3::Y * 0.2)
 }

@@ -314,10 +314,7 @@ fn room() -> Scene {
             1,
         ),
     ];
-    let light = Light::Point {
-        position_m: DVec3::new(0.4, 0.6, 0.3),
-        power_w: [30.0, 20.0, 10.0],
-    };
+    let light = Light::point(DVec3::new(0.4, 0.6, 0.3), [30.0, 20.0, 10.0]);
     let mut scene = scene_of(meshes, light, DVec3::new(0.1, 0.0, 2.9), DVec3::ZERO);
     scene.camera.resolution_px = [64, 64];
     scene
@@ -328,21 +325,17 @@ fn room() -> Scene {
 fn lights_of_every_kind_and_together() {
     let lights = [
         room().lights[0].clone(),
-        Light::Spot {
-            position_m: DVec3::new(-0.5, 0.7, 0.5),
-            direction: DVec3::new(0.5, -1.0, -0.6),
-            cone: SpotCone {
+        Light::spot(
+            DVec3::new(-0.5, 0.7, 0.5),
+            DVec3::new(0.5, -1.0, -0.6),
+            SpotCone {
                 inner_half_angle_deg: 15.0,
                 outer_half_angle_deg: 30.0,
             },
-            power_w: [5.0, 10.0, 20.0],
-        }
+            [5.0, 10.0, 20.0],
+        )
         .into(),
-        Light::Directional {
-            direction: DVec3::new(-0.5, -0.4, -1.0),
-            irradiance_w_m2: [6.0, 4.0, 2.0],
-        }
-        .into(),
+        Light::directional(DVec3::new(-0.5, -0.4, -1.0), [6.0, 4.0, 2.0]).into(),
         measured(
             DVec3::new(-0.2, 0.6, 0.4),
             DVec3::new(0.2, -1.0, -0.4),
@@ -378,15 +371,15 @@ fn light_comes_from_afar() {
     let mut scene = room();
     let position_m = DVec3::new(20.0, 40.0, 295.0);
     scene.lights = vec![
-        Light::Spot {
+        Light::spot(
             position_m,
-            direction: -position_m,
-            cone: SpotCone {
+            -position_m,
+            SpotCone {
                 inner_half_angle_deg: 0.3,
                 outer_half_angle_deg: 0.4,
             },
-            power_w: [20.0; 3],
-        }
+            [20.0; 3],
+        )
         .into(),
     ];
     let truth = reference_of(&scene, 128);

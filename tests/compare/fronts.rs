@@ -45,10 +45,7 @@ fn quad(is_clockwise: bool, has_normals: bool) -> Mesh {
 fn placed(quad: Mesh, to_world: DMat3, from_behind: bool) -> Scene {
     let side = if from_behind { -1.0 } else { 1.0 };
     let camera_m = DVec3::new(0.1, 0.2, 1.5 * side);
-    let light = Light::Point {
-        position_m: camera_m,
-        power_w: [1.0; 3],
-    };
+    let light = Light::point(camera_m, [1.0; 3]);
     let mut scene = scene_of(vec![quad], light, camera_m, DVec3::ZERO);
     scene.camera.resolution_px = [8, 8];
     scene.camera.lens = Lens::FovY { fov_y_deg: 30.0 };
@@ -263,10 +260,11 @@ fn in_a_mirror(mut scene: Scene) -> Scene {
         instance.to_world = mirror * instance.to_world;
     }
     for light in &mut scene.lights {
-        match &mut light.light {
-            Light::Point { position_m, .. } => position_m.x = -position_m.x,
-            Light::Directional { direction, .. } => direction.x = -direction.x,
-            _ => panic!("the room has no other light"),
+        if let Some(position_m) = light.position_m_mut() {
+            position_m.x = -position_m.x;
+        }
+        if let Some(direction) = light.direction_mut() {
+            direction.x = -direction.x;
         }
     }
     for place in [&mut scene.camera.position_m, &mut scene.camera.look_at_m] {

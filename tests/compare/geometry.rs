@@ -10,9 +10,8 @@ use camlux::{
     RenderOptions, Scene,
     emission::EmissionDomain,
     internals::{Intermediates, LightIntermediates, SurfacePoint},
-    model::spot_falloff,
     output::{Frame, Layer},
-    scene::{IndirectLight, Lens, Light, PlacedLight, SpotCone, VplSum},
+    scene::{IndirectLight, Lens, Light, PlacedLight, Profile, SpotCone, VplSum},
 };
 use glam::DVec3;
 
@@ -184,12 +183,11 @@ fn rsm_errors(scene: &Scene, light: &Light, kept: &LightIntermediates) -> Errors
         };
         let falloff = seen.irradiance_per_intensity * spread;
         errors.falloff = errors.falloff.max((falloff - emission.falloff).abs());
-        if let Light::Spot {
-            direction, cone, ..
-        } = light
+        if let (Some(Profile::Cone(cone)), Some(direction)) =
+            (light.lamp().map(|lamp| &lamp.profile), light.direction())
         {
             // The table holds s averaged over the texel. It is near s at the centre if faces and table have the same orientation.
-            let centre = spot_falloff(direction.angle_between(ray.direction), *cone);
+            let centre = cone.falloff(direction.angle_between(ray.direction));
             let is_cut = emission.measure < 0.999 * whole_texel_measure(domain, &ray);
             assert!(
                 is_cut || (emission.falloff - centre).abs() < 0.04,
@@ -275,15 +273,15 @@ fn points_seen_from_afar_lie_on_their_surfaces() {
     scene.camera.position_m += away;
     scene.camera.lens = Lens::FovY { fov_y_deg: 0.5 };
     scene.lights = vec![
-        Light::Spot {
-            position_m: away,
-            direction: -away,
-            cone: SpotCone {
+        Light::spot(
+            away,
+            -away,
+            SpotCone {
                 inner_half_angle_deg: 0.2,
                 outer_half_angle_deg: 0.25,
             },
-            power_w: [1.0; 3],
-        }
+            [1.0; 3],
+        )
         .into(),
     ];
     let (frame, kept) = render(&mut Gpu::open(), &scene);
@@ -363,24 +361,20 @@ fn spots_and_parallel_light_lie_right() {
         ];
         scene.lights = cones
             .map(|(inner, outer)| {
-                PlacedLight::from(Light::Spot {
+                PlacedLight::from(Light::spot(
                     position_m,
                     direction,
-                    cone: SpotCone {
+                    SpotCone {
                         inner_half_angle_deg: inner,
                         outer_half_angle_deg: outer,
                     },
-                    power_w: [1.0; 3],
-                })
+                    [1.0; 3],
+                ))
             })
             .to_vec();
-        scene.lights.push(
-            Light::Directional {
-                direction,
-                irradiance_w_m2: [1.0; 3],
-            }
-            .into(),
-        );
+        scene
+            .lights
+            .push(Light::directional(direction, [1.0; 3]).into());
         compare(
             &mut gpu,
             &format!("marked room along {direction}"),

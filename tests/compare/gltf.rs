@@ -7,7 +7,7 @@ use crate::common::gpu::Gpu;
 use crate::common::rows::assert_says;
 use crate::common::scene_folder::SceneFolder;
 use camlux::Scene;
-use camlux::scene::{Lens, Light, MetallicRoughness, Texels, TextureLookup};
+use camlux::scene::{Lens, Light, MetallicRoughness, Profile, Texels, TextureLookup};
 use glam::{DQuat, DVec3};
 
 const HEAD: &str = "[camera]
@@ -232,35 +232,24 @@ fn nodes_place_meshes_lights_and_cameras() {
 
     // The scene file's light comes first, then the nodes' lights. 683 lm are 1 W.
     let four_pi = 4.0 * std::f64::consts::PI;
-    let lights: Vec<&Light> = scene.lights.iter().map(|placed| &placed.light).collect();
-    let [
-        _,
-        Light::Point {
-            position_m,
-            power_w,
-        },
-        Light::Spot {
-            direction,
-            cone,
-            power_w: spot_w,
-            ..
-        },
-        Light::Directional {
-            direction: sun,
-            irradiance_w_m2,
-        },
-    ] = &lights[..]
-    else {
+    let kinds: Vec<&str> = scene.lights.iter().map(|light| light.kind()).collect();
+    assert_eq!(kinds[1..], ["point", "spot", "directional"]);
+    let [_, point, spot, sun] = &scene.lights[..] else {
         panic!("{:?}", scene.lights);
     };
+    let position_m = point.position_m().unwrap();
     let expected = DVec3::new(1.0, 2.0, 2.0);
-    assert!((*position_m - expected).length() < 1e-6, "{position_m}");
-    assert_eq!(*power_w, [four_pi, 0.5 * four_pi, 0.0]);
-    assert!((*direction - DVec3::NEG_X).length() < 1e-6, "{direction}");
+    assert!((position_m - expected).length() < 1e-6, "{position_m}");
+    assert_eq!(point.emission(), [four_pi, 0.5 * four_pi, 0.0]);
+    let direction = spot.direction().unwrap();
+    assert!((direction - DVec3::NEG_X).length() < 1e-6, "{direction}");
+    let Some(Profile::Cone(cone)) = spot.lamp().map(|lamp| &lamp.profile) else {
+        panic!("{spot:?}");
+    };
     assert!((cone.outer_half_angle_deg - 0.5_f64.to_degrees()).abs() < 1e-5);
     let solid_angle_sr = std::f64::consts::TAU * (1.0 - 0.5_f64.cos());
-    assert!((spot_w[0] / solid_angle_sr - 1.0).abs() < 1e-6);
-    assert_eq!((*sun, *irradiance_w_m2), (DVec3::NEG_Z, [2.0; 3]));
+    assert!((spot.emission()[0] / solid_angle_sr - 1.0).abs() < 1e-6);
+    assert_eq!(**sun, Light::directional(DVec3::NEG_Z, [2.0; 3]));
 
     let of_camera = |name: &str, more: &str| {
         let head = HEAD.split_once("[indirect]").unwrap().1;

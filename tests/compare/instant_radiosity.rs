@@ -26,15 +26,15 @@ fn error_falls_with_the_square_of_the_resolution() {
             1,
         ),
     ];
-    let light = Light::Spot {
-        position_m: DVec3::new(0.13, 0.1, -0.08),
-        direction: DVec3::new(0.2, 1.0, 0.1),
-        cone: SpotCone {
+    let light = Light::spot(
+        DVec3::new(0.13, 0.1, -0.08),
+        DVec3::new(0.2, 1.0, 0.1),
+        SpotCone {
             inner_half_angle_deg: 15.0,
             outer_half_angle_deg: 40.0,
         },
-        power_w: [4.0 * PI; 3],
-    };
+        [4.0 * PI; 3],
+    );
     let mut scene = scene_of(
         meshes,
         light,

@@ -62,20 +62,9 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
     };
     let power_w = [10.0, 20.0, 5.0];
     let lights = [
-        Light::Point {
-            position_m,
-            power_w,
-        },
-        Light::Spot {
-            position_m,
-            direction,
-            cone,
-            power_w,
-        },
-        Light::Directional {
-            direction,
-            irradiance_w_m2: [1.0, 2.0, 3.0],
-        },
+        Light::point(position_m, power_w),
+        Light::spot(position_m, direction, cone, power_w),
+        Light::directional(direction, [1.0, 2.0, 3.0]),
         measured(position_m, direction, power_w),
         projector(position_m, direction, power_w),
     ];

@@ -42,10 +42,10 @@ fn an_even_map_turns_the_floor() {
         );
         floor.texcoords = texcoords.into();
         let side = if from_below { -1.0 } else { 1.0 };
-        let light = Light::Point {
-            position_m: DVec3::new(light_m.x, side * light_m.y, light_m.z),
-            power_w: [10.0; 3],
-        };
+        let light = Light::point(
+            DVec3::new(light_m.x, side * light_m.y, light_m.z),
+            [10.0; 3],
+        );
         let mut scene = scene_of(
             vec![floor],
             light.clone(),

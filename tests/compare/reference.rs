@@ -72,10 +72,7 @@ fn assert_agrees(what: &str, sampled: &Sampled, expected: f64) {
 
 /// A point light of 1 W/sr.
 pub fn lamp(position_m: DVec3) -> Light {
-    Light::Point {
-        position_m,
-        power_w: [4.0 * PI; 3],
-    }
+    Light::point(position_m, [4.0 * PI; 3])
 }
 
 /// A sphere of radius 1 whose facets are within 4e-5 of it.
@@ -121,10 +118,7 @@ const FEW: u32 = 1024;
 
 /// A sphere with k_d = 0.5 around a light of π W/sr, with other meshes in it.
 pub fn lit_sphere(others: Vec<Mesh>, camera_m: DVec3) -> Scene {
-    let light = Light::Point {
-        position_m: DVec3::ZERO,
-        power_w: [4.0 * PI * PI; 3],
-    };
+    let light = Light::point(DVec3::ZERO, [4.0 * PI * PI; 3]);
     let mut meshes = vec![sphere()];
     meshes.extend(others);
     let mut scene = scene_of(meshes, light, camera_m, DVec3::X);
@@ -390,10 +384,7 @@ fn other_lights_bounce_too() {
         quad("wall", DVec3::NEG_Z, DVec3::Y, 2.0 * DVec3::Z, 1),
     ];
     let travel = DVec3::new(-0.8, -0.6, 0.0);
-    let sun = Light::Directional {
-        direction: travel,
-        irradiance_w_m2: [3.0; 3],
-    };
+    let sun = Light::directional(travel, [3.0; 3]);
     let mut scene = scene_of(meshes, sun, DVec3::new(0.5, 1.5, 0.3), DVec3::ZERO);
     scene.materials[0].kd = [0.8; 3];
     scene.materials[1].kd = [0.6; 3];
@@ -411,15 +402,7 @@ fn other_lights_bounce_too() {
         inner_half_angle_deg: 10.0,
         outer_half_angle_deg: 25.0,
     };
-    scene.lights = vec![
-        Light::Spot {
-            position_m,
-            direction: DVec3::NEG_X,
-            cone,
-            power_w: [2.0; 3],
-        }
-        .into(),
-    ];
+    scene.lights = vec![Light::spot(position_m, DVec3::NEG_X, cone, [2.0; 3]).into()];
     let [inner, outer] = [10.0, 25.0].map(f64::to_radians);
     let falloff = |theta: f64| match theta {
         t if t <= inner => 1.0,

@@ -43,9 +43,7 @@ fn kd(scene: &Scene, hit: &Hit) -> Bands {
 /// The green band of a matte point's radiance by one bounce from matte surfaces.
 fn plainly_sampled(scene: &Scene, caster: &RayCaster, p: &Hit, numbers: &mut Numbers) -> f64 {
     let light = &scene.lights[0].light;
-    let Light::Spot { position_m, .. } = *light else {
-        panic!("the knot is lit by a spot");
-    };
+    let position_m = light.position_m().expect("the knot is lit by a spot");
     let (x, y) = p.normal.any_orthonormal_pair();
     let start_m = p.position_m + OFFSET_M * p.normal;
     let mut sum = 0.0;

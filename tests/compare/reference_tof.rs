@@ -157,13 +157,9 @@ fn corner(frequencies_hz: &[f64]) -> Scene {
     ];
     let camera_m = DVec3::new(1.5, 1.2, 0.3);
     let mut scene = scene_of(meshes, lamp(camera_m), camera_m, DVec3::new(0.2, 0.2, 0.0));
-    scene.lights.push(
-        Light::Directional {
-            direction: DVec3::new(-1.0, -2.0, 0.3),
-            irradiance_w_m2: [0.2; 3],
-        }
-        .into(),
-    );
+    scene
+        .lights
+        .push(Light::directional(DVec3::new(-1.0, -2.0, 0.3), [0.2; 3]).into());
     scene.camera.resolution_px = [12, 12];
     let mut scene = with_tof(scene, frequencies_hz);
     scene.tof.as_mut().expect("it was given").ambient_lights = vec![1];

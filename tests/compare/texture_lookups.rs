@@ -103,10 +103,7 @@ fn checked(wrap: [Wrap; 2]) -> [Scene; 2] {
     let kd = |texel: usize| [(1 + texel) as f64 / 10.0, 0.5, (9 - texel) as f64 / 10.0];
     let corner = DVec3::new(-1.03, 0.0, 1.02);
     let edges = [2.07 * DVec3::X, -2.05 * DVec3::Z];
-    let light = Light::Point {
-        position_m: DVec3::new(0.3, 1.4, 0.2),
-        power_w: [10.0; 3],
-    };
+    let light = Light::point(DVec3::new(0.3, 1.4, 0.2), [10.0; 3]);
     let view = |mesh| {
         scene_of(
             vec![mesh],

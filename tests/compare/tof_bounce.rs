@@ -210,15 +210,15 @@ fn ambient_light_is_no_noise_of_z() {
     let without = gpu.render(&scene);
     // Points away from the box.
     scene.lights.push(
-        Light::Spot {
-            position_m: scene.camera.position_m,
-            direction: DVec3::Z,
-            cone: SpotCone {
+        Light::spot(
+            scene.camera.position_m,
+            DVec3::Z,
+            SpotCone {
                 inner_half_angle_deg: 10.0,
                 outer_half_angle_deg: 20.0,
             },
-            power_w: [1.0; 3],
-        }
+            [1.0; 3],
+        )
         .into(),
     );
     let mut scene = with_tof(scene, &[20e6]);

@@ -84,13 +84,9 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
         ] {
             let scene = with(&demo, |scene| {
                 // Adds a light with a position, which not all scenes have.
-                scene.lights.push(
-                    Light::Point {
-                        position_m: scene.camera.position_m,
-                        power_w: [1.0; 3],
-                    }
-                    .into(),
-                );
+                scene
+                    .lights
+                    .push(Light::point(scene.camera.position_m, [1.0; 3]).into());
                 scene.indirect = indirect;
                 time_of_flight(scene);
             });

@@ -22,10 +22,7 @@ fn corner(lamp_m: DVec3) -> Scene {
             1,
         ),
     ];
-    let light = Light::Point {
-        position_m: lamp_m,
-        power_w: [1.0; 3],
-    };
+    let light = Light::point(lamp_m, [1.0; 3]);
     scene_of(
         meshes,
         light,

@@ -36,13 +36,7 @@ fn closed_room(estimator: VplSum, rsm_size: u32) -> Scene {
         },
         sensor: None,
         tof: None,
-        lights: vec![
-            Light::Point {
-                position_m: DVec3::new(0.1, 0.4, -0.2),
-                power_w: [50.0, 40.0, 30.0],
-            }
-            .into(),
-        ],
+        lights: vec![Light::point(DVec3::new(0.1, 0.4, -0.2), [50.0, 40.0, 30.0]).into()],
         meshes: vec![Mesh::from_slices("room", &corners, &triangles, 0).into()],
         materials: vec![Material::lambert("grey", [0.5, 0.6, 0.7])],
         textures: Vec::new(),

@@ -19,10 +19,7 @@ const DISTANCE_M: f64 = 4.0;
 const COLUMN_M: f64 = 8.5 / 16.0;
 
 fn scene(meshes: Vec<Mesh>, camera_m: DVec3) -> Scene {
-    let light = Light::Point {
-        position_m: DVec3::ONE,
-        power_w: [1.0; 3],
-    };
+    let light = Light::point(DVec3::ONE, [1.0; 3]);
     let mut scene = scene_of(meshes, light, camera_m, camera_m - DVec3::Z);
     let half = SIZE as f64 / 2.0;
     scene.camera.lens = Lens::Intrinsics(Intrinsics {

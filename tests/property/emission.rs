@@ -4,10 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use crate::common::texels::texel_direction;
 use camlux::emission::{EmissionDomain, EmissionFace, Projection, TexelEmission};
-use camlux::model::{
-    CompensatedSum, direction_to_light, irradiance_facing, radiant_intensity, spot_falloff,
-};
-use camlux::scene::{AreaShape, BoundingSphere, Light, SpotCone};
+use camlux::model::{CompensatedSum, direction_to_light, irradiance_facing, radiant_intensity};
+use camlux::scene::{AreaShape, BoundingSphere, Light, Profile, SpotCone};
 use glam::DVec3;
 
 const SCENE: BoundingSphere = BoundingSphere {
@@ -41,15 +39,15 @@ const CONES: [(f64, f64); 18] = [
 const AXIS: DVec3 = DVec3::new(0.3, -1.0, 0.2);
 
 fn spot(inner_half_angle_deg: f64, outer_half_angle_deg: f64, direction: DVec3) -> Light {
-    Light::Spot {
-        position_m: DVec3::new(1.0, 2.0, 3.0),
+    Light::spot(
+        DVec3::new(1.0, 2.0, 3.0),
         direction,
-        cone: SpotCone {
+        SpotCone {
             inner_half_angle_deg,
             outer_half_angle_deg,
         },
-        power_w: [6.0, 3.0, 1.5],
-    }
+        [6.0, 3.0, 1.5],
+    )
 }
 
 fn sum_power_w(domain: &EmissionDomain) -> f64 {
@@ -78,10 +76,7 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
 
 #[test]
 fn point_light_texels_fill_the_sphere() {
-    let light = Light::Point {
-        position_m: DVec3::ZERO,
-        power_w: [6.0; 3],
-    };
+    let light = Light::point(DVec3::ZERO, [6.0; 3]);
     for size in [1, 2, 3, 8, 64, 257, 512] {
         let domain = EmissionDomain::new(&light, size, &SCENE);
         assert_eq!(domain.texels.len(), (6 * size * size) as usize);
@@ -143,13 +138,11 @@ fn subdivided(
     size: u32,
     k: u32,
 ) -> (f64, f64, f64) {
-    let Light::Spot {
-        direction, cone, ..
-    } = *light
-    else {
+    let lamp = light.lamp().expect("only spot lights are subdivided");
+    let Profile::Cone(cone) = lamp.profile else {
         unreachable!("only spot lights are subdivided");
     };
-    let axis = direction.normalize();
+    let axis = lamp.direction.normalize();
     let cells = f64::from(size * k);
     let (mut measure, mut weighted, mut whole) = (0.0, 0.0, 0.0);
     for cell in 0..k * k {
@@ -161,7 +154,7 @@ fn subdivided(
         whole += cell_sr;
         if theta < cone.outer_half_angle_deg.to_radians() {
             measure += cell_sr;
-            weighted += cell_sr * spot_falloff(theta, cone);
+            weighted += cell_sr * cone.falloff(theta);
         }
     }
     (measure, weighted, whole)
@@ -200,10 +193,7 @@ fn finer_tables_add_up_to_coarser_ones() {
 /// Compares a cone over the whole sphere, by edge integrals, with a point light's table, by triangles.
 #[test]
 fn a_spot_light_without_a_rim_is_a_point_light() {
-    let point = Light::Point {
-        position_m: DVec3::ZERO,
-        power_w: [6.0, 3.0, 1.5],
-    };
+    let point = Light::point(DVec3::ZERO, [6.0, 3.0, 1.5]);
     for size in [1, 7, 64] {
         let point = EmissionDomain::new(&point, size, &SCENE);
         let spot = EmissionDomain::new(&spot(180.0, 180.0, AXIS), size, &SCENE);
@@ -248,19 +238,13 @@ fn frames_are_orthonormal_for_every_axis() {
             let domain = EmissionDomain::new(&spot(10.0, outer, axis), 2, &SCENE);
             domain.faces.iter().for_each(assert_orthonormal);
         }
-        let light = Light::Directional {
-            direction: axis,
-            irradiance_w_m2: [1.0; 3],
-        };
+        let light = Light::directional(axis, [1.0; 3]);
         EmissionDomain::new(&light, 2, &SCENE)
             .faces
             .iter()
             .for_each(assert_orthonormal);
     }
-    let light = Light::Point {
-        position_m: DVec3::ZERO,
-        power_w: [1.0; 3],
-    };
+    let light = Light::point(DVec3::ZERO, [1.0; 3]);
     let domain = EmissionDomain::new(&light, 2, &SCENE);
     domain.faces.iter().for_each(assert_orthonormal);
     let forward: Vec<DVec3> = domain.faces.iter().map(|face| face.forward).collect();
@@ -340,10 +324,7 @@ fn domains_without_extent_do_not_panic() {
         radius_m: 0.0,
         ..SCENE
     };
-    let directional = Light::Directional {
-        direction: DVec3::X,
-        irradiance_w_m2: [1.0; 3],
-    };
+    let directional = Light::directional(DVec3::X, [1.0; 3]);
     assert_eq!(
         EmissionDomain::new(&directional, 4, &point_scene).total_measure(),
         0.0
@@ -365,10 +346,7 @@ fn domains_without_extent_do_not_panic() {
 #[test]
 fn a_directional_light_covers_the_disc_over_the_scene() {
     let direction = DVec3::new(0.0, -2.0, 1.0);
-    let light = Light::Directional {
-        direction,
-        irradiance_w_m2: [10.0; 3],
-    };
+    let light = Light::directional(direction, [10.0; 3]);
     let disc_m2 = PI * SCENE.radius_m * SCENE.radius_m;
     for size in [1, 2, 3, 8, 64, 512] {
         let domain = EmissionDomain::new(&light, size, &SCENE);
@@ -390,17 +368,27 @@ fn a_directional_light_covers_the_disc_over_the_scene() {
     }
 }
 
+/// The area light with all of its light at one point.
+fn point_of(light: &Light, place: [f64; 2]) -> Light {
+    let mut point = light.clone();
+    let lamp = point.lamp_mut().expect("it is one");
+    lamp.position_m = lamp.point_m(place);
+    point
+}
+
 /// The irradiance straight below an area light, as the mean over its points: π L R²/(R² + h²) for a disc, four times that of a quarter
 /// for a rectangle.
 #[test]
 fn points_of_an_area_make_its_closed_form() {
     let (height_m, power_w) = (0.7, 5.0);
-    let light = |shape| Light::Area {
-        position_m: DVec3::new(0.3, height_m, 0.1),
-        direction: DVec3::new(0.0, -2.0, 0.0),
-        up: DVec3::new(0.5, 0.3, 1.0),
-        shape,
-        power_w: [power_w; 3],
+    let light = |shape| {
+        Light::area(
+            DVec3::new(0.3, height_m, 0.1),
+            DVec3::new(0.0, -2.0, 0.0),
+            DVec3::new(0.5, 0.3, 1.0),
+            shape,
+            [power_w; 3],
+        )
     };
     let below_m = DVec3::new(0.3, 0.0, 0.1);
     const STEPS: u32 = 600;
@@ -408,7 +396,7 @@ fn points_of_an_area_make_its_closed_form() {
         let step = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
         let places = (0..STEPS * STEPS).map(|i| [step(i % STEPS), step(i / STEPS)]);
         let irradiance = places.map(|place| {
-            let point = light.area_point(place).expect("it has an area");
+            let point = point_of(light, place);
             let cosine = direction_to_light(&point, below_m).y;
             irradiance_facing(&point, below_m)[0] * cosine
         });
@@ -432,9 +420,6 @@ fn points_of_an_area_make_its_closed_form() {
     );
     // An area light emits nothing backwards.
     let above_m = below_m + 2.0 * DVec3::Y * height_m;
-    let point = light(AreaShape::Disc { radius_m }).area_point([0.2, 0.6]);
-    assert_eq!(
-        irradiance_facing(&point.expect("it has an area"), above_m),
-        [0.0; 3]
-    );
+    let point = point_of(&light(AreaShape::Disc { radius_m }), [0.2, 0.6]);
+    assert_eq!(irradiance_facing(&point, above_m), [0.0; 3]);
 }

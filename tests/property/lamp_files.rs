@@ -8,7 +8,7 @@ use crate::common::scene_folder::{CAMERA, MESH, SceneFolder, assert_says};
 use camlux::{
     Scene,
     model::radiant_intensity,
-    scene::{Light, Pattern, PatternIntegral, RadiationPattern},
+    scene::{Pattern, PatternIntegral, Profile},
 };
 use glam::DVec3;
 
@@ -50,11 +50,8 @@ fn assert_near(found: f64, due: f64) {
 }
 
 fn pattern(scene: &Scene) -> &Pattern {
-    match &scene.lights[0].light {
-        Light::Pattern {
-            pattern: RadiationPattern::Measured(pattern),
-            ..
-        } => pattern,
+    match scene.lights[0].lamp().map(|lamp| &lamp.profile) {
+        Some(Profile::Measured(pattern)) => pattern,
         other => panic!("{other:?}"),
     }
 }

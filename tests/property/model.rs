@@ -23,15 +23,15 @@ const LAMBERT_HALF: Brdf = Brdf {
 };
 
 fn spot(inner_half_angle_deg: f64, outer_half_angle_deg: f64) -> Light {
-    Light::Spot {
-        position_m: DVec3::ZERO,
-        direction: DVec3::new(1.0, -2.0, 0.5),
-        cone: SpotCone {
+    Light::spot(
+        DVec3::ZERO,
+        DVec3::new(1.0, -2.0, 0.5),
+        SpotCone {
             inner_half_angle_deg,
             outer_half_angle_deg,
         },
-        power_w: [3.0, 2.0, 1.0],
-    }
+        [3.0, 2.0, 1.0],
+    )
 }
 
 /// ∫ f over [start, end] by the midpoint rule of n steps; its error is step²/24·(f'(end) − f'(start)) for smooth f.
@@ -47,10 +47,7 @@ fn midpoint(start: f64, end: f64, n: usize, f: impl Fn(f64) -> f64) -> f64 {
 
 /// A point light of I = π W/sr.
 fn sphere_light() -> Light {
-    Light::Point {
-        position_m: DVec3::ZERO,
-        power_w: [4.0 * PI * PI; 3],
-    }
+    Light::point(DVec3::ZERO, [4.0 * PI * PI; 3])
 }
 
 /// The sphere's RSM: one VPL per texel of the light's emission domain, put on the sphere analytically.
@@ -189,10 +186,7 @@ fn a_spot_light_emits_its_power() {
     ];
     for (inner_deg, outer_deg) in cones {
         let light = spot(inner_deg, outer_deg);
-        let Light::Spot { direction, .. } = light else {
-            unreachable!()
-        };
-        let axis = direction.normalize();
+        let axis = light.direction().expect("it has one").normalize();
         let side = axis.any_orthonormal_vector();
         let ring_intensity = |theta: f64| {
             let direction = axis * theta.cos() + side * theta.sin();
@@ -230,10 +224,7 @@ fn degenerate_light_geometry_gives_zero_and_not_nan() {
 
 #[test]
 fn a_directional_light_is_the_same_everywhere() {
-    let light = Light::Directional {
-        direction: DVec3::new(0.0, -3.0, 4.0),
-        irradiance_w_m2: [10.0, 20.0, 30.0],
-    };
+    let light = Light::directional(DVec3::new(0.0, -3.0, 4.0), [10.0, 20.0, 30.0]);
     let radiance = direct_radiance(
         &light,
         &LAMBERT_HALF,
@@ -251,10 +242,7 @@ fn a_directional_light_is_the_same_everywhere() {
 #[test]
 fn two_lights_of_half_power_are_one_light() {
     let halved = |light: &Light| light.with_emission(light.emission().map(|power| 0.5 * power));
-    let directional = Light::Directional {
-        direction: DVec3::new(1.0, -1.0, 0.0),
-        irradiance_w_m2: [3.0, 2.0, 1.0],
-    };
+    let directional = Light::directional(DVec3::new(1.0, -1.0, 0.0), [3.0, 2.0, 1.0]);
     for light in [sphere_light(), spot(30.0, 70.0), directional] {
         let p_m = DVec3::new(0.7, -1.1, 0.4);
         let radiance = |light: &Light| {

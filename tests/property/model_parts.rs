@@ -2,7 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use camlux::model::{CompensatedSum, ConeIntegral, rectangle_solid_angle, triangle_solid_angle};
+use camlux::model::{CompensatedSum, rectangle_solid_angle, triangle_solid_angle};
+use camlux::scene::ConeIntegral;
 use glam::DVec3;
 
 #[test]

@@ -59,10 +59,7 @@ pub fn frame() -> Frame {
         description: FrameDescription {
             reference: None,
             indirect: Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 48)),
-            lights: vec![Light::Point {
-                position_m: DVec3::new(0.0, 1.98, 0.1),
-                power_w: [50.0, 40.0, 1e-7],
-            }],
+            lights: vec![Light::point(DVec3::new(0.0, 1.98, 0.1), [50.0, 40.0, 1e-7])],
             camera: camera(),
             sensor: Some(Sensor {
                 pixel_pitch_um: [12.0, 10.0],

@@ -9,7 +9,7 @@ use crate::common::texels::texel_direction;
 use camlux::{
     emission::EmissionDomain,
     model::radiant_intensity,
-    scene::{BoundingSphere, Light, Pattern, PatternAxes, PatternIntegral, RadiationPattern},
+    scene::{BoundingSphere, Light, Pattern, PatternAxes, PatternIntegral, Profile},
 };
 use glam::DVec3;
 
@@ -38,11 +38,8 @@ fn pattern_of(name: &str, file: &str) -> Pattern {
 }
 
 fn measured(light: &Light) -> &Pattern {
-    match light {
-        Light::Pattern {
-            pattern: RadiationPattern::Measured(pattern),
-            ..
-        } => pattern,
+    match light.lamp().map(|lamp| &lamp.profile) {
+        Some(Profile::Measured(pattern)) => pattern,
         other => panic!("{other:?} is not measured"),
     }
 }
@@ -327,7 +324,7 @@ fn texels_hold_the_pattern_exactly() {
         centre_m: DVec3::ZERO,
         radius_m: 1.0,
     };
-    let axes = light.pattern_axes().expect("it has axes");
+    let axes = light.lamp().expect("it is one").axes();
     for size in [1, 3, 8] {
         let domain = EmissionDomain::new(&light, size, &sphere);
         assert_eq!(domain.faces.len(), 5, "none is behind 110 degrees");

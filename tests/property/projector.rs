@@ -8,7 +8,7 @@ use crate::common::scene_folder::{CAMERA, MESH, SceneFolder, assert_says};
 use camlux::{
     emission::EmissionDomain,
     model::{irradiance_facing, radiant_intensity},
-    scene::{BoundingSphere, Light, PatternIntegral, RadiationPattern},
+    scene::{BoundingSphere, Light, Profile, ProjectedImage, Shared},
 };
 use glam::DVec3;
 use image::{GrayImage, Luma, Rgb, RgbImage};
@@ -20,19 +20,24 @@ fn load(folder: &SceneFolder, light: &str) -> Result<Light, String> {
         .map_err(|error| error.to_string())
 }
 
+fn projected(light: Result<Light, String>) -> Shared<ProjectedImage> {
+    match light.map(|light| light.lamp().map(|lamp| lamp.profile.clone())) {
+        Ok(Some(Profile::Projected(image))) => image,
+        other => panic!("it is a projector: {other:?}"),
+    }
+}
+
 const PLACE: &str = "position = [0, 2, 0]\ndirection = [0, -1, 0]\nup = [1, 0, 0]\n";
 
 /// Each pixel lights a floor evenly, with its value's share of the flux. Looking down with x up, right is z.
 #[test]
 fn each_pixel_lights_a_screen_evenly() {
     let light = lamps::projector(DVec3::ZERO, DVec3::NEG_Y, [6.0; 3]);
-    let Light::Pattern { up, .. } = &light else {
-        panic!("it is one");
-    };
+    let up = light.up().expect("it is one");
     let image = lamps::image();
     let (down, right) = (
-        -(*up - up.y * DVec3::Y).normalize(),
-        DVec3::NEG_Y.cross(*up).normalize(),
+        -(up - up.y * DVec3::Y).normalize(),
+        DVec3::NEG_Y.cross(up).normalize(),
     );
     let sum: f64 = image.values.iter().map(|&value| f64::from(value)).sum();
     let height_m = 2.0;
@@ -122,17 +127,10 @@ fn projectors_are_read() {
         let text = format!("kind = \"projector\"\nimage = \"{image}\"\n{PLACE}{more}\n");
         load(&folder, &text)
     };
-    let Light::Pattern {
-        pattern: RadiationPattern::Projected(image),
-        ..
-    } = projector(
+    let image = projected(projector(
         "grey.png",
         "fov_y_deg = 90\nencoding = \"linear\"\npower_w = 2",
-    )
-    .expect("it loads")
-    else {
-        panic!("it is a projector");
-    };
+    ));
     let lens = image.intrinsics;
     assert!((lens.fx - 1.0).abs() < 1e-12 && (lens.fy - 1.0).abs() < 1e-12);
     assert_eq!([lens.cx, lens.cy], [2.0, 1.0]);
@@ -145,14 +143,7 @@ fn projectors_are_read() {
     exr("grey.exr", |x, y| [(x + 4 * y) as f32; 3]);
     exr("colours.exr", |x, _| [1.0, x as f32, 1.0]);
     exr("dark.exr", |x, _| [-(x as f32); 3]);
-    let read = projector("grey.exr", "fov_y_deg = 90\npower_w = 2");
-    let Ok(Light::Pattern {
-        pattern: RadiationPattern::Projected(image),
-        ..
-    }) = read
-    else {
-        panic!("it is a projector: {read:?}");
-    };
+    let image = projected(projector("grey.exr", "fov_y_deg = 90\npower_w = 2"));
     assert_eq!(
         image.values,
         [0.0, 1.0, 2.0, 4.0, 5.0, 6.0].map(|v: f32| v / 6.0)
@@ -199,10 +190,7 @@ fn maps_are_patterns_of_all_directions() {
         );
         load(&folder, &text).expect("it loads")
     };
-    let total = |light: &Light| match light {
-        Light::Pattern { pattern, .. } => pattern.total(),
-        _ => panic!("it has a pattern"),
-    };
+    let total = |light: &Light| light.lamp().expect("it has a pattern").profile.total();
     assert!((total(&map("even.png")) / (4.0 * PI) - 1.0).abs() < 1e-12);
     assert!((total(&map("half.png")) / TAU - 1.0).abs() < 1e-3);
     // The same in OpenEXR, with values of any size.
@@ -248,15 +236,9 @@ fn a_pattern_may_lie_in_an_opening() {
     }
     // With a sharp edge, the integral is the cone's solid angle.
     let sharp = within("inner_half_angle_deg = 30\nouter_half_angle_deg = 30\n").expect("it loads");
-    let Light::Pattern {
-        pattern: RadiationPattern::Measured(pattern),
-        ..
-    } = &sharp
-    else {
-        panic!("it has a pattern");
-    };
+    let total = sharp.lamp().expect("it has a pattern").profile.total();
     let cone = TAU * (1.0 - f64::to_radians(30.0).cos());
-    assert!((PatternIntegral::new(pattern).total() / cone - 1.0).abs() < 1e-8);
+    assert!((total / cone - 1.0).abs() < 1e-8);
     for (opening, part) in [
         ("inner_half_angle_deg = 20\n", "give both"),
         (

@@ -54,9 +54,8 @@ fn scale_does_not_matter() {
         let at_scale = |scale: f64| {
             let mut scaled = rooms::moved(&scene, scale, DVec3::ZERO);
             for light in &mut scaled.lights {
-                if let camlux::scene::Light::Point { power_w, .. } = &mut light.light {
-                    *power_w = power_w.map(|power| power * scale * scale);
-                }
+                light.light =
+                    light.with_emission(light.emission().map(|power| power * scale * scale));
             }
             let frame = sampled(&scaled, 2);
             (

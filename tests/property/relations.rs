@@ -161,9 +161,7 @@ pub fn of_pieces() -> Nearness {
 /// cosine: three times that rounding over the distance to the nearest surface. 4e-6 is the error bound of the engine's direct light.
 fn rounding(room: &Scene, frame: &Frame) -> f64 {
     let nearest_m = room.lights.iter().flat_map(|light| {
-        let (Light::Point { position_m, .. } | Light::Spot { position_m, .. }) = light.light else {
-            unreachable!("rooms have no other lights");
-        };
+        let position_m = light.position_m().expect("rooms have no other lights");
         let seen = values(frame, Layer::Position).as_chunks::<3>().0.iter();
         seen.map(move |place| DVec3::from(place.map(f64::from)).distance(position_m))
     });
@@ -271,10 +269,7 @@ pub fn with_bands_swapped(scene: &Scene) -> Scene {
         material.ks = swapped(material.ks);
     }
     for light in &mut scene.lights {
-        let (Light::Point { power_w, .. } | Light::Spot { power_w, .. }) = &mut light.light else {
-            continue;
-        };
-        *power_w = swapped(*power_w);
+        light.light = light.with_emission(swapped(light.emission()));
     }
     scene
 }
@@ -355,7 +350,7 @@ pub fn on_a_grid(scene: &Scene) -> Scene {
     place(&mut scene.camera.position_m);
     place(&mut scene.camera.look_at_m);
     for light in &mut scene.lights {
-        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = &mut light.light {
+        if let Some(position_m) = light.position_m_mut() {
             place(position_m);
         }
     }

@@ -228,53 +228,35 @@ fn scene() -> Scene {
     let power_w = [d.share(), 1e-9, 1e20];
     let at = |d: &mut Digits| 2.0 * d.vector();
     let lights = vec![
-        Light::Point {
-            position_m: at(d),
-            power_w,
-        },
-        Light::Spot {
-            position_m: at(d),
-            direction: at(d),
-            cone: SpotCone {
+        Light::point(at(d), power_w),
+        Light::spot(
+            at(d),
+            at(d),
+            SpotCone {
                 inner_half_angle_deg: 10.0 / 3.0,
                 outer_half_angle_deg: 20.0 / 3.0,
             },
             power_w,
-        },
-        Light::Directional {
-            direction: at(d),
-            irradiance_w_m2: power_w,
-        },
-        Light::Pattern {
-            position_m: at(d),
-            direction: at(d),
-            up: at(d),
-            pattern: pattern.into(),
+        ),
+        Light::directional(at(d), power_w),
+        Light::with_profile(at(d), at(d), at(d), pattern, power_w),
+        Light::with_profile(at(d), at(d), at(d), image, power_w),
+        Light::area(
+            at(d),
+            at(d),
+            at(d),
+            AreaShape::Disc { radius_m: 0.1 },
             power_w,
-        },
-        Light::Pattern {
-            position_m: at(d),
-            direction: at(d),
-            up: at(d),
-            pattern: image.into(),
-            power_w,
-        },
-        Light::Area {
-            position_m: at(d),
-            direction: at(d),
-            up: at(d),
-            shape: AreaShape::Disc { radius_m: 0.1 },
-            power_w,
-        },
-        Light::Area {
-            position_m: at(d),
-            direction: at(d),
-            up: at(d),
-            shape: AreaShape::Rectangle {
+        ),
+        Light::area(
+            at(d),
+            at(d),
+            at(d),
+            AreaShape::Rectangle {
                 size_m: [0.1, 1.0 / 3.0],
             },
             power_w,
-        },
+        ),
     ];
     let lights = lights
         .into_iter()

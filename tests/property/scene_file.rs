@@ -110,19 +110,16 @@ stderr_layer = true
     assert_eq!(
         lights.collect::<Vec<_>>(),
         [
-            Light::Spot {
-                position_m: DVec3::new(0.0, 2.0, 0.0),
-                direction: DVec3::new(0.0, -1.0, 0.0),
-                cone: SpotCone {
+            Light::spot(
+                DVec3::new(0.0, 2.0, 0.0),
+                DVec3::new(0.0, -1.0, 0.0),
+                SpotCone {
                     inner_half_angle_deg: 20.0,
                     outer_half_angle_deg: 30.0
                 },
-                power_w: [1.0, 2.0, 3.0],
-            },
-            Light::Directional {
-                direction: DVec3::new(0.0, -2.0, 0.0),
-                irradiance_w_m2: [1000.0; 3],
-            },
+                [1.0, 2.0, 3.0]
+            ),
+            Light::directional(DVec3::new(0.0, -2.0, 0.0), [1000.0; 3]),
         ]
     );
     let names: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
@@ -404,13 +401,7 @@ fn area_lights_are_read() {
         let scene = folder.load(&format!("{CAMERA}{area}{more}\n"));
         scene.map(|scene| scene.lights[0].clone())
     };
-    let light = |up, shape| Light::Area {
-        position_m: 2.0 * DVec3::Y,
-        direction: DVec3::NEG_Y,
-        up,
-        shape,
-        power_w: [3.0; 3],
-    };
+    let light = |up, shape| Light::area(2.0 * DVec3::Y, DVec3::NEG_Y, up, shape, [3.0; 3]);
     let rectangle = load("up = [0, 0, -1]\nsize = [0.6, 0.4]").unwrap();
     let size_m = [0.6, 0.4];
     assert_eq!(

@@ -161,37 +161,25 @@ fn interpolated_average(error: f64) -> IndirectLight {
 }
 
 fn point(position_m: [f64; 3], power_w: [f64; 3]) -> Light {
-    Light::Point {
-        position_m: position_m.into(),
-        power_w,
-    }
+    Light::point(position_m.into(), power_w)
 }
 
 fn directional(direction: DVec3, irradiance: f64) -> Light {
-    Light::Directional {
-        direction,
-        irradiance_w_m2: [irradiance; 3],
-    }
+    Light::directional(direction, [irradiance; 3])
 }
 
 fn area(shape: AreaShape) -> Light {
-    Light::Area {
-        position_m: DVec3::Y,
-        direction: DVec3::NEG_Y,
-        up: DVec3::X,
-        shape,
-        power_w: [50.0; 3],
-    }
+    Light::area(DVec3::Y, DVec3::NEG_Y, DVec3::X, shape, [50.0; 3])
 }
 
 fn spot(direction: DVec3, inner_half_angle_deg: f64, outer_half_angle_deg: f64) -> Light {
-    Light::Spot {
-        position_m: DVec3::new(0.0, 1.98, 0.0),
+    Light::spot(
+        DVec3::new(0.0, 1.98, 0.0),
         direction,
-        cone: SpotCone {
+        SpotCone {
             inner_half_angle_deg,
             outer_half_angle_deg,
         },
-        power_w: [50.0; 3],
-    }
+        [50.0; 3],
+    )
 }

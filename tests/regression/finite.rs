@@ -27,13 +27,7 @@ fn square(light_position_m: DVec3) -> Scene {
         },
         sensor: None,
         tof: None,
-        lights: vec![
-            Light::Point {
-                position_m: light_position_m,
-                power_w: [1e10; 3],
-            }
-            .into(),
-        ],
+        lights: vec![Light::point(light_position_m, [1e10; 3]).into()],
         meshes: vec![Mesh::from_slices("square", &corners, &[[0, 1, 2], [0, 2, 3]], 0).into()],
         materials: vec![Material::lambert("white", [0.8; 3])],
         textures: Vec::new(),

@@ -14,26 +14,10 @@ fn lights_of_different_kinds_share_a_shadow_map() {
     // Many triangles: the map's size then depends on the number of faces.
     let mut scene = demo_scene("knot", [96, 96]);
     scene.indirect = None;
-    let Some(&Light::Spot {
-        position_m,
-        direction,
-        power_w,
-        ..
-    }) = scene.lights.first().map(|placed| &placed.light)
-    else {
-        panic!("the knot is lit by a spot");
-    };
+    let spot = scene.lights[0].lamp().expect("the knot is lit by a spot");
     scene.lights = vec![
-        Light::Point {
-            position_m,
-            power_w,
-        }
-        .into(),
-        Light::Directional {
-            direction,
-            irradiance_w_m2: [1.0; 3],
-        }
-        .into(),
+        Light::point(spot.position_m, spot.power_w).into(),
+        Light::directional(spot.direction, [1.0; 3]).into(),
     ];
     let mut direct = |lights: &[PlacedLight]| -> Vec<f32> {
         let scene = Scene {

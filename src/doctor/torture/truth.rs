@@ -12,7 +12,6 @@ use crate::{
     metrics::{Comparison, Pixels},
     output::{ExrOptions, Frame, Layer, OutputFile, write_exr},
     reference::{Goal, Reference},
-    scene::Light,
 };
 
 /// The true indirect light, and its noise.
@@ -65,15 +64,11 @@ impl Truth {
         let valid = is_set(Layer::InstanceId);
         let sampled = values(&frame, Layer::Indirect).iter();
         let mut indirect: Vec<f64> = sampled.map(|&value| value.into()).collect();
-        if let Some(&Light::Point {
-            position_m,
-            power_w,
-        }) = behind.map(|lamp| &lamp.light)
-        {
+        if let Some(lamp) = behind.and_then(|light| light.lamp()) {
             let lamp = BehindOpenings {
                 openings,
-                lamp_m: position_m,
-                power_w,
+                lamp_m: lamp.position_m,
+                power_w: lamp.power_w,
                 kd: scene.materials[0].kd,
             };
             let [positions, normals] =

@@ -224,22 +224,19 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
     let light = match kind.choice(&Light::KINDS, |kind| kind)? {
         "point" => {
             keys.only(&["position", "power_w"])?;
-            Light::Point {
-                position_m: keys.need("position", POSITION)?.vec3()?,
-                power_w: keys.need("power_w", POWER)?.bands()?,
-            }
+            let position_m = keys.need("position", POSITION)?.vec3()?;
+            Light::point(position_m, keys.need("power_w", POWER)?.bands()?)
         }
         "spot" => {
             keys.only(&["position", "direction", INNER, OUTER, "power_w"])?;
-            Light::Spot {
-                position_m: keys.need("position", POSITION)?.vec3()?,
-                direction: keys.need("direction", DIRECTION)?.vec3()?,
-                cone: SpotCone {
-                    inner_half_angle_deg: keys.need(INNER, &format!("{INNER} = 20.0"))?.number()?,
-                    outer_half_angle_deg: keys.need(OUTER, &format!("{OUTER} = 30.0"))?.number()?,
-                },
-                power_w: keys.need("power_w", POWER)?.bands()?,
-            }
+            let position_m = keys.need("position", POSITION)?.vec3()?;
+            let direction = keys.need("direction", DIRECTION)?.vec3()?;
+            let cone = SpotCone {
+                inner_half_angle_deg: keys.need(INNER, &format!("{INNER} = 20.0"))?.number()?,
+                outer_half_angle_deg: keys.need(OUTER, &format!("{OUTER} = 30.0"))?.number()?,
+            };
+            let power_w = keys.need("power_w", POWER)?.bands()?;
+            Light::spot(position_m, direction, cone, power_w)
         }
         "pattern" => {
             keys.only(&[
@@ -277,15 +274,10 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
                     return Err(keys.error("[[light]] has no \"power_w\"", hint));
                 }
             };
-            Light::Pattern {
-                position_m: keys.need("position", POSITION)?.vec3()?,
-                direction: keys.need("direction", DIRECTION)?.vec3()?,
-                up: keys
-                    .need("up", "up = [x, y, z], towards the plane C = 0")?
-                    .vec3()?,
-                pattern: pattern.into(),
-                power_w,
-            }
+            let position_m = keys.need("position", POSITION)?.vec3()?;
+            let direction = keys.need("direction", DIRECTION)?.vec3()?;
+            let up = keys.need("up", "up = [x, y, z], towards the plane C = 0")?;
+            Light::with_profile(position_m, direction, up.vec3()?, pattern, power_w)
         }
         "projector" => {
             keys.only(&[
@@ -307,13 +299,11 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             let lens = lens(&mut keys, "[[light]]")?;
             let (image, unused) = ProjectedImage::load(&path, (encoding, white), lens, &named.at)?;
             warning = unused;
-            Light::Pattern {
-                position_m: keys.need("position", POSITION)?.vec3()?,
-                direction: keys.need("direction", DIRECTION)?.vec3()?,
-                up: keys.need("up", "up = [x, y, z], up in the image")?.vec3()?,
-                pattern: image.into(),
-                power_w: keys.need("power_w", POWER)?.bands()?,
-            }
+            let position_m = keys.need("position", POSITION)?.vec3()?;
+            let direction = keys.need("direction", DIRECTION)?.vec3()?;
+            let up = keys.need("up", "up = [x, y, z], up in the image")?.vec3()?;
+            let power_w = keys.need("power_w", POWER)?.bands()?;
+            Light::with_profile(position_m, direction, up, image, power_w)
         }
         "area" => {
             keys.only(&["position", "direction", "up", "size", "radius", "power_w"])?;
@@ -323,34 +313,30 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
                 Some(("size", size)) => {
                     let size_m = size.numbers()?;
                     let up = keys.need("up", "up = [x, y, z], along its height")?;
-                    (AreaShape::Rectangle { size_m }, up.vec3()?)
+                    (AreaShape::Rectangle { size_m }, Some(up.vec3()?))
                 }
                 Some((_, radius)) => {
                     // The rotation of a disc about its axis may be given, but need not be.
                     let up = keys.optional("up", |up| up.vec3())?;
                     let radius_m = radius.number()?;
-                    let any = || direction.normalize_or(DVec3::Z).any_orthonormal_vector();
-                    (AreaShape::Disc { radius_m }, up.unwrap_or_else(any))
+                    (AreaShape::Disc { radius_m }, up)
                 }
                 None => {
                     let hint = "add size = [width, height], or radius = 0.1, metres";
                     return Err(keys.error("[[light]] has no \"size\"", hint));
                 }
             };
-            Light::Area {
-                position_m: keys.need("position", POSITION)?.vec3()?,
-                direction,
-                up,
-                shape,
-                power_w: keys.need("power_w", POWER)?.bands()?,
-            }
+            let position_m = keys.need("position", POSITION)?.vec3()?;
+            let power_w = keys.need("power_w", POWER)?.bands()?;
+            Light::area(position_m, direction, up, shape, power_w)
         }
         _ => {
             keys.only(&["direction", "irradiance_w_m2"])?;
-            Light::Directional {
-                direction: keys.need("direction", DIRECTION)?.vec3()?,
-                irradiance_w_m2: keys.need("irradiance_w_m2", IRRADIANCE)?.bands()?,
-            }
+            let direction = keys.need("direction", DIRECTION)?.vec3()?;
+            Light::directional(
+                direction,
+                keys.need("irradiance_w_m2", IRRADIANCE)?.bands()?,
+            )
         }
     };
     let is_in_world = carrier.as_ref().is_some_and(|(.., is)| *is);

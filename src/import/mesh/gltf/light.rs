@@ -18,14 +18,8 @@ pub(super) fn of_node(light: &Punctual, to_world: DMat4) -> Light {
     let intensity = light.intensity / LUMEN_PER_WATT;
     let bands = |factor: f64| light.color.map(|band| factor * band);
     match light.kind {
-        PunctualKind::Directional => Light::Directional {
-            direction,
-            irradiance_w_m2: bands(intensity),
-        },
-        PunctualKind::Point => Light::Point {
-            position_m,
-            power_w: bands(2.0 * TAU * intensity),
-        },
+        PunctualKind::Directional => Light::directional(direction, bands(intensity)),
+        PunctualKind::Point => Light::point(position_m, bands(2.0 * TAU * intensity)),
         PunctualKind::Spot {
             inner_rad,
             outer_rad,
@@ -34,12 +28,8 @@ pub(super) fn of_node(light: &Punctual, to_world: DMat4) -> Light {
                 inner_half_angle_deg: inner_rad.to_degrees(),
                 outer_half_angle_deg: outer_rad.to_degrees().min(180.0),
             };
-            Light::Spot {
-                position_m,
-                direction,
-                cone,
-                power_w: bands(intensity * solid_angle_sr(&cone)),
-            }
+            let power_w = bands(intensity * solid_angle_sr(&cone));
+            Light::spot(position_m, direction, cone, power_w)
         }
     }
 }
@@ -65,7 +55,7 @@ fn solid_angle_sr(cone: &SpotCone) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::ConeIntegral;
+    use crate::scene::ConeIntegral;
 
     #[test]
     fn a_cone_integrates_to_what_the_model_has() {

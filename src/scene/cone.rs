@@ -1,19 +1,55 @@
-//! The angular falloff of a spot light and its integrals.
+//! The cone of a spot light: its angular falloff and the integrals of it.
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::scene::SpotCone;
+use super::validate::Part;
+use crate::Result;
 
-/// s(θ), 0 to 1, at the angle θ from the axis: 1 up to θ_i, cos(½π·(θ−θ_i)/(θ_o−θ_i)) up to θ_o, 0 beyond.
-pub fn spot_falloff(theta_rad: f64, cone: SpotCone) -> f64 {
-    let inner_rad = cone.inner_half_angle_deg.to_radians();
-    let outer_rad = cone.outer_half_angle_deg.to_radians();
-    if theta_rad <= inner_rad {
-        1.0
-    } else if theta_rad < outer_rad {
-        (FRAC_PI_2 * (theta_rad - inner_rad) / (outer_rad - inner_rad)).cos()
-    } else {
-        0.0
+/// The narrowest cone. f32 cannot tell a narrower one from a ray.
+const NARROWEST_DEG: f64 = 1e-4;
+
+/// Opening of a spot light: full intensity up to the inner half angle, falling to 0 at the outer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpotCone {
+    /// θ_i
+    pub inner_half_angle_deg: f64,
+    /// θ_o
+    pub outer_half_angle_deg: f64,
+}
+
+impl SpotCone {
+    /// s(θ), 0 to 1, at the angle θ from the axis: 1 up to θ_i, cos(½π·(θ−θ_i)/(θ_o−θ_i)) up to θ_o, 0 beyond.
+    pub fn falloff(self, theta_rad: f64) -> f64 {
+        let inner_rad = self.inner_half_angle_deg.to_radians();
+        let outer_rad = self.outer_half_angle_deg.to_radians();
+        if theta_rad <= inner_rad {
+            1.0
+        } else if theta_rad < outer_rad {
+            (FRAC_PI_2 * (theta_rad - inner_rad) / (outer_rad - inner_rad)).cos()
+        } else {
+            0.0
+        }
+    }
+
+    pub(super) fn validate(self, part: &Part) -> Result<()> {
+        let (inner, outer) = (self.inner_half_angle_deg, self.outer_half_angle_deg);
+        part.require(
+            (NARROWEST_DEG..=180.0).contains(&outer),
+            format_args!("outer_half_angle_deg is {outer}"),
+            "give degrees above 0 (1e-4 at least), up to 180",
+        )?;
+        part.require(
+            inner >= 0.0,
+            format_args!("inner_half_angle_deg is {inner}"),
+            "give degrees from 0 up to outer_half_angle_deg",
+        )?;
+        part.require(
+            inner <= outer,
+            format_args!(
+                "inner_half_angle_deg {inner} is larger than outer_half_angle_deg {outer}"
+            ),
+            "make the inner cone no wider than the outer",
+        )
     }
 }
 
