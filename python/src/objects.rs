@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 
 use camlux::scene::{
-    self, AreaShape, Camera, Carrier, Distortion, IndirectLight, Lens, Light, Material, Parameter,
-    ParameterValue, Parameters, PlacedLight, RadiationPattern, Sensor, Shadow, Shared,
-    TextureLookup, TimeOfFlight,
+    self, Camera, Carrier, Distortion, IndirectLight, Lens, Material, Parameter, ParameterValue,
+    Parameters, PlacedLight, Profile, Shadow, Shared, TextureLookup, TimeOfFlight,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};

@@ -4,10 +4,9 @@ use std::path::PathBuf;
 
 use camlux::glam::DVec3;
 use camlux::scene::{
-    self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
-    IndirectLight, Intrinsics, Lens, Light, Material, PixelFilter, PixelSampling,
-    PlacedLight, RadiationPattern, Sensor, SensorNoise, Shadow, SpotCone, TextureLookup,
-    TimeOfFlight, Wrap,
+    self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, Filter, IndirectLight,
+    Intrinsics, Lens, Light, Material, Parameters, PixelFilter, PixelSampling, PlacedLight, Profile,
+    Sensor, SensorNoise, Shadow, SpotCone, TextureLookup, TimeOfFlight, Wrap,
 };
 use pyo3::prelude::*;
 

@@ -11,8 +11,8 @@ use std::path::Path;
 use crate::import::pattern_text;
 use crate::output::OutputFile;
 use crate::scene::{
-    Camera, Carrier, Distortion, Light, Material, Parameter, Parameters, PixelSampling,
-    RadiationPattern, Scene, Texels, TextureLookup, TimeOfFlight,
+    Camera, Carrier, Distortion, Material, Parameter, Parameters, PixelSampling, Profile, Scene,
+    Texels, TextureLookup, TimeOfFlight,
 };
 use crate::{Error, Result};
 use toml::Toml;

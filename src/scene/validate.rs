@@ -6,8 +6,7 @@ use std::fmt::Display;
 use glam::DVec3;
 
 use super::{
-    AreaShape, BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling,
-    PlacedLight, Scene, Shadow,
+    BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Profile, Scene, Shadow,
 };
 use crate::{Error, Result, keys::Keys};
 

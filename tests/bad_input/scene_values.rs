@@ -163,13 +163,7 @@ fn scenes_from_slices_are_validated() {
         })
     };
     let down = -DVec3::Y;
-    let area = |up: DVec3, shape| Light::Area {
-        position_m: DVec3::Y,
-        direction: -2.0 * DVec3::Y,
-        up,
-        shape,
-        power_w: [1.0; 3],
-    };
+    let area = |up: DVec3, shape| Light::area(DVec3::Y, -2.0 * DVec3::Y, up, shape, [1.0; 3]);
     let disc = AreaShape::Disc { radius_m: 0.1 };
     rows! { refuses;
         |s| s.lights[0] = area(DVec3::Y, disc).into() =>

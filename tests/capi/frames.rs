@@ -110,13 +110,13 @@ fn area_lights_from_c_are_those_of_the_engine() {
     ] {
         let mut expected = engine_scene("cornell", SIZE_PX);
         expected.lights = vec![
-            Light::Area {
-                position_m: DVec3::new(0.1, 1.7, 0.2),
-                direction: DVec3::new(0.1, -1.0, 0.0),
-                up: DVec3::new(0.3, 0.0, -1.0),
+            Light::area(
+                DVec3::new(0.1, 1.7, 0.2),
+                DVec3::new(0.1, -1.0, 0.0),
+                DVec3::new(0.3, 0.0, -1.0),
                 shape,
-                power_w: [9.0, 8.0, 7.0],
-            }
+                [9.0, 8.0, 7.0],
+            )
             .into(),
         ];
         expected.indirect = None;

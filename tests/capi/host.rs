@@ -10,7 +10,7 @@ use camlux::{
     output::{Layer, LayerData, TofQuantity},
     scene::{
         AreaShape, Carrier, ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light,
-        PixelFilter, PixelSampling, TextureLookup, TimeOfFlight,
+        PixelFilter, PixelSampling, Profile, TextureLookup, TimeOfFlight,
     },
 };
 use glam::DVec3;

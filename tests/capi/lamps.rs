@@ -5,7 +5,7 @@ use std::{f64::consts::TAU, ptr::null};
 use crate::host::*;
 use camlux::{
     capi::*,
-    scene::{Light, Pattern, RadiationPattern},
+    scene::{Pattern, Profile},
 };
 
 /// A demo scene, small and without the bounce.
@@ -83,9 +83,7 @@ fn a_lamp_from_arrays_is_that_of_the_engine() {
     let mut light = light_of("lamp");
     light.pattern = &pattern;
     let mut expected = direct_scene("lamp");
-    let Light::Pattern { pattern, .. } = &mut expected.lights[0].light else {
-        panic!("the scene has a lamp");
-    };
+    let lamp = expected.lights[0].lamp_mut().expect("the scene has a lamp");
     let turn = [0, 1, 2, 1, 0].map(|plane| intensities[plane].map(|value| value / 40.0));
     lamp.profile = Profile::from(Pattern {
         gammas_rad: gammas_deg.map(f64::to_radians).to_vec(),
@@ -115,10 +113,7 @@ fn a_projector_from_a_file_is_that_of_the_scene_file() {
 #[test]
 fn a_projector_from_an_array_is_that_of_the_engine() {
     let expected = direct_scene("projector");
-    let Light::Pattern {
-        pattern: RadiationPattern::Projected(of_file),
-        ..
-    } = &expected.lights[0].light
+    let Some(Profile::Projected(of_file)) = expected.lights[0].lamp().map(|lamp| &lamp.profile)
     else {
         panic!("the scene has a projector");
     };

@@ -45,18 +45,12 @@ fn a_moved_light_is_a_scene_built_that_way() {
     let second = renderer.render(&scene);
     assert!(second.passes().iter().any(|pass| pass == "light_rays"));
     let mut expected = engine_scene("cornell_spot", SIZE_PX);
-    let Light::Spot {
-        position_m,
-        direction,
-        ..
-    } = &mut expected.lights[0].light
-    else {
-        panic!("the scene has a spot light");
-    };
-    *position_m = moved_m;
+    let lamp = expected.lights[0].lamp_mut().expect("it is a spot light");
+    lamp.position_m = moved_m;
     // The quaternion is rounded, so the expected axis is the one that the interface returns.
-    *direction = DVec3::from(scene.light(0).direction);
-    assert!(direction.distance(DVec3::NEG_Y) < 1e-15, "{direction}");
+    lamp.direction = DVec3::from(scene.light(0).direction);
+    let apart = lamp.direction.distance(DVec3::NEG_Y);
+    assert!(apart < 1e-15, "{apart}");
     assert!(second.layers() == engine_frame(&expected));
     assert!(second.layers() != first.layers());
 }

@@ -14,13 +14,9 @@ use camlux::{
 fn noisy_corner() -> camlux::Scene {
     let mut scene = engine_scene("tof_corner", [16, 12]);
     scene.indirect = Some(IndirectLight::final_gather(0.2));
-    scene.lights.push(
-        Light::Directional {
-            direction: DVec3::new(-1.0, -2.0, -1.5),
-            irradiance_w_m2: [0.01; 3],
-        }
-        .into(),
-    );
+    scene
+        .lights
+        .push(Light::directional(DVec3::new(-1.0, -2.0, -1.5), [0.01; 3]).into());
     let tof = scene.tof.as_mut().expect("it has one");
     tof.ambient_lights = vec![1];
     tof.phase_count = 3;

@@ -13,7 +13,7 @@ use camlux::{
     metrics::range_error_m,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
     output::{Frame, Layer, StopReason, TofQuantity},
-    scene::{FinalGather, IndirectLight, Light},
+    scene::{IndirectLight, Light, Profile},
 };
 use glam::DVec3;
 

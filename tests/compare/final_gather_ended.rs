@@ -114,10 +114,7 @@ fn a_budget_that_finds_no_light_is_spent() {
         plate("left", -PLATE_M),
         plate("right", 1e-5),
     ];
-    let lamp = Light::Point {
-        position_m: DVec3::new(0.0, 1.0, 0.0),
-        power_w: [1.0; 3],
-    };
+    let lamp = Light::point(DVec3::new(0.0, 1.0, 0.0), [1.0; 3]);
     let camera_m = DVec3::new(0.0, 0.5, 1.8);
     let scene = scene_of(meshes, lamp, camera_m, DVec3::new(0.0, 0.1, 0.0));
     let mut gpu = Gpu::open();

@@ -29,9 +29,8 @@ fn a_frame_warns_of_what_it_does_not_show() {
     says(&frame, "the image is black: it is in shadow");
     frame.stats.vpl_count = 0;
     says(&frame, "the image is black: the lights shine at no surface");
-    if let Light::Point { power_w, .. } = &mut frame.description.lights[0] {
-        *power_w = [0.0; 3];
-    }
+    let light = &mut frame.description.lights[0];
+    *light = light.with_emission([0.0; 3]);
     says(&frame, "the image is black: every light emits 0");
     for (layer, data) in &mut frame.layers {
         if *layer == Layer::InstanceId {

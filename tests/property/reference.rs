@@ -186,10 +186,7 @@ fn a_single_round_has_no_standard_error() {
 #[test]
 fn convex_bodies_get_no_bounce() {
     let floor = rooms::floor(1.0);
-    let light = Light::Point {
-        position_m: DVec3::Y,
-        power_w: [1.0; 3],
-    };
+    let light = Light::point(DVec3::Y, [1.0; 3]);
     let scene = rooms::scene_of(vec![floor], light, DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO);
     let mut reference = Reference::new(&scene, 16).expect("the scene is valid");
     add_rounds(&mut reference, 8);
