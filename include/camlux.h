@@ -889,46 +889,10 @@ camlux_status camlux_scene_set_direct(camlux_scene *scene, const camlux_direct *
  * 5. Time of flight
  * ---------------------------------------------------------------------------------------------------------------------- */
 
-/** Half the length of the shortest path from a modulated light via the surface to the camera, m; +infinity without a surface. */
-#define CAMLUX_LAYER_HALF_PATH 11
-
 /**
- * Phasor Z of all modulated light, W/sr/m^2, channels re, im. This layer and those below are of frequency 0; add
- * CAMLUX_TOF_NEXT_FREQUENCY for each further frequency. All of them need camlux_scene_set_tof.
+ * Difference between the numbers of a layer at one frequency and at the next. CAMLUX_LAYER_TOF_PHASOR and so on are of frequency 0, and
+ * CAMLUX_LAYER_TOF_TAPS is of phase image 0: add 1 for each phase image after it.
  */
-#define CAMLUX_LAYER_TOF_PHASOR 64
-
-/** Z of the direct light, W/sr/m^2, channels re, im. */
-#define CAMLUX_LAYER_TOF_PHASOR_DIRECT 65
-
-/** Z of the indirect light, W/sr/m^2, channels re, im; with camlux_scene_set_indirect. */
-#define CAMLUX_LAYER_TOF_PHASOR_INDIRECT 66
-
-/**
- * Half the path length computed from the phase images, from 0 to c/(2f), m; NaN without modulated light. With noise, pixels
- * without light have the range of their noise: tof_amplitude tells how much signal there is.
- */
-#define CAMLUX_LAYER_TOF_RANGE 67
-
-/** Largest difference between the taps over all phases: K|Q_Z|, electrons or DN. */
-#define CAMLUX_LAYER_TOF_AMPLITUDE 68
-
-/** The sum of both taps over all phase images, electrons or DN above the black level. */
-#define CAMLUX_LAYER_TOF_INTENSITY 69
-
-/**
- * Multipath error: how much farther the pixel appears than by its direct light alone, m; with camlux_scene_set_indirect. NaN if the
- * phasor of all or of the direct light is 0.
- */
-#define CAMLUX_LAYER_TOF_MPI 70
-
-/** How often the phase of the shortest path has wrapped (CAMLUX_FORMAT_U32). */
-#define CAMLUX_LAYER_TOF_WRAPS 71
-
-/** Both taps of phase image 0, electrons or DN, channels A, B. Add 1 for each phase image after it. */
-#define CAMLUX_LAYER_TOF_TAPS 72
-
-/** Difference between the numbers of a layer at one frequency and at the next. */
 #define CAMLUX_TOF_NEXT_FREQUENCY 16
 
 /** Charges are electrons. */
@@ -1807,49 +1771,153 @@ camlux_status camlux_job_wait(camlux_job *job,
  * ---------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B. Without f_number of camlux_sensor it is numerically also
- * the irradiance at the pixel, W/m^2. Pixels without a surface hold 0 in all layers except depth and range.
+ * Light from the surface to the camera, direct + indirect.
+ * Without an f-number of the sensor it is numerically also the irradiance at the pixel, W/m^2.
+ * Values: W/sr/m^2, channels R, G, B.
  */
 #define CAMLUX_LAYER_RADIANCE 0
 
-/** Light by way of one surface, W/sr/m^2, channels R, G, B. */
+/**
+ * Light straight from the lights: by way of one surface.
+ * Values: W/sr/m^2, channels R, G, B.
+ */
 #define CAMLUX_LAYER_DIRECT 1
 
-/** Light by way of two surfaces, W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect. */
+/**
+ * Light by one bounce: by way of two surfaces.
+ * Values: W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect.
+ */
 #define CAMLUX_LAYER_INDIRECT 2
 
-/** Energy received by the pixel, J, channels R, G, B; with camlux_scene_set_sensor. */
+/**
+ * Energy that the pixel receives.
+ * Values: J, channels R, G, B; with camlux_scene_set_sensor.
+ */
 #define CAMLUX_LAYER_ENERGY 3
 
-/** Visible surface point in world space, m, channels X, Y, Z. */
+/**
+ * Surface point in the world, rounded to f32: far from the origin it is coarse, and camlux warns.
+ * Values: m, channels X, Y, Z.
+ */
 #define CAMLUX_LAYER_POSITION 4
 
-/** Normal at that point in world space, of unit length, on the side of the camera, channels X, Y, Z. */
+/**
+ * Normal of the surface in the world, of unit length, on the camera's side.
+ * Values: plain numbers, channels X, Y, Z.
+ */
 #define CAMLUX_LAYER_NORMAL 5
 
-/** Distance of that point along the viewing axis, m; +infinity without a surface. */
+/**
+ * Distance along the viewing axis, +infinity without a surface; below 0 where a fisheye sees behind the camera.
+ * Values: m.
+ */
 #define CAMLUX_LAYER_DEPTH 6
 
-/** Distance of that point from the camera's centre, m; +infinity without a surface. */
+/**
+ * Distance along the ray, from the camera's centre; +infinity without a surface.
+ * Values: m.
+ */
 #define CAMLUX_LAYER_RANGE 7
 
-/** 0: no surface; otherwise 1 + the index of the instance (CAMLUX_FORMAT_U32). */
+/**
+ * 0: no surface; otherwise 1 + the index of the instance.
+ * Values: whole numbers, CAMLUX_FORMAT_U32.
+ */
 #define CAMLUX_LAYER_INSTANCE_ID 8
 
-/** 0: no surface; otherwise 1 + the index of the material (CAMLUX_FORMAT_U32). */
+/**
+ * 0: no surface; otherwise 1 + the index of the material.
+ * Values: whole numbers, CAMLUX_FORMAT_U32.
+ */
 #define CAMLUX_LAYER_MATERIAL_ID 9
 
-/** Standard error of the indirect light, W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect. */
+/**
+ * Standard error of `indirect`, and thus of `radiance`, per band.
+ * Values: W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect.
+ */
 #define CAMLUX_LAYER_STDERR 10
 
-/** Mean depth of a pixel's samples that hit a surface, m; with samples of camlux_camera. */
+/**
+ * Half the length of the shortest path from a modulated light via the surface to the camera; +infinity without a surface.
+ * Equal to `range` if the light is at the camera.
+ * Values: m; with camlux_scene_set_tof.
+ */
+#define CAMLUX_LAYER_HALF_PATH 11
+
+/**
+ * Mean depth of the pixel's samples that show a surface.
+ * Values: m; with samples of camlux_camera.
+ */
 #define CAMLUX_LAYER_DEPTH_MEAN 12
 
-/** Smallest depth of a pixel's samples, m; with samples of camlux_camera. */
+/**
+ * Smallest depth of the pixel's samples.
+ * Values: m; with samples of camlux_camera.
+ */
 #define CAMLUX_LAYER_DEPTH_NEAREST 13
 
-/** The visible point in the axes of the camera, m from its centre, channels X (right), Y (down), Z (forward). Exact far from the world's origin, too. */
+/**
+ * The same point in the camera's axes, from its centre: x right, y down, z forward.
+ * Exact to 1e-6 of the scene wherever it is; `cameraToWorld` of a file's header takes it to the world.
+ * Values: m, channels X, Y, Z.
+ */
 #define CAMLUX_LAYER_CAMERA_POSITION 14
+
+/**
+ * Phasor Z of all modulated light, a sum over paths.
+ * Values: W/sr/m^2, channels re, im.
+ */
+#define CAMLUX_LAYER_TOF_PHASOR 64
+
+/**
+ * Z of the direct light.
+ * Values: W/sr/m^2, channels re, im.
+ */
+#define CAMLUX_LAYER_TOF_PHASOR_DIRECT 65
+
+/**
+ * Z of the indirect light.
+ * Values: W/sr/m^2, channels re, im; with camlux_scene_set_indirect.
+ */
+#define CAMLUX_LAYER_TOF_PHASOR_INDIRECT 66
+
+/**
+ * Half the path length computed from the phase images, noise included, from 0 to c/(2f); NaN where they give no range.
+ * With noise, pixels without light have the range of their noise: mask the background with `id.instance`.
+ * Values: m.
+ */
+#define CAMLUX_LAYER_TOF_RANGE 67
+
+/**
+ * K|Q_Z|, the contrast times the energy of Z, computed from the phase images as they are read out.
+ * Values: electrons or DN.
+ */
+#define CAMLUX_LAYER_TOF_AMPLITUDE 68
+
+/**
+ * Sum of both taps over all phase images as they are read out, above their black level.
+ * Values: electrons or DN.
+ */
+#define CAMLUX_LAYER_TOF_INTENSITY 69
+
+/**
+ * Multipath error, from -c/(4f) to c/(4f): how much farther away the pixel appears than by its direct light alone.
+ * Without noise, like the phasors; NaN where the phasor of all or of the direct light is 0.
+ * Values: m; with camlux_scene_set_indirect.
+ */
+#define CAMLUX_LAYER_TOF_MPI 70
+
+/**
+ * How often the phase of `half_path` has wrapped.
+ * Values: whole numbers, CAMLUX_FORMAT_U32.
+ */
+#define CAMLUX_LAYER_TOF_WRAPS 71
+
+/**
+ * Charges of both taps in the phase image, as they are read out.
+ * Values: electrons or DN, channels A, B.
+ */
+#define CAMLUX_LAYER_TOF_TAPS 72
 
 /** The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH. */
 #define CAMLUX_VERSION_MAJOR 0
@@ -1875,7 +1943,10 @@ camlux_status camlux_job_wait(camlux_job *job,
 /** The render was cancelled, and keep_partial of its options is 1: the frame is the best image so far. */
 #define CAMLUX_STOP_CANCELLED 4
 
-/** A layer in the frame's memory. Initialise with CAMLUX_VIEW_INIT. */
+/**
+ * A layer in the frame's memory. Pixels without a surface hold 0, unless the layer's constant says otherwise. Initialise with
+ * CAMLUX_VIEW_INIT.
+ */
 typedef struct camlux_view {
   /** Set by CAMLUX_VIEW_INIT. */
   uint32_t struct_size;

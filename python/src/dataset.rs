@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
 use camlux::output::{
-    Attribute, DATASET_FORMAT, ExrOptions, Layer, NextFrame, dataset_conventions, describe_frame,
+    Attribute, DATASET_FORMAT, ExrOptions, Layer, LayerNeed, NextFrame, dataset_conventions, describe_frame,
     describe_scene, write_exr_files,
 };
 use camlux::scene::IndirectLight;
@@ -109,7 +109,7 @@ impl DatasetOptions {
     ) -> PyResult<Self> {
         let mut layers = layers.map(|names| self::layers(&names)).transpose()?;
         if let (true, Some(layers)) = (flow, &mut layers) {
-            layers.extend(Layer::OF_SEQUENCE);
+            layers.extend(Layer::of_sequence());
         }
         let exr = ExrOptions {
             half,
@@ -128,13 +128,10 @@ impl DatasetOptions {
             scene.indirect = Some(IndirectLight::final_gather(1.0));
         }
         let mut layers = self.exr.layers.iter().flatten();
-        let is_made =
-            layers.try_for_each(
-                |layer| match self.flow && Layer::OF_SEQUENCE.contains(layer) {
-                    true => Ok(()),
-                    false => layer.check_made_for(&scene),
-                },
-            );
+        let is_made = layers.try_for_each(|layer| match layer.need() {
+            LayerNeed::Sequence if self.flow => Ok(()),
+            _ => layer.check_made_for(&scene),
+        });
         is_made.map_err(raised)
     }
 

@@ -10,60 +10,12 @@ use crate::{
     DeviceFrame,
     output::{
         ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile, PngView,
-        write_exr_files, write_png,
+        TofQuantity, write_exr_files, write_png,
     },
 };
 
-/// Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B. Without f_number of camlux_sensor it is numerically also
-/// the irradiance at the pixel, W/m^2. Pixels without a surface hold 0 in all layers except depth and range.
-pub const CAMLUX_LAYER_RADIANCE: i32 = 0;
-/// Light by way of one surface, W/sr/m^2, channels R, G, B.
-pub const CAMLUX_LAYER_DIRECT: i32 = 1;
-/// Light by way of two surfaces, W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect.
-pub const CAMLUX_LAYER_INDIRECT: i32 = 2;
-/// Energy received by the pixel, J, channels R, G, B; with camlux_scene_set_sensor.
-pub const CAMLUX_LAYER_ENERGY: i32 = 3;
-/// Visible surface point in world space, m, channels X, Y, Z.
-pub const CAMLUX_LAYER_POSITION: i32 = 4;
-/// Normal at that point in world space, of unit length, on the side of the camera, channels X, Y, Z.
-pub const CAMLUX_LAYER_NORMAL: i32 = 5;
-/// Distance of that point along the viewing axis, m; +infinity without a surface.
-pub const CAMLUX_LAYER_DEPTH: i32 = 6;
-/// Distance of that point from the camera's centre, m; +infinity without a surface.
-pub const CAMLUX_LAYER_RANGE: i32 = 7;
-/// 0: no surface; otherwise 1 + the index of the instance (CAMLUX_FORMAT_U32).
-pub const CAMLUX_LAYER_INSTANCE_ID: i32 = 8;
-/// 0: no surface; otherwise 1 + the index of the material (CAMLUX_FORMAT_U32).
-pub const CAMLUX_LAYER_MATERIAL_ID: i32 = 9;
-/// Standard error of the indirect light, W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect.
-pub const CAMLUX_LAYER_STDERR: i32 = 10;
-
-/// Mean depth of a pixel's samples that hit a surface, m; with samples of camlux_camera.
-pub const CAMLUX_LAYER_DEPTH_MEAN: i32 = 12;
-/// Smallest depth of a pixel's samples, m; with samples of camlux_camera.
-pub const CAMLUX_LAYER_DEPTH_NEAREST: i32 = 13;
-/// The visible point in the axes of the camera, m from its centre, channels X (right), Y (down), Z (forward). Exact far from the world's origin, too.
-pub const CAMLUX_LAYER_CAMERA_POSITION: i32 = 14;
-
-const LAYERS: [(i32, &str, Layer); 15] = args::choices![
-    CAMLUX_LAYER_RADIANCE => Layer::Radiance,
-    CAMLUX_LAYER_DIRECT => Layer::Direct,
-    CAMLUX_LAYER_INDIRECT => Layer::Indirect,
-    CAMLUX_LAYER_ENERGY => Layer::Energy,
-    CAMLUX_LAYER_POSITION => Layer::Position,
-    CAMLUX_LAYER_NORMAL => Layer::Normal,
-    CAMLUX_LAYER_DEPTH => Layer::Depth,
-    CAMLUX_LAYER_RANGE => Layer::Range,
-    CAMLUX_LAYER_INSTANCE_ID => Layer::InstanceId,
-    CAMLUX_LAYER_MATERIAL_ID => Layer::MaterialId,
-    CAMLUX_LAYER_STDERR => Layer::StandardError,
-    CAMLUX_LAYER_HALF_PATH => Layer::HalfPath,
-    CAMLUX_LAYER_DEPTH_MEAN => Layer::MeanDepth,
-    CAMLUX_LAYER_DEPTH_NEAREST => Layer::NearestDepth,
-    CAMLUX_LAYER_CAMERA_POSITION => Layer::CameraPosition,
-];
-
-/// A layer in the frame's memory. Initialise with CAMLUX_VIEW_INIT.
+/// A layer in the frame's memory. Pixels without a surface hold 0, unless the layer's constant says otherwise. Initialise with
+/// CAMLUX_VIEW_INIT.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_view {
@@ -192,8 +144,8 @@ impl FrameObject {
         let mut layers = self.frame()?.layers.iter();
         let found = layers.find(|(layer, _)| *layer == kind);
         let (_, data) = found.ok_or_else(|| {
-            let need = kind.need(self.rendered.description().tof.as_ref());
-            let problem = format!("the frame has no layer {}; {need}", kind.name());
+            let hint = kind.hint(self.rendered.description().tof.as_ref());
+            let problem = format!("the frame has no layer {}; {hint}", kind.name());
             Failure::argument(words::in_c(&problem))
         })?;
         Ok((kind, data))
@@ -258,13 +210,31 @@ pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
         let problem = "layer is -1, which stands for a time-of-flight frequency or phase image that does not exist; give a smaller index";
         return Err(Failure::argument(problem));
     }
-    let of_tof = Layer::all().find(|&layer| tof_number(layer) == Some(number));
-    of_tof.map_or_else(|| args::one_of("layer", number, &LAYERS), Ok)
+    if let Some(found) = Layer::all().find(|&layer| number_of(layer) == Some(number)) {
+        return Ok(found);
+    }
+    // Those of time of flight are too many to list.
+    let plain = Layer::all().filter(|layer| !matches!(layer, Layer::Tof(..)));
+    let choice = |layer: Layer| {
+        let (name, number) = layer.c_constant()?;
+        Some((number, name, layer))
+    };
+    let mut choices: Vec<_> = plain.filter_map(choice).collect();
+    choices.sort_by_key(|(number, ..)| *number);
+    args::one_of("layer", number, &choices)
 }
 
+/// The number of a layer; `None` for layers that no render has.
 fn number_of(layer: Layer) -> Option<i32> {
-    let plain = LAYERS.iter().find(|(.., known)| *known == layer);
-    plain.map(|(number, ..)| *number).or(tof_number(layer))
+    let (_, first) = layer.c_constant()?;
+    let Layer::Tof(frequency, quantity) = layer else {
+        return Some(first);
+    };
+    let phase = match quantity {
+        TofQuantity::Taps(phase) => phase,
+        _ => 0,
+    };
+    Some(first + CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency) + i32::from(phase))
 }
 
 /// Name and unit of a layer as C strings, created once.

@@ -1,36 +1,10 @@
-//! Time of flight: the camera's settings, and the numbers of its layers.
+//! Time of flight: the camera's settings.
 
 use super::*;
-use crate::{
-    output::{Layer, TofQuantity},
-    scene::{ChargeUnit, MAX_FREQUENCIES, SensorNoise, TimeOfFlight},
-};
+use crate::scene::{ChargeUnit, MAX_FREQUENCIES, SensorNoise, TimeOfFlight};
 
-/// Half the length of the shortest path from a modulated light via the surface to the camera, m; +infinity without a surface.
-pub const CAMLUX_LAYER_HALF_PATH: i32 = 11;
-
-/// Phasor Z of all modulated light, W/sr/m^2, channels re, im. This layer and those below are of frequency 0; add
-/// CAMLUX_TOF_NEXT_FREQUENCY for each further frequency. All of them need camlux_scene_set_tof.
-pub const CAMLUX_LAYER_TOF_PHASOR: i32 = 64;
-/// Z of the direct light, W/sr/m^2, channels re, im.
-pub const CAMLUX_LAYER_TOF_PHASOR_DIRECT: i32 = 65;
-/// Z of the indirect light, W/sr/m^2, channels re, im; with camlux_scene_set_indirect.
-pub const CAMLUX_LAYER_TOF_PHASOR_INDIRECT: i32 = 66;
-/// Half the path length computed from the phase images, from 0 to c/(2f), m; NaN without modulated light. With noise, pixels
-/// without light have the range of their noise: tof_amplitude tells how much signal there is.
-pub const CAMLUX_LAYER_TOF_RANGE: i32 = 67;
-/// Largest difference between the taps over all phases: K|Q_Z|, electrons or DN.
-pub const CAMLUX_LAYER_TOF_AMPLITUDE: i32 = 68;
-/// The sum of both taps over all phase images, electrons or DN above the black level.
-pub const CAMLUX_LAYER_TOF_INTENSITY: i32 = 69;
-/// Multipath error: how much farther the pixel appears than by its direct light alone, m; with camlux_scene_set_indirect. NaN if the
-/// phasor of all or of the direct light is 0.
-pub const CAMLUX_LAYER_TOF_MPI: i32 = 70;
-/// How often the phase of the shortest path has wrapped (CAMLUX_FORMAT_U32).
-pub const CAMLUX_LAYER_TOF_WRAPS: i32 = 71;
-/// Both taps of phase image 0, electrons or DN, channels A, B. Add 1 for each phase image after it.
-pub const CAMLUX_LAYER_TOF_TAPS: i32 = 72;
-/// Difference between the numbers of a layer at one frequency and at the next.
+/// Difference between the numbers of a layer at one frequency and at the next. CAMLUX_LAYER_TOF_PHASOR and so on are of frequency 0, and
+/// CAMLUX_LAYER_TOF_TAPS is of phase image 0: add 1 for each phase image after it.
 pub const CAMLUX_TOF_NEXT_FREQUENCY: i32 = 16;
 
 /// Charges are electrons.
@@ -104,26 +78,6 @@ c_struct!(
 );
 
 const _: () = assert!(MAX_FREQUENCIES == 4, "camlux_tof has room for as many");
-
-/// The number of a time-of-flight layer; `None` for other layers, and for those that no render has.
-pub(super) fn tof_number(layer: Layer) -> Option<i32> {
-    let Layer::Tof(frequency, quantity) = layer else {
-        return None;
-    };
-    let first = match quantity {
-        TofQuantity::Phasor => CAMLUX_LAYER_TOF_PHASOR,
-        TofQuantity::PhasorDirect => CAMLUX_LAYER_TOF_PHASOR_DIRECT,
-        TofQuantity::PhasorIndirect => CAMLUX_LAYER_TOF_PHASOR_INDIRECT,
-        TofQuantity::PhasorStandardError => return None,
-        TofQuantity::Range => CAMLUX_LAYER_TOF_RANGE,
-        TofQuantity::Amplitude => CAMLUX_LAYER_TOF_AMPLITUDE,
-        TofQuantity::Intensity => CAMLUX_LAYER_TOF_INTENSITY,
-        TofQuantity::MultipathError => CAMLUX_LAYER_TOF_MPI,
-        TofQuantity::Wraps => CAMLUX_LAYER_TOF_WRAPS,
-        TofQuantity::Taps(phase) => CAMLUX_LAYER_TOF_TAPS + i32::from(phase),
-    };
-    Some(first + CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency))
-}
 
 /// Sets a time-of-flight camera. Frames then have the layers CAMLUX_LAYER_HALF_PATH and CAMLUX_LAYER_TOF_PHASOR to
 /// CAMLUX_LAYER_TOF_TAPS of each frequency. It needs camlux_scene_set_sensor with wavelength_nm and quantum_efficiency.

@@ -124,14 +124,12 @@ impl Examiner {
             let ids = truth.ids(layer).unwrap_or_default();
             ids.iter().map(|&id| id != 0).collect()
         };
+        let noise = layer.standard_error();
         Ok(relative_rmse(&Pixels {
             image: values(&frame, layer),
             reference: values(truth, layer),
             image_standard_error: None,
-            reference_standard_error: match layer {
-                Layer::Indirect => truth.values(Layer::StandardError),
-                _ => None,
-            },
+            reference_standard_error: noise.and_then(|noise| truth.values(noise)),
             valid: &is_set(Layer::InstanceId),
             edges: Some(&is_set(Layer::Edge)),
             channels: layer.channel_names().len(),

@@ -4,11 +4,14 @@ use std::{fmt, sync::Arc};
 
 use ash::vk;
 
-use super::{BufferPool, FrameImages, readback::read_layers};
+use super::{
+    BufferPool, FrameImages,
+    readback::{image_of, read_layers},
+};
 use crate::{
     Device, LocalSpace, Result,
     output::{Frame, FrameDescription, FrameStats, Layer},
-    vulkan::{Image, Readback, SharedMemory, Timeline, copy_to_shared},
+    vulkan::{Readback, SharedMemory, Timeline, copy_to_shared},
 };
 
 /// What `draw` has made, with its statistics and description.
@@ -86,7 +89,7 @@ impl DeviceFrame {
     /// P has X, Y and Z in [`DeviceFrame::local_space`], and `id.instance` as the fourth value.
     /// `None` for layers that are made on the way to the host, and for those that the scene does not have.
     pub fn image(&self, layer: Layer) -> Option<DeviceImage> {
-        let image = self.image_of(layer)?;
+        let image = image_of(&self.shared.drawn.images, layer)?;
         let (raw, format) = image.handle();
         Some(DeviceImage {
             image: raw,
@@ -96,20 +99,6 @@ impl DeviceFrame {
         })
     }
 
-    fn image_of(&self, layer: Layer) -> Option<&Image> {
-        let images = &self.shared.drawn.images;
-        match layer {
-            Layer::Radiance => images.radiance.as_ref(),
-            Layer::Direct => Some(&images.direct),
-            Layer::Indirect => images.indirect.as_ref(),
-            Layer::StandardError => images.indirect_stderr.as_ref(),
-            Layer::Energy => images.energy.as_ref(),
-            Layer::Position => Some(&images.gbuffer.position_mesh),
-            Layer::Normal => Some(&images.gbuffer.normal_geometric),
-            _ => None,
-        }
-    }
-
     /// Copies the image of a layer, as from [`DeviceFrame::image`], to memory that others import. The image is stored row by row from
     /// the top, without gaps, 16 bytes a pixel. Returns after the copy is complete; `false` if no such image is on the device.
     ///
@@ -117,7 +106,7 @@ impl DeviceFrame {
     /// [`Error::Input`](crate::Error::Input) if the image does not fit into the memory, if the offset is not a multiple of 16,
     /// or if the memory is of another device.
     pub fn copy_to(&self, layer: Layer, to: &SharedMemory, offset_bytes: u64) -> Result<bool> {
-        let Some(image) = self.image_of(layer) else {
+        let Some(image) = image_of(&self.shared.drawn.images, layer) else {
             return Ok(false);
         };
         copy_to_shared(&self.shared.device, image, to, offset_bytes)?;

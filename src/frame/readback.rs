@@ -50,16 +50,31 @@ fn bytes_at_once(limits: Option<&DeviceLimits>) -> u64 {
     })
 }
 
+/// The image that holds a layer in its first three values, if there is one. That of P is in local space, and has the ids of instances, too.
+pub(super) fn image_of(images: &FrameImages, layer: Layer) -> Option<&Image> {
+    match layer {
+        Layer::Radiance => images.radiance.as_ref(),
+        Layer::Direct => Some(&images.direct),
+        Layer::Indirect => images.indirect.as_ref(),
+        Layer::StandardError => images.indirect_stderr.as_ref(),
+        Layer::Energy => images.energy.as_ref(),
+        Layer::Position => Some(&images.gbuffer.position_mesh),
+        Layer::Normal => Some(&images.gbuffer.normal_geometric),
+        _ => None,
+    }
+}
+
+/// Layers that are copies of their images, and that no other layer needs.
+const COPIED: [Layer; 3] = [Layer::StandardError, Layer::Energy, Layer::Normal];
+
 /// The images of a frame that its layers are made from, or those of a list.
-pub(super) struct NeededImages<'i> {
+struct NeededImages<'i> {
     position_mesh: Option<&'i Image>,
     footprints: Option<&'i Image>,
     kd_material: Option<&'i Image>,
-    normal: Option<&'i Image>,
     direct: Option<&'i Image>,
     indirect: Option<&'i Image>,
-    stderr: Option<&'i Image>,
-    energy: Option<&'i Image>,
+    copied: Vec<(Layer, &'i Image)>,
     /// Direct and indirect, of time of flight.
     phasors: [Option<&'i Image>; 2],
     has_radiance: bool,
@@ -77,20 +92,19 @@ impl<'i> NeededImages<'i> {
         let has_depths = is_any_wanted(&[Layer::MeanDepth, Layer::NearestDepth]);
         let gbuffer = &images.gbuffer;
         let sampled = images.sampled.as_ref().filter(|_| has_depths);
-        let of_indirect = has_radiance || is_wanted(Layer::Indirect);
+        let of_light = |layer| image_of(images, layer).filter(|_| has_radiance || is_wanted(layer));
+        let copied = COPIED.into_iter().filter(|&layer| is_wanted(layer));
         let phasors = [&images.direct_phasors, &images.indirect_phasors];
-        let needed =
-            |image: &'i Option<Image>, is_needed: bool| image.as_ref().filter(|_| is_needed);
         NeededImages {
             position_mesh: has_geometry.then_some(&gbuffer.position_mesh),
             footprints: sampled.map(|sampled| &sampled.footprint),
             kd_material: is_wanted(Layer::MaterialId).then_some(&gbuffer.kd_material),
-            normal: is_wanted(Layer::Normal).then_some(&gbuffer.normal_geometric),
-            direct: (has_radiance || is_wanted(Layer::Direct)).then_some(&images.direct),
-            indirect: needed(&images.indirect, of_indirect),
-            stderr: needed(&images.indirect_stderr, is_wanted(Layer::StandardError)),
-            energy: needed(&images.energy, is_wanted(Layer::Energy)),
-            phasors: phasors.map(|image| needed(image, has_tof)),
+            direct: of_light(Layer::Direct),
+            indirect: of_light(Layer::Indirect),
+            copied: copied
+                .filter_map(|layer| Some((layer, image_of(images, layer)?)))
+                .collect(),
+            phasors: phasors.map(|image| image.as_ref().filter(|_| has_tof)),
             has_radiance,
         }
     }
@@ -100,13 +114,12 @@ impl<'i> NeededImages<'i> {
             self.position_mesh,
             self.footprints,
             self.kd_material,
-            self.normal,
             self.direct,
             self.indirect,
-            self.stderr,
-            self.energy,
         ];
-        all.into_iter().chain(self.phasors).flatten().collect()
+        let copied = self.copied.iter().map(|(_, image)| *image);
+        let made = all.into_iter().chain(self.phasors).flatten();
+        made.chain(copied).collect()
     }
 }
 
@@ -134,11 +147,9 @@ pub(crate) fn read_layers(
         position_mesh,
         footprints,
         kd_material,
-        normal,
         direct,
         indirect,
-        stderr,
-        energy,
+        copied,
         phasors,
         has_radiance,
     } = NeededImages::new(images, wanted);
@@ -189,20 +200,21 @@ pub(crate) fn read_layers(
         });
     }
     let [direct, indirect] = [direct, indirect].map(|image| image.filter(|_| alone.is_none()));
-    let mut rgb = |image: Option<&Image>| -> Result<Option<Vec<f32>>> {
-        let Some(image) = image else {
-            return Ok(None);
-        };
+    let mut copy = |image: &Image| -> Result<Vec<f32>> {
         let pixels = readback.pixels(image)?;
         let mut values = pool.floats(3 * pixels.len());
         per_pixel(&mut values, |i| {
             let [r, g, b, _] = pixels[i];
             [r, g, b]
         });
-        Ok(Some(values))
+        Ok(values)
     };
-    let (normal, direct, indirect) = (rgb(normal)?, rgb(direct)?, rgb(indirect)?);
-    let (stderr, energy) = (rgb(stderr)?, rgb(energy)?);
+    let mut layers = Vec::new();
+    for (layer, image) in copied {
+        layers.push((layer, LayerData::Float(copy(image)?)));
+    }
+    let direct = direct.map(&mut copy).transpose()?;
+    let indirect = indirect.map(&mut copy).transpose()?;
     let radiance = direct.as_ref().filter(|_| has_radiance).map(|direct| {
         let mut radiance = pool.floats(direct.len());
         match &indirect {
@@ -213,35 +225,18 @@ pub(crate) fn read_layers(
     });
     let radiance = radiance.or(alone);
 
-    let (position, in_camera, depth, range, mesh_ids) = match geometry {
-        Some(geometry) => (
-            Some(geometry.position),
-            Some(geometry.in_camera),
-            Some(geometry.depth),
-            Some(geometry.range),
-            Some(geometry.mesh_ids),
-        ),
-        None => (None, None, None, None, None),
-    };
-    let float = |values: Option<Vec<f32>>| values.map(LayerData::Float);
-    let layers = [
-        (Layer::Radiance, float(radiance)),
-        (Layer::Direct, float(direct)),
-        (Layer::Indirect, float(indirect)),
-        (Layer::StandardError, float(stderr)),
-        (Layer::Energy, float(energy)),
-        (Layer::Position, float(position)),
-        (Layer::CameraPosition, float(in_camera)),
-        (Layer::Normal, float(normal)),
-        (Layer::Depth, float(depth)),
-        (Layer::Range, float(range)),
-        (Layer::MeanDepth, float(mean_depth)),
-        (Layer::NearestDepth, float(nearest_depth)),
-        (Layer::InstanceId, mesh_ids.map(LayerData::Id)),
-        (Layer::MaterialId, material_ids.map(LayerData::Id)),
-    ];
-    let made = |(layer, data): (Layer, Option<LayerData>)| Some((layer, data?));
-    let mut layers: Vec<_> = layers.into_iter().filter_map(made).collect();
+    for (layer, values) in [
+        (Layer::Radiance, radiance),
+        (Layer::Direct, direct),
+        (Layer::Indirect, indirect),
+        (Layer::MeanDepth, mean_depth),
+        (Layer::NearestDepth, nearest_depth),
+    ] {
+        layers.extend(values.map(|values| (layer, LayerData::Float(values))));
+    }
+    layers.extend(geometry.into_iter().flat_map(Geometry::layers));
+    layers.extend(material_ids.map(|ids| (Layer::MaterialId, LayerData::Id(ids))));
+    layers.sort_by_key(|(layer, _)| *layer);
     if let (Some(tof), Some(paths)) = (tof, paths) {
         let both: Vec<&Image> = phasors.into_iter().flatten().collect();
         readback.copy_missing(&both)?;
@@ -383,6 +378,17 @@ impl Geometry {
         Layer::Range,
         Layer::InstanceId,
     ];
+
+    fn layers(self) -> [(Layer, LayerData); 5] {
+        let float = LayerData::Float;
+        [
+            (Layer::Position, float(self.position)),
+            (Layer::CameraPosition, float(self.in_camera)),
+            (Layer::Depth, float(self.depth)),
+            (Layer::Range, float(self.range)),
+            (Layer::InstanceId, LayerData::Id(self.mesh_ids)),
+        ]
+    }
 
     /// The ids alone.
     fn of_ids(pixels: &[[f32; 4]], pool: &mut BufferPool) -> Geometry {

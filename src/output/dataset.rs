@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use serde_json::{Map, Value, json};
 
 use super::header::TOF_CONVENTION;
-use super::{ExrOptions, Layer, plain_channel_names};
+use super::{ExrOptions, Layer, LayerNeed};
 use crate::model::PhaseSampling;
 use crate::scene::{Intrinsics, Material, Scene, TimeOfFlight};
 
@@ -26,7 +26,7 @@ pub fn dataset_conventions() -> Value {
 /// The layers that files of this scene have, in the order of the documentation.
 pub fn dataset_layers(scene: &Scene, exr: &ExrOptions, has_flow: bool) -> Vec<Layer> {
     let is_made =
-        |layer: &Layer| layer.is_made_for(scene) || has_flow && Layer::OF_SEQUENCE.contains(layer);
+        |layer: &Layer| layer.is_made_for(scene) || has_flow && layer.need() == LayerNeed::Sequence;
     let layers = Layer::all().filter(|layer| is_made(layer) && exr.picks(*layer));
     layers.collect()
 }
@@ -42,7 +42,7 @@ pub fn describe_scene(
         .into_iter()
         .map(|layer| {
             let channels = match exr.plain {
-                true => plain_channel_names(layer),
+                true => layer.plain_channel_names(),
                 false => layer.channel_names(),
             };
             let unit = layer.unit_by(scene.tof.as_ref());

@@ -16,7 +16,7 @@ use half::f16;
 use super::atomic::OutputFile;
 use super::exr_header_order;
 use super::header::{self, Attribute};
-use super::{Frame, Layer, LayerData, plain};
+use super::{Frame, Layer, LayerData};
 use crate::error::Result;
 
 /// The contents of an OpenEXR file. The default is every layer of the frame as 32-bit float.
@@ -191,7 +191,8 @@ fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let attributes = header::attributes(frame, options);
+    let picks = |layer| options.picks(layer);
+    let attributes = header::attributes(frame, &picks, &options.attributes);
     let part = ExrPart::new((width, height), attributes, encoding, channels);
     Image::from_layer(part)
         .write()
@@ -211,7 +212,7 @@ fn channels<'f>(
     let picked = frame.layers.iter();
     for (layer, data) in picked.filter(|(layer, _)| options.picks(*layer)) {
         let names = match options.plain {
-            true => plain::plain_channel_names(*layer),
+            true => layer.plain_channel_names(),
             false => layer.channel_names(),
         };
         let stored_as = match (data, options.plain) {

@@ -4,7 +4,7 @@ use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::LayerAttributes;
 use glam::{DMat4, DVec3, DVec4};
 
-use super::exr::ExrOptions;
+use super::Layer;
 use super::frame::{Frame, FrameDescription};
 use crate::{
     model::{FrameKey, PhaseSampling},
@@ -65,8 +65,12 @@ fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
 }
 
 /// The attributes of a frame's file. Those under `camlux.` keep every digit of positions and directions; the format's own matrices are
-/// f32.
-pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes {
+/// f32. `picks`: whether the file has a layer. `further`: names without the prefix, and values.
+pub(super) fn attributes(
+    frame: &Frame,
+    picks: &dyn Fn(Layer) -> bool,
+    further: &[(String, Attribute)],
+) -> LayerAttributes {
     let FrameDescription {
         indirect,
         reference,
@@ -99,8 +103,8 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     let stats = &frame.stats;
     add("device", stats.device.as_str().into());
     add("driver", stats.driver.as_str().into());
-    let layers = frame.layers.iter().map(|(layer, _)| layer);
-    for layer in layers.filter(|layer| options.picks(**layer)) {
+    let layers = frame.layers.iter().map(|(layer, _)| *layer);
+    for layer in layers.filter(|layer| picks(*layer)) {
         let unit = layer.unit_by(frame.description.tof.as_ref());
         add(&format!("unit.{}", layer.name()), unit.into());
     }
@@ -215,7 +219,7 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     add("camera.up", camera.up.into());
     let to_world = camera.to_world().to_cols_array();
     add("cameraToWorld", Attribute::Matrix4(to_world));
-    for (name, value) in &options.attributes {
+    for (name, value) in further {
         add(name, value.clone());
     }
     header

@@ -9,11 +9,11 @@ mod flow;
 mod frame;
 mod header;
 mod layer;
+mod layer_table;
 mod per_pixel;
 mod plain;
 mod png;
 mod tof;
-mod tof_layers;
 
 pub use atomic::OutputFile;
 #[doc(hidden)]
@@ -28,10 +28,9 @@ pub use frame::{
 };
 pub use header::{Attribute, TOF_CONVENTION};
 pub(crate) use layer::FrameParts;
-pub use layer::Layer;
+pub use layer_table::{Layer, LayerNeed, TofQuantity};
 pub(crate) use per_pixel::{per_pixel, pixels_of_a_thread};
-pub use plain::{plain_channel_names, plain_path, write_exr_files};
+pub use plain::{plain_path, write_exr_files};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
 pub use tof::Exposure;
 pub(crate) use tof::{PixelPhasors, TofCamera, WantedLayers};
-pub use tof_layers::TofQuantity;

@@ -3,19 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::{ExrOptions, Frame, ImageLayer, Layer, OutputFile, WrittenExr};
+use super::{ExrOptions, Frame, Layer, OutputFile, WrittenExr};
 use crate::error::Result;
+use crate::exr_decode::ImageLayer;
 
 /// The attribute that names the layer of a plain file, after the prefix `camlux.`.
 const LAYER: &str = "layer";
-
-/// The channels of a layer in a plain file: Y for one value, R, G, B for three. Of two values, B is 0: some programs read no R and G alone.
-pub fn plain_channel_names(layer: Layer) -> &'static [&'static str] {
-    match layer.channel_names().len() {
-        1 => &["Y"],
-        _ => &["R", "G", "B"],
-    }
-}
 
 /// The plain file of a layer: `x.depth.exr` for `x.exr`.
 pub fn plain_path(path: &Path, layer: Layer) -> PathBuf {
@@ -59,7 +52,7 @@ pub(super) fn restore(layers: &mut [ImageLayer], attributes: &BTreeMap<String, S
     let (Some(layer), [only]) = (named.and_then(|name| Layer::from_name(name)), layers) else {
         return;
     };
-    let plain = plain_channel_names(layer);
+    let plain = layer.plain_channel_names();
     if !only.name.is_empty() || only.channel_names != plain {
         return;
     }

@@ -119,21 +119,22 @@ impl TofCamera<'_> {
         wanted: &mut WantedLayers,
     ) -> Vec<(Layer, LayerData)> {
         let layer = |quantity| Layer::Tof(frequency as u8, quantity);
-        let quantities: Vec<TofQuantity> = quantities
+        // With the number of their channels.
+        let quantities: Vec<(TofQuantity, usize)> = quantities
             .filter(|&quantity| (wanted.is_wanted)(layer(quantity)))
+            .map(|quantity| (quantity, layer(quantity).channel_names().len()))
             .collect();
-        let channels = |quantity| layer(quantity).channel_names().len();
-        let room = |&quantity: &TofQuantity| (wanted.floats)(channels(quantity) * count);
+        let room = |(_, channels): &(_, usize)| (wanted.floats)(channels * count);
         let mut values: Vec<Vec<f32>> = quantities.iter().map(room).collect();
-        let is_measured = quantities.iter().any(|quantity| {
+        let is_measured = quantities.iter().any(|(quantity, _)| {
             let mut measured = self.measured_quantities();
             measured.any(|measured| measured == *quantity)
         });
         let share = pixels_of_a_thread(count);
         let mut parts: Vec<Vec<&mut [f32]>> = Vec::new();
         parts.resize_with(count.div_ceil(share), Vec::new);
-        for (values, &quantity) in values.iter_mut().zip(&quantities) {
-            let of_parts = values.chunks_mut(channels(quantity) * share);
+        for (values, (_, channels)) in values.iter_mut().zip(&quantities) {
+            let of_parts = values.chunks_mut(channels * share);
             for (part, values) in parts.iter_mut().zip(of_parts) {
                 part.push(values);
             }
@@ -149,16 +150,16 @@ impl TofCamera<'_> {
                         *measured = measuring.pixel(i);
                     }
                 }
-                for (values, &quantity) in layers.iter_mut().zip(&quantities) {
+                for (values, &(quantity, channels)) in layers.iter_mut().zip(&quantities) {
                     let rest = std::mem::take(values);
-                    let (block, rest) = rest.split_at_mut(channels(quantity) * pixels.len());
+                    let (block, rest) = rest.split_at_mut(channels * pixels.len());
                     *values = rest;
                     let phasors = phasors.get(pixels.clone()).unwrap_or_default();
                     measuring.write(block, quantity, phasors, &measured);
                 }
             }
         });
-        let named = |(quantity, values)| (layer(quantity), LayerData::Float(values));
+        let named = |((quantity, _), values)| (layer(quantity), LayerData::Float(values));
         quantities.into_iter().zip(values).map(named).collect()
     }
 

@@ -52,38 +52,15 @@ pub(crate) use init;
 
 /// The same for a frame that was rendered without the C interface.
 pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
-    let number = |layer: Layer| match layer {
-        Layer::Radiance => CAMLUX_LAYER_RADIANCE,
-        Layer::Direct => CAMLUX_LAYER_DIRECT,
-        Layer::Indirect => CAMLUX_LAYER_INDIRECT,
-        Layer::Energy => CAMLUX_LAYER_ENERGY,
-        Layer::Position => CAMLUX_LAYER_POSITION,
-        Layer::Normal => CAMLUX_LAYER_NORMAL,
-        Layer::Depth => CAMLUX_LAYER_DEPTH,
-        Layer::Range => CAMLUX_LAYER_RANGE,
-        Layer::InstanceId => CAMLUX_LAYER_INSTANCE_ID,
-        Layer::MaterialId => CAMLUX_LAYER_MATERIAL_ID,
-        Layer::StandardError => CAMLUX_LAYER_STDERR,
-        Layer::HalfPath => CAMLUX_LAYER_HALF_PATH,
-        Layer::MeanDepth => CAMLUX_LAYER_DEPTH_MEAN,
-        Layer::NearestDepth => CAMLUX_LAYER_DEPTH_NEAREST,
-        Layer::CameraPosition => CAMLUX_LAYER_CAMERA_POSITION,
-        Layer::Tof(frequency, quantity) => {
-            CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency)
-                + match quantity {
-                    TofQuantity::Phasor => CAMLUX_LAYER_TOF_PHASOR,
-                    TofQuantity::PhasorDirect => CAMLUX_LAYER_TOF_PHASOR_DIRECT,
-                    TofQuantity::PhasorIndirect => CAMLUX_LAYER_TOF_PHASOR_INDIRECT,
-                    TofQuantity::PhasorStandardError => -1,
-                    TofQuantity::Taps(phase) => CAMLUX_LAYER_TOF_TAPS + i32::from(phase),
-                    TofQuantity::Range => CAMLUX_LAYER_TOF_RANGE,
-                    TofQuantity::Amplitude => CAMLUX_LAYER_TOF_AMPLITUDE,
-                    TofQuantity::Intensity => CAMLUX_LAYER_TOF_INTENSITY,
-                    TofQuantity::MultipathError => CAMLUX_LAYER_TOF_MPI,
-                    TofQuantity::Wraps => CAMLUX_LAYER_TOF_WRAPS,
-                }
+    let number = |layer: Layer| {
+        let first = layer.c_constant().map_or(-1, |(_, number)| number);
+        match layer {
+            Layer::Tof(frequency, TofQuantity::Taps(phase)) => {
+                first + CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency) + i32::from(phase)
+            }
+            Layer::Tof(frequency, _) => first + CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency),
+            _ => first,
         }
-        Layer::Edge | Layer::Flow | Layer::SceneFlow => -1,
     };
     let bits = |data: &LayerData| match data {
         LayerData::Float(values) => values.iter().map(|value| value.to_bits()).collect(),

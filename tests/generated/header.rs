@@ -1,7 +1,8 @@
 //! The C header, the layouts that C checks, and the record of the interface agree with the source.
 
-use std::{fmt::Write, fs, path::Path};
+use std::{fmt::Write, fs, path::Path, sync::LazyLock};
 
+use crate::layers::assert_constants_are_checked_in;
 use crate::layouts::{Layout, layouts};
 
 const UPDATE: &str =
@@ -27,7 +28,7 @@ const SECTIONS: [(&str, &[&str]); 11] = [
         "Renderers and jobs",
         &["target", "render_options", "renderer", "job"],
     ),
-    ("Frames", &["frame", "frame_stats"]),
+    ("Frames", &["layers", "frame", "frame_stats"]),
     (
         "Frames on the device: the host's own Vulkan, shared memory",
         &["vulkan", "shared_memory"],
@@ -39,11 +40,11 @@ fn path(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-fn read(name: &str) -> String {
+pub fn read(name: &str) -> String {
     fs::read_to_string(path(name)).unwrap_or_default()
 }
 
-fn assert_checked_in(name: &str, made: &str) {
+pub fn assert_checked_in(name: &str, made: &str) {
     if std::env::var_os("UPDATE_HEADER").is_some() {
         fs::write(path(name), made).expect("the checkout is writable");
     }
@@ -53,7 +54,15 @@ fn assert_checked_in(name: &str, made: &str) {
     );
 }
 
-fn header() -> String {
+fn header() -> &'static str {
+    static HEADER: LazyLock<String> = LazyLock::new(|| {
+        assert_constants_are_checked_in();
+        write_header()
+    });
+    &HEADER
+}
+
+fn write_header() -> String {
     let mut header = read("src/capi/manual.h").trim_end().to_owned();
     let titles = SECTIONS.iter().map(|(title, _)| *title);
     let titles: Vec<&str> = titles.chain([FIRST_VALUES]).collect();
@@ -165,7 +174,7 @@ fn init_macro(struct_name: &str) -> String {
 
 #[test]
 fn the_header_is_that_of_the_source() {
-    assert_checked_in("include/camlux.h", &header());
+    assert_checked_in("include/camlux.h", header());
 }
 
 /// C code that fails to compile, as C99 and as C++, if a layout differs.
@@ -223,7 +232,7 @@ fn layout_checks(layouts: &[Layout], header: &str) -> String {
 
 #[test]
 fn c_checks_the_layouts_of_rust() {
-    assert_checked_in("tests/c/layout.h", &layout_checks(&layouts(), &header()));
+    assert_checked_in("tests/c/layout.h", &layout_checks(&layouts(), header()));
 }
 
 fn constant_name(line: &str) -> Option<&str> {
@@ -291,7 +300,7 @@ fn record(header: &str, layouts: &[Layout]) -> String {
 
 #[test]
 fn the_record_of_the_interface_is_that_of_the_source() {
-    assert_checked_in("tests/c/abi.txt", &record(&header(), &layouts()));
+    assert_checked_in("tests/c/abi.txt", &record(header(), &layouts()));
 }
 
 #[test]

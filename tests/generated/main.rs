@@ -1,6 +1,7 @@
 //! The generated files that are checked in are up to date.
 
 mod header;
+mod layers;
 mod layouts;
 mod names;
 mod parameters;

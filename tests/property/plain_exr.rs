@@ -2,8 +2,8 @@
 
 use crate::common::rows::assert_says;
 use camlux::output::{
-    ExrOptions, Frame, Layer, LayerData, LayeredImage, OutputFile, plain_channel_names, plain_path,
-    write_exr, write_exr_files,
+    ExrOptions, Frame, Layer, LayerData, LayeredImage, OutputFile, plain_path, write_exr,
+    write_exr_files,
 };
 use exr::prelude::read_all_flat_layers_from_file;
 
@@ -48,7 +48,7 @@ fn every_layer_has_a_file_with_r_g_b_or_y_and_comes_back() {
         let channels = file.layer_data[0].channel_data.list.iter();
         let mut names: Vec<String> = channels.map(|c| c.name.to_string()).collect();
         names.sort();
-        let mut expected = plain_channel_names(*layer).to_vec();
+        let mut expected = layer.plain_channel_names().to_vec();
         expected.sort_unstable();
         assert_eq!(names, expected, "{layer:?}");
         let image = LayeredImage::read(&path).unwrap();

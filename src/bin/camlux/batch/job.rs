@@ -70,7 +70,7 @@ impl Job {
         let mut exr = exr_options(&mut job)?;
         let has_flow = job.optional("flow", Value::flag)?.unwrap_or(false);
         if let (true, Some(layers)) = (has_flow, &mut exr.layers) {
-            layers.extend(Layer::OF_SEQUENCE);
+            layers.extend(Layer::of_sequence());
         }
         let changes = Changes::read(&mut keys, folder)?;
         let timing = Timing::read(&mut keys)?;

@@ -244,12 +244,10 @@ fn pair<'images>(
         )
         .into());
     }
-    let standard_error = |image: &'images LayeredImage, layer: Option<Layer>| match layer? {
-        Layer::Indirect | Layer::Radiance => image.values(Layer::StandardError),
-        Layer::Tof(frequency, TofQuantity::Phasor | TofQuantity::PhasorIndirect) => {
-            image.values(Layer::Tof(frequency, TofQuantity::PhasorStandardError))
-        }
-        _ => None,
+    let standard_error = |image: &'images LayeredImage, layer: Option<Layer>| {
+        layer?
+            .standard_error()
+            .and_then(|noise| image.values(noise))
     };
     let frequency_hz = match layer {
         Some(layer @ Layer::Tof(frequency, TofQuantity::Phasor))

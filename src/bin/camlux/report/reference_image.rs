@@ -141,15 +141,13 @@ impl ReferenceImage {
     }
 
     fn pixels<'a>(&'a self, image: &'a [f32], layer: Layer) -> Result<Pixels<'a>, Failure> {
-        let noise = match layer {
-            Layer::Tof(frequency, _) => Layer::Tof(frequency, TofQuantity::PhasorStandardError),
-            _ => Layer::StandardError,
-        };
+        let noise = layer.standard_error();
+        let noise = noise.map(|noise| values(&self.frame, noise)).transpose()?;
         Ok(Pixels {
             image,
             reference: values(&self.frame, layer)?,
             image_standard_error: None,
-            reference_standard_error: Some(values(&self.frame, noise)?),
+            reference_standard_error: noise,
             valid: &self.valid,
             edges: Some(&self.edges),
             channels: layer.channel_names().len(),
