@@ -15,7 +15,7 @@ mod sensor_noise;
 mod solid_angle;
 mod sum;
 
-pub use brdf::Brdf;
+pub use brdf::{Brdf, Lobe};
 pub use cone::{ConeIntegral, spot_falloff};
 pub use direct::direct_radiance;
 pub use indirect::{

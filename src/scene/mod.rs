@@ -43,6 +43,7 @@ pub use indirect::{
 pub use instance::Instance;
 pub use lens_lights::LensLights;
 pub use light::{Light, SpotCone};
+pub(crate) use material::Reflectance;
 pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
 pub use mesh_file::{MeshFile, MeshOptions};
