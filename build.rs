@@ -91,8 +91,10 @@ mod compile {
                 .add(&module, &info, permutation, constants)
                 .map_err(|error| format!("{name}: {error}"))?;
         }
-        let text = described.text(&axes, &kernels);
-        write(&out.join("shaders.rs"), text.as_bytes())
+        for (name, text) in described.files(&axes, &kernels) {
+            write(&out.join(name), text.as_bytes())?;
+        }
+        Ok(())
     }
 
     fn read(path: &Path) -> Result<String, String> {

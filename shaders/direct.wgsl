@@ -6,7 +6,7 @@
 #import light_map
 
 var kd_material: texture_2d<f32>;
-var ks_shininess: texture_2d<f32>;
+var lobe_parameters: texture_2d<f32>;
 var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 // Z; without the path to C where each pixel shows one point.
 var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
@@ -24,10 +24,8 @@ fn is_lit(place: vec2<u32>, pixel: Pixel) -> bool {
 fn add_light(place: vec2<u32>, pixel: Pixel, is_lit: bool) {
     var brdf: Brdf;
     brdf.kd = textureLoad(kd_material, place, 0).rgb;
-    if (PHONG) {
-        let specular = textureLoad(ks_shininess, place, 0);
-        brdf.ks = specular.rgb;
-        brdf.shininess = specular.w;
+    if (SPECULAR) {
+        brdf.lobe = textureLoad(lobe_parameters, place, 0);
     }
     let to_camera = normalize(parameters.camera_position - pixel.position);
     let reflected = parameters.share * (eval_brdf(brdf, pixel.normal, pixel.to_light, to_camera) * pixel.irradiance);

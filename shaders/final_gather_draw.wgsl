@@ -24,7 +24,7 @@ fn load_candidate(receiver: Receiver, vpl_index: u32) -> Candidate {
     let distance_squared = dot(offset, offset);
     let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
     var radiance = vpl.diffuse;
-    if (PHONG) {
+    if (SPECULAR) {
         let vpl_lobe = load_vpl_lobe(vpl_index);
         radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
     }

@@ -8,7 +8,7 @@
 #import results
 
 // Whether a VPL or a receiver may have a lobe.
-const HAS_LOBES: bool = PHONG || GLOSSY;
+const HAS_LOBES: bool = SPECULAR || GLOSSY;
 // Receivers per invocation, chosen by measurement: more receivers hide the latency of the division, but too many spill registers.
 const RECEIVERS: u32 = select(8u, 4u, HAS_LOBES);
 // VPLs that are summed before their sum is added to the dispatch's. Dispatches cover a multiple of this number.
@@ -40,7 +40,7 @@ struct GatherParameters {
 
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
-var ks_shininess: texture_2d<f32>;
+var lobe_parameters: texture_2d<f32>;
 // The light of the list of VPLs.
 var<uniform> light: Light;
 var<storage, read> receivers: array<u32>;
@@ -130,7 +130,7 @@ fn accumulate(vpl: Vpl, vpl_lobe: VplLobe, phase: VplPhase) {
     }
     for (var i = 0u; i < RECEIVERS; i++) {
         tile_diffuse[i] = add_modulated(tile_diffuse[i], radiance[i], phasors[i]);
-        if (PHONG) {
+        if (SPECULAR) {
             let in_lobe = radiance[i] * eval_lobe(lobe[i], direction[i]);
             tile_specular[i] = add_modulated(tile_specular[i], in_lobe, phasors[i]);
         }
@@ -244,10 +244,10 @@ fn compute_main(
         position[i] = textureLoad(position_mesh, pixel[i], 0).xyz;
         normal[i] = textureLoad(normal_geometric, pixel[i], 0).xyz;
         diffuse[i] = Signal();
-        if (PHONG) {
+        if (SPECULAR) {
             specular[i] = Signal();
             let to_camera = normalize(parameters.camera_position - position[i]);
-            lobe[i] = lobe_of(to_camera, normal[i], textureLoad(ks_shininess, pixel[i], 0));
+            lobe[i] = lobe_of(to_camera, normal[i], textureLoad(lobe_parameters, pixel[i], 0));
         }
     }
 
@@ -255,7 +255,7 @@ fn compute_main(
     for (var tile = parameters.first_vpl; tile < end; tile += TILE_VPLS) {
         for (var i = 0u; i < RECEIVERS; i++) {
             tile_diffuse[i] = Signal();
-            if (PHONG) {
+            if (SPECULAR) {
                 tile_specular[i] = Signal();
             }
         }
@@ -265,7 +265,7 @@ fn compute_main(
         }
         for (var i = 0u; i < RECEIVERS; i++) {
             diffuse[i] = add_signals(diffuse[i], tile_diffuse[i]);
-            if (PHONG) {
+            if (SPECULAR) {
                 specular[i] = add_signals(specular[i], tile_specular[i]);
             }
         }
@@ -283,8 +283,8 @@ fn compute_main(
             let diffuse_scale = sign * diffuse_factor(vec3<f32>(1.0)).x;
             add_to_result(receiver, 0u, scaled_signal(diffuse[i], diffuse_scale), 0.0, is_first);
             var reflected: Signal;
-            if (PHONG) {
-                reflected = scaled_signal(specular[i], sign * specular_factor(vec3<f32>(1.0), lobe[i].shininess).x);
+            if (SPECULAR) {
+                reflected = scaled_signal(specular[i], sign * unit_specular_factor(lobe[i]));
             }
             add_to_result(receiver, 1u, reflected, 0.0, is_first);
         }

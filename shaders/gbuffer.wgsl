@@ -2,17 +2,17 @@
 
 #import surface
 
-// P; mesh id (0: no surface). Then n_P; the geometric normal, packed. Then k_d; material id. Then k_s; s.
-#if PHONG
+// P; mesh id (0: no surface). Then n_P; the geometric normal, packed. Then k_d; material id. Then the lobe.
+#if SPECULAR
 struct GBuffer {
     @location(0) position_mesh: vec4<f32>,
     @location(1) normal: vec4<f32>,
     @location(2) kd_material: vec4<f32>,
-    @location(3) ks_shininess: vec4<f32>,
+    @location(3) lobe: LobeParameters,
 }
 
-fn with_lobe(position_mesh: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, ks_shininess: vec4<f32>) -> GBuffer {
-    return GBuffer(position_mesh, normal, kd_material, ks_shininess);
+fn with_lobe(position_mesh: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, lobe: LobeParameters) -> GBuffer {
+    return GBuffer(position_mesh, normal, kd_material, lobe);
 }
 #else
 struct GBuffer {
@@ -21,7 +21,7 @@ struct GBuffer {
     @location(2) kd_material: vec4<f32>,
 }
 
-fn with_lobe(position_mesh: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, ks_shininess: vec4<f32>) -> GBuffer {
+fn with_lobe(position_mesh: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, lobe: LobeParameters) -> GBuffer {
     return GBuffer(position_mesh, normal, kd_material);
 }
 #endif
@@ -34,6 +34,5 @@ fn fragment_main(raster: Raster) -> GBuffer {
         mesh_id = f32(mesh_id_of(raster.instance));
     }
     let normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
-    return with_lobe(vec4<f32>(hit.position, mesh_id), normal, vec4<f32>(hit.brdf.kd, draw.material_id),
-        vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
+    return with_lobe(vec4<f32>(hit.position, mesh_id), normal, vec4<f32>(hit.brdf.kd, draw.material_id), hit.brdf.lobe);
 }

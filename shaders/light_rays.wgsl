@@ -189,10 +189,9 @@ fn shade(index: u32, whole_light: Light) {
         textureStore(drawn_vpls, slot, TURNS_LAYER, turns_from_light(light, hit.position));
     }
     textureStore(drawn_vpls, slot, 2, vec4<f32>(diffuse_factor(hit.brdf.kd) * incident, 0.0));
-    if (PHONG) {
-        let ks_shininess = vec4<f32>(hit.brdf.ks, hit.brdf.shininess);
-        let lobe = lobe_of(illumination.to_light, hit.shading_normal, ks_shininess);
-        textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0));
+    if (SPECULAR) {
+        let lobe = lobe_of(illumination.to_light, hit.shading_normal, hit.brdf.lobe);
+        textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(specular_factor(hit.brdf.lobe) * incident, 0.0));
         for (var i = 0u; i < LOBE_LAYERS; i++) {
             textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
         }

@@ -73,7 +73,7 @@ fn add_phasors_of_sample(pixel: vec2<u32>, pair: u32, phasors: vec4<f32>) {
 // What the pixels' centres show, and the light gathered there.
 var centre_position_mesh: texture_2d<f32>;
 var centre_normal_geometric: texture_2d<f32>;
-var centre_ks_shininess: texture_2d<f32>;
+var centre_lobe_parameters: texture_2d<f32>;
 var gathered: texture_2d_array<f32>;
 // Pixels whose sample is to be gathered, as column + 65536 · row; or NO_PIXEL.
 var<storage, read_write> candidates: array<u32>;
@@ -106,8 +106,8 @@ fn centre_facing_at(pixel: vec2<u32>) -> Facing {
     var facing: Facing;
     facing.position = textureLoad(centre_position_mesh, pixel, 0).xyz;
     facing.normal = textureLoad(centre_normal_geometric, pixel, 0).xyz;
-    if (PHONG) {
-        facing.ks_shininess = textureLoad(centre_ks_shininess, pixel, 0);
+    if (SPECULAR) {
+        facing.lobe = textureLoad(centre_lobe_parameters, pixel, 0);
     }
     return facing;
 }
@@ -138,7 +138,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         let place = place_of(i);
         let other_pixel = vec2<u32>(clamp(home + vec2<i32>(place), vec2<i32>(0), vec2<i32>(size) - 1));
         let other = centre_facing_at(other_pixel);
-        let is_known = decode_state(textureLoad(gathered, other_pixel, DIFFUSE, 0).w).kind != UNKNOWN;
+        let is_known = decode_state(textureLoad(gathered, other_pixel, DIFFUSE_LOBE, 0).w).kind != UNKNOWN;
         let weight = select(0.0, 1.0, is_known && is_one_surface(own, other));
         let apart = other.position - own.position;
         let is_nearest = weight > 0.0 && dot(apart, apart) < nearest_squared;
@@ -164,15 +164,15 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var i = 0u; i < PLACES; i++) {
         let other_pixel = vec2<u32>(clamp(home + vec2<i32>(place_of(i)), vec2<i32>(0), vec2<i32>(size) - 1));
         let along = select(0.0, dot(pull, place_of(i) - mean) / max(total, 1.0), determinant >= LEAST_SPREAD);
-        let light = textureLoad(gathered, other_pixel, DIFFUSE, 0).rgb;
+        let light = textureLoad(gathered, other_pixel, DIFFUSE_LOBE, 0).rgb;
         own_light = select(own_light, light, i == nearest);
         mean_light += shares[i] / max(total, 1.0) * light;
         let on_plane = shares[i] * along + select(0.0, 1.0, i == nearest);
         shares[i] = select(on_plane, parabolic_share(i), total == f32(PLACES));
         normal += shares[i] * textureLoad(centre_normal_geometric, other_pixel, 0).xyz;
         diffuse += shares[i] * light;
-        if (PHONG) {
-            specular += shares[i] * textureLoad(gathered, other_pixel, SPECULAR, 0).rgb;
+        if (SPECULAR) {
+            specular += shares[i] * textureLoad(gathered, other_pixel, SPECULAR_LOBE, 0).rgb;
         }
     }
     let is_even = length(mean_light - own_light) <= MAX_BEND * length(own_light);
@@ -195,7 +195,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
                         let other_pixel = vec2<u32>(clamp(home + vec2<i32>(place_of(i)), vec2<i32>(0), vec2<i32>(size) - 1));
                         of_lobe += shares[i] * textureLoad(gathered, other_pixel, phasor_layer(index, lobe), 0);
                     }
-                    let light = select(diffuse, specular, lobe == SPECULAR);
+                    let light = select(diffuse, specular, lobe == SPECULAR_LOBE);
                     phasors += seen[lobe] * limit_phasors(of_lobe, light[band_of(index)]);
                 }
             }
@@ -224,7 +224,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         scale = 1.0 / (PACKET_SAMPLES * f32((range >> 16u) - (range & 0xffffu)));
     }
     var specular = vec3<f32>(0.0);
-    if (PHONG) {
+    if (SPECULAR) {
         specular = scale * results[first + 1u].rgb;
     }
     add_sample(pixel, scale * results[first].rgb, specular);

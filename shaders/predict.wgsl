@@ -167,7 +167,7 @@ fn compute_main(
         return;
     }
     // If gathers are exact, an earlier attempt may have gathered this pixel.
-    if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE).w))) {
+    if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE_LOBE).w))) {
         candidates[item] = NO_PIXEL;
         return;
     }
@@ -199,7 +199,7 @@ fn compute_main(
         let place = vec2<i32>(pixel) + offset * i32(parameters.reach);
         let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
         let neighbour = select(pixel, vec2<u32>(place), is_inside);
-        let known = textureLoad(gathered, neighbour, DIFFUSE);
+        let known = textureLoad(gathered, neighbour, DIFFUSE_LOBE);
         let state = decode_state(known.w);
         let other = facing_at(neighbour);
         let is_known = is_gathered(state) || state.kind == INTERPOLATED;
@@ -213,8 +213,8 @@ fn compute_main(
         light_squares.x += weight * dot(known.rgb, known.rgb);
         add(&normal_plane, other.normal, weight, at);
         add(&square_plane, vec3<f32>(at * at, 0.0), weight, at);
-        if (PHONG) {
-            let specular_light = textureLoad(gathered, neighbour, SPECULAR).rgb;
+        if (SPECULAR) {
+            let specular_light = textureLoad(gathered, neighbour, SPECULAR_LOBE).rgb;
             add_curved(&specular_curve, specular_light, weight, at);
             light_squares.y += weight * dot(specular_light, specular_light);
         }
@@ -241,7 +241,7 @@ fn compute_main(
         let place = vec2<i32>(pixel) + offset * i32(parameters.reach);
         let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
         let neighbour = select(pixel, vec2<u32>(place), is_inside);
-        let known = textureLoad(gathered, neighbour, DIFFUSE);
+        let known = textureLoad(gathered, neighbour, DIFFUSE_LOBE);
         let state = decode_state(known.w);
         let is_known = is_gathered(state) || state.kind == INTERPOLATED;
         let is_same = is_inside && is_known && is_one_surface(own, facing_at(neighbour));
@@ -249,8 +249,8 @@ fn compute_main(
         weights[i] = select(select(0.0, FAINT, takes_any && is_inside && is_known), 1.0, is_same) / dot(at, at);
         add_place(&moments, weights[i], at);
         add_curved(&diffuse_curve, known.rgb, weights[i], at);
-        if (PHONG) {
-            add_curved(&specular_curve, textureLoad(gathered, neighbour, SPECULAR).rgb, weights[i], at);
+        if (SPECULAR) {
+            add_curved(&specular_curve, textureLoad(gathered, neighbour, SPECULAR_LOBE).rgb, weights[i], at);
         }
     }
     let curve = fit_curved(moments);
@@ -267,16 +267,16 @@ fn compute_main(
     let shares = scale * vec3<f32>(1.0 - dot(pull, mean), pull);
     let diffuse = max(select(value_of(diffuse_plane, shares), value_of_curve(diffuse_curve, curve), curve.is_there), vec3<f32>(0.0));
     var specular = vec3<f32>(0.0);
-    if (PHONG) {
+    if (SPECULAR) {
         specular = max(select(value_of(specular_plane, shares), value_of_curve(specular_curve, curve), curve.is_there), vec3<f32>(0.0));
-        textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
+        textureStore(gathered, pixel, SPECULAR_LOBE, vec4<f32>(specular, 0.0));
     }
     if (PHASORS) {
         // The same prediction, as the weight of each neighbour in its value.
         let last = select(end, NEIGHBOURS, curve.is_there);
         let weights_of = select(vec4<f32>(shares, 0.0), curve.shares, curve.is_there);
         for (var lobe = 0u; lobe < lobe_count(); lobe++) {
-            let light = select(diffuse, specular, lobe == SPECULAR);
+            let light = select(diffuse, specular, lobe == SPECULAR_LOBE);
             for (var layer = 0u; layer < phasor_layer_count(); layer++) {
                 var phasors = vec4<f32>(0.0);
                 for (var i = 0u; i < last; i++) {
@@ -299,7 +299,7 @@ fn compute_main(
     let relative_to = max(parameters.own_share * radiance, parameters.least_radiance);
     let slope_determinant = select(0.0, determinant, has_plane);
     var scatter = vec2<f32>(scale * light_squares.x - explained(diffuse_plane, scale, mean, spread, slope_determinant), 0.0);
-    if (PHONG) {
+    if (SPECULAR) {
         scatter.y = scale * light_squares.y - explained(specular_plane, scale, mean, spread, slope_determinant);
     }
     let scattered = SCATTER * sqrt(reflect_squares(pixel, max(scatter, vec2<f32>(0.0))) / 3.0);
@@ -331,6 +331,6 @@ fn compute_main(
     let to_gather = PixelState(select(UNKNOWN, select(PREDICTED_ONE_WAY, PREDICTED, is_telling), has_plane), 0.0);
     let state = encode_state(to_gather);
     let interpolated = encode_state(PixelState(INTERPOLATED, expected_error));
-    textureStore(gathered, pixel, DIFFUSE, vec4<f32>(diffuse, select(state, interpolated, is_known)));
+    textureStore(gathered, pixel, DIFFUSE_LOBE, vec4<f32>(diffuse, select(state, interpolated, is_known)));
     candidates[item] = select(pixel.x + (pixel.y << 16u), NO_PIXEL, is_known || is_given_up);
 }

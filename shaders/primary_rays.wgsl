@@ -30,7 +30,7 @@ var<storage, read> mesh_ends: array<vec2<u32>>;
 var position_mesh: texture_storage_2d<rgba32float, write>;
 var normal_geometric: texture_storage_2d<rgba32float, write>;
 var kd_material: texture_storage_2d<rgba32float, write>;
-var ks_shininess: texture_storage_2d<rgba32float, write>;
+var lobe_parameters: texture_storage_2d<rgba32float, write>;
 #endif
 var<immediate> parameters: PrimaryRayParameters;
 
@@ -78,8 +78,8 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
         textureStore(position_mesh, place, vec4<f32>(0.0));
         textureStore(normal_geometric, place, vec4<f32>(0.0));
         textureStore(kd_material, place, vec4<f32>(0.0));
-        if (PHONG) {
-            textureStore(ks_shininess, place, vec4<f32>(0.0));
+        if (SPECULAR) {
+            textureStore(lobe_parameters, place, vec4<f32>(0.0));
         }
         return;
     }
@@ -90,8 +90,8 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     textureStore(position_mesh, place, vec4<f32>(hit.position, f32(mesh_id_at(seen))));
     textureStore(normal_geometric, place, vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal)));
     textureStore(kd_material, place, vec4<f32>(hit.brdf.kd, f32(1u + material)));
-    if (PHONG) {
-        textureStore(ks_shininess, place, vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
+    if (SPECULAR) {
+        textureStore(lobe_parameters, place, hit.brdf.lobe);
     }
 }
 

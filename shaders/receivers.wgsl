@@ -1,11 +1,12 @@
 // Lists the candidates that show a surface, those with a specular lobe separately. So the gather spends nothing on the background, and no
 // lobe on a matte surface. Candidates are the points of a grid over the image, or those of a list.
 
+#import brdf
 #import compact
 #import refinement
 
 var position_mesh: texture_2d<f32>;
-var ks_shininess: texture_2d<f32>;
+var lobe_parameters: texture_2d<f32>;
 // Pixels, or NO_PIXEL. Not read if the candidates are a grid.
 var<storage, read> candidates: array<u32>;
 // Matte ones first, then glossy ones.
@@ -29,8 +30,8 @@ fn list_of(item: u32) -> u32 {
     if (textureLoad(position_mesh, pixel, 0).w == 0.0) {
         return NOTHING;
     }
-    if (PHONG) {
-        if (any(textureLoad(ks_shininess, pixel, 0).rgb > vec3<f32>(0.0))) {
+    if (SPECULAR) {
+        if (has_lobe(textureLoad(lobe_parameters, pixel, 0))) {
             return GLOSSY_LIST;
         }
     }

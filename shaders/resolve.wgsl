@@ -44,15 +44,15 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (any(pixel >= textureDimensions(gathered))) {
         return;
     }
-    let diffuse = gathered_at(pixel, DIFFUSE);
+    let diffuse = gathered_at(pixel, DIFFUSE_LOBE);
     let state = decode_state(diffuse.w);
     // The background has no data.
     if (state.kind == UNKNOWN) {
         return;
     }
     var specular = vec3<f32>(0.0);
-    if (PHONG) {
-        specular = gathered_at(pixel, SPECULAR).rgb;
+    if (SPECULAR) {
+        specular = gathered_at(pixel, SPECULAR_LOBE).rgb;
     }
     let radiance = reflect(pixel, diffuse.rgb, specular);
     var error = 0.0;

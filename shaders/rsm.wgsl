@@ -7,17 +7,17 @@
 var<storage, read> emission: array<vec2<f32>>;
 
 // Q; the index of its triangle (negative: no surface), exact up to 2^24. Then n_Q; the geometric normal, packed. Then k_d; L_{L→Q} over the
-// light's axial intensity I_0: s/d² (directional: 1). Then k_s; s.
-#if PHONG
+// light's axial intensity I_0: s/d² (directional: 1). Then the lobe.
+#if SPECULAR
 struct Rsm {
     @location(0) position: vec4<f32>,
     @location(1) normal: vec4<f32>,
     @location(2) kd_irradiance: vec4<f32>,
-    @location(3) ks_shininess: vec4<f32>,
+    @location(3) lobe: LobeParameters,
 }
 
-fn with_lobe(position: vec4<f32>, normal: vec4<f32>, kd_irradiance: vec4<f32>, ks_shininess: vec4<f32>) -> Rsm {
-    return Rsm(position, normal, kd_irradiance, ks_shininess);
+fn with_lobe(position: vec4<f32>, normal: vec4<f32>, kd_irradiance: vec4<f32>, lobe: LobeParameters) -> Rsm {
+    return Rsm(position, normal, kd_irradiance, lobe);
 }
 #else
 struct Rsm {
@@ -26,7 +26,7 @@ struct Rsm {
     @location(2) kd_irradiance: vec4<f32>,
 }
 
-fn with_lobe(position: vec4<f32>, normal: vec4<f32>, kd_irradiance: vec4<f32>, ks_shininess: vec4<f32>) -> Rsm {
+fn with_lobe(position: vec4<f32>, normal: vec4<f32>, kd_irradiance: vec4<f32>, lobe: LobeParameters) -> Rsm {
     return Rsm(position, normal, kd_irradiance);
 }
 #endif
@@ -46,6 +46,5 @@ fn fragment_main(raster: Raster) -> Rsm {
     // Parallel light does not fall off with distance.
     let irradiance = falloff / select(dot(from_light, from_light), 1.0, view.is_parallel == 1u);
     let normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
-    return with_lobe(vec4<f32>(hit.position, f32(raster.triangle)), normal, vec4<f32>(hit.brdf.kd, irradiance),
-        vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
+    return with_lobe(vec4<f32>(hit.position, f32(raster.triangle)), normal, vec4<f32>(hit.brdf.kd, irradiance), hit.brdf.lobe);
 }

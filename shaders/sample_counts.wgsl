@@ -58,11 +58,11 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let packed = receivers[index];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
     var specular = vec3<f32>(0.0);
-    if (PHONG) {
-        specular = textureLoad(gathered, pixel, SPECULAR).rgb;
+    if (SPECULAR) {
+        specular = textureLoad(gathered, pixel, SPECULAR_LOBE).rgb;
     }
     // All bands together.
-    let radiance = length(reflect(pixel, textureLoad(gathered, pixel, DIFFUSE).rgb, specular));
+    let radiance = length(reflect(pixel, textureLoad(gathered, pixel, DIFFUSE_LOBE).rgb, specular));
     let counted = max(parameters.own_share * radiance, 1.7320508 * parameters.least_radiance);
     let around = textureLoad(samples, pixel, SAMPLING);
     // Not from the pixel's own samples: if they missed light, their number would stay low, and the pixel too dark.

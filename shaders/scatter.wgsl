@@ -85,15 +85,15 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let packed = receivers[parameters.first_receiver + id.x];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
-    let predicted = textureLoad(gathered, pixel, DIFFUSE);
+    let predicted = textureLoad(gathered, pixel, DIFFUSE_LOBE);
     let kind = decode_state(predicted.w).kind;
     let first = RESULT_VECTORS * id.x;
     var diffuse = results[first].rgb;
     var specular = vec3<f32>(0.0);
     var predicted_specular = vec3<f32>(0.0);
-    if (PHONG) {
+    if (SPECULAR) {
         specular = results[first + 1u].rgb;
-        predicted_specular = textureLoad(gathered, pixel, SPECULAR).rgb;
+        predicted_specular = textureLoad(gathered, pixel, SPECULAR_LOBE).rgb;
     }
     var packets = 1.0;
     var sample_count = 1.0;
@@ -104,7 +104,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
         sample_count = PACKET_SAMPLES * packets;
         diffuse = sums.rgb / sample_count;
-        if (PHONG) {
+        if (SPECULAR) {
             let specular_sums = textureLoad(samples, pixel, SUMS_SPECULAR) + results[first + 1u];
             textureStore(samples, pixel, SUMS_SPECULAR, specular_sums);
             specular = specular_sums.rgb / sample_count;
@@ -127,8 +127,8 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         let variance = select(own_variance, variance_around, is_doubtful);
         error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
     }
-    if (PHONG) {
-        textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
+    if (SPECULAR) {
+        textureStore(gathered, pixel, SPECULAR_LOBE, vec4<f32>(specular, 0.0));
     }
     if (PHASORS) {
         store_phasors(pixel, first, sample_count);
@@ -138,5 +138,5 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
         state = PixelState(GATHERED_PREDICTED, error * 0.57735027 / max(parameters.own_share * radiance, parameters.least_radiance));
     }
-    textureStore(gathered, pixel, DIFFUSE, vec4<f32>(diffuse, encode_state(state)));
+    textureStore(gathered, pixel, DIFFUSE_LOBE, vec4<f32>(diffuse, encode_state(state)));
 }

@@ -193,7 +193,7 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
             let other = vec2<u32>(clamp(place, vec2<i32>(0), size - 1));
             let packets = textureLoad(samples, other, SAMPLING).x;
             let weight = around.weights[i];
-            let ratio = select(around.ratios[i], 1.0, lobe == SPECULAR);
+            let ratio = select(around.ratios[i], 1.0, lobe == SPECULAR_LOBE);
             add(&sums, ratio * sampled_phasors(other, layer, lobe, packets), features_of(i, around.turned[i]), weight);
             variance_sum += weight * ratio * ratio * phasor_variance(other, layer, lobe, packets);
         }
@@ -300,14 +300,14 @@ fn compute_main(
         squares_b += weight * mat2x2<f32>(features.z * features.xy, features.w * features.xy);
         squares_d += weight * mat2x2<f32>(features.z * features.zw, features.w * features.zw);
         sum_of_variances += weight * vec2<f32>(ratio * ratio, 1.0) * variances(known);
-        add(&diffuse_sums, value_of_light(ratio * sampled_light(other, DIFFUSE, known.packets)), features, weight);
-        if (PHONG) {
-            add(&specular_sums, value_of_light(sampled_light(other, SPECULAR, known.packets)), features, weight);
+        add(&diffuse_sums, value_of_light(ratio * sampled_light(other, DIFFUSE_LOBE, known.packets)), features, weight);
+        if (SPECULAR) {
+            add(&specular_sums, value_of_light(sampled_light(other, SPECULAR_LOBE, known.packets)), features, weight);
         }
     }
     fit.count = fit.weight * fit.weight / max(squared_weights, 1e-30);
     if (fit.count < LEAST_PIXELS) {
-        textureStore(modelled, pixel, DIFFUSE, vec4<f32>(0.0, 0.0, 0.0, -1.0));
+        textureStore(modelled, pixel, DIFFUSE_LOBE, vec4<f32>(0.0, 0.0, 0.0, -1.0));
         return;
     }
     let scale = 1.0 / fit.weight;
@@ -329,9 +329,9 @@ fn compute_main(
     let is_doubtful = own_variance == vec2<f32>(0.0) & mean_variance > RARE * scale * squares;
     let variance = select(min(mean_variance, MAX_OVER_OWN * own_variance), mean_variance, is_doubtful);
     var errors = vec2<f32>(0.0);
-    errors.x = smooth_lobe(pixel, DIFFUSE, diffuse_sums, neighbours, fit, variance.x, own_sampling.packets);
-    if (PHONG) {
-        errors.y = smooth_lobe(pixel, SPECULAR, specular_sums, neighbours, fit, variance.y, own_sampling.packets);
+    errors.x = smooth_lobe(pixel, DIFFUSE_LOBE, diffuse_sums, neighbours, fit, variance.x, own_sampling.packets);
+    if (SPECULAR) {
+        errors.y = smooth_lobe(pixel, SPECULAR_LOBE, specular_sums, neighbours, fit, variance.y, own_sampling.packets);
     }
     textureStore(samples, pixel, MODEL, vec4<f32>(errors, fit.leverage, 1.0));
 }

@@ -60,7 +60,7 @@ fn compute_main(
 ) {
     let item = 64u * (group.y * groups.x + group.x) + local;
     let pixel = parameters.stride * vec2<u32>(item % parameters.columns, item / parameters.columns);
-    if (item >= parameters.item_count || textureLoad(modelled, pixel, DIFFUSE, 0).w < 0.0) {
+    if (item >= parameters.item_count || textureLoad(modelled, pixel, DIFFUSE_LOBE, 0).w < 0.0) {
         return;
     }
     let size = vec2<i32>(textureDimensions(position_mesh));
@@ -81,29 +81,29 @@ fn compute_main(
         let offset = textureLoad(position_mesh, other).xyz - position;
         let turn = textureLoad(normal_geometric, other, 0).xyz - normal;
         let weight = weight_of(turn, offset, DISTANCE, spacing);
-        let model = textureLoad(modelled, other, DIFFUSE, 0);
+        let model = textureLoad(modelled, other, DIFFUSE_LOBE, 0);
         let is_wanted = is_inside && model.w >= 0.0 && is_one_lobe(own_lobe, lobe_at(other));
         let others_packets = textureLoad(samples, other, SAMPLING).x;
         // What a pixel keeps of its own is not missing.
         weights[i].x = select(0.0, weight * (1.0 - model.w), is_wanted);
         of_diffuse.sum += weights[i].x;
         of_diffuse.squares += weights[i].x * weights[i].x;
-        diffuse += weights[i].x * (sampled_light(other, DIFFUSE, others_packets) - model.rgb);
-        if (PHONG) {
-            let specular_model = textureLoad(modelled, other, SPECULAR, 0);
+        diffuse += weights[i].x * (sampled_light(other, DIFFUSE_LOBE, others_packets) - model.rgb);
+        if (SPECULAR) {
+            let specular_model = textureLoad(modelled, other, SPECULAR_LOBE, 0);
             weights[i].y = select(0.0, weight * (1.0 - specular_model.w), is_wanted);
             of_specular.sum += weights[i].y;
             of_specular.squares += weights[i].y * weights[i].y;
-            let missing = sampled_light(other, SPECULAR, others_packets) - specular_model.rgb;
+            let missing = sampled_light(other, SPECULAR_LOBE, others_packets) - specular_model.rgb;
             // Without a model, the others were never written and may be NaN.
             specular += select(vec3<f32>(0.0), weights[i].y * missing, weights[i].y > 0.0);
         }
     }
     let scales = vec2<f32>(scale_of(of_diffuse), scale_of(of_specular));
     var light: array<vec3<f32>, 2>;
-    light[0] = store_lobe(pixel, DIFFUSE, scales.x * diffuse, packets);
-    if (PHONG) {
-        light[1] = store_lobe(pixel, SPECULAR, scales.y * specular, packets);
+    light[0] = store_lobe(pixel, DIFFUSE_LOBE, scales.x * diffuse, packets);
+    if (SPECULAR) {
+        light[1] = store_lobe(pixel, SPECULAR_LOBE, scales.y * specular, packets);
     }
     if (PHASORS) {
         for (var lobe = 0u; lobe < lobe_count(); lobe++) {

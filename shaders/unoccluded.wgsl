@@ -38,7 +38,7 @@ fn compute_main(
         let area = 1.0 / (f32(parameters.vpl_count) * max(vpl.density, 1e-20));
         let share = select(0.0, cosines * area / (distance_squared + area / PI), vpl.density > 0.0);
         var radiance = vpl.diffuse;
-        if (PHONG) {
+        if (SPECULAR) {
             let vpl_lobe = load_vpl_lobe(i);
             radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
         }

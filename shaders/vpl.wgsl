@@ -7,7 +7,7 @@
 var rsm_position: texture_2d_array<f32>;
 var rsm_normal: texture_2d_array<f32>;
 var rsm_kd_irradiance: texture_2d_array<f32>;
-var rsm_ks_shininess: texture_2d_array<f32>;
+var rsm_lobe_parameters: texture_2d_array<f32>;
 var<storage, read> emission: array<vec2<f32>>;
 var<uniform> light: Light;
 var matte_vpls: texture_storage_2d_array<rgba32float, write>;
@@ -32,8 +32,8 @@ fn list_of(item: u32) -> u32 {
     let kd_irradiance = textureLoad(rsm_kd_irradiance, texel.column_row, texel.face, 0);
     let is_lit = is_surface && kd_irradiance.w > 0.0 && emission[texel.index].x > 0.0;
     var is_glossy = false;
-    if (PHONG) {
-        is_glossy = any(textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0).rgb > vec3<f32>(0.0));
+    if (SPECULAR) {
+        is_glossy = has_lobe(textureLoad(rsm_lobe_parameters, texel.column_row, texel.face, 0));
     }
     if (is_lit && is_glossy) {
         return GLOSSY_LIST;
@@ -61,10 +61,10 @@ fn place(item: u32, list: u32, index: u32) {
     let distance_squared = dot(from_light, from_light);
     let facing = max(dot(normal_geometric.xyz, to_light), emission[texel.index].x);
     let area = select(emission[texel.index].x * distance_squared / facing, 0.0, is_parallel);
-    if (PHONG) {
-        let ks_shininess = textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0);
-        let specular = vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0);
-        let lobe = lobe_of(to_light, normal_geometric.xyz, ks_shininess);
+    if (SPECULAR) {
+        let parameters = textureLoad(rsm_lobe_parameters, texel.column_row, texel.face, 0);
+        let specular = vec4<f32>(specular_factor(parameters) * incident, 0.0);
+        let lobe = lobe_of(to_light, normal_geometric.xyz, parameters);
         if (list == GLOSSY_LIST) {
             textureStore(glossy_vpls, slot, 0, vec4<f32>(surface, area));
             textureStore(glossy_vpls, slot, 1, vec4<f32>(normal_geometric.xyz, 0.0));

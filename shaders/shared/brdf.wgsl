@@ -1,16 +1,40 @@
-// The BRDF of a surface: a sum of lobes. Each lobe is a factor per band times a shape, so sums over light need only the shape.
+// The BRDF of a surface: a sum of lobes. Each lobe is a factor per band times a shape, so sums over light need only the shape. Only this
+// file knows what the specular lobe is; others hand its parameters on.
 //
 //   diffuse    k_d/π · 1
 //   specular   k_s·(s+2)/(2π) · max(0, r·w)^s, the modified Phong lobe: r mirrors one of its two directions, w is the other
 
 #import math
 
+// k_s per band; s, the Phong exponent. 0 without a lobe. A texel of materials, of the G-buffer and of RSMs.
+alias LobeParameters = vec4<f32>;
+
 struct Brdf {
-    // k_d, k_s per band.
+    // k_d per band.
     kd: vec3<f32>,
-    ks: vec3<f32>,
-    // s, the Phong exponent.
-    shininess: f32,
+    lobe: LobeParameters,
+}
+
+// The maps of a material that multiply its lobe: k_s, and s in red.
+const LOBE_MAPS: u32 = 2u;
+
+// The factor that the value of a map is.
+fn lobe_scale(map: u32, value: vec3<f32>) -> LobeParameters {
+    return select(vec4<f32>(value, 1.0), vec4<f32>(1.0, 1.0, 1.0, value.x), map == 1u);
+}
+
+fn has_lobe(parameters: LobeParameters) -> bool {
+    return any(parameters.rgb > vec3<f32>(0.0));
+}
+
+// Factor from a gather with k_s = 1 to what the lobe reflects.
+fn reflected_share(parameters: LobeParameters) -> vec3<f32> {
+    return parameters.rgb;
+}
+
+// Whether the light that two lobes reflect can be interpolated.
+fn is_one_lobe(a: LobeParameters, b: LobeParameters) -> bool {
+    return a.w == b.w && has_lobe(a) == has_lobe(b);
 }
 
 // The specular lobe with one of its two directions fixed. It is the same for light in the reverse direction.
@@ -22,9 +46,8 @@ struct Lobe {
 // The result of eval_lobe.
 alias Shape = f32;
 
-// `ks_shininess` is a texel of the G-buffer or of an RSM.
-fn lobe_of(direction: vec3<f32>, normal: vec3<f32>, ks_shininess: vec4<f32>) -> Lobe {
-    return Lobe(2.0 * dot(normal, direction) * normal - direction, ks_shininess.w);
+fn lobe_of(direction: vec3<f32>, normal: vec3<f32>, parameters: LobeParameters) -> Lobe {
+    return Lobe(2.0 * dot(normal, direction) * normal - direction, parameters.w);
 }
 
 // Texels of a stored lobe, one per layer of a list.
@@ -46,22 +69,21 @@ fn broadcast_of_LANE(mine: Lobe) -> Lobe {
 #endrepeat
 #endif
 
-// Factor from a gather with k_s = 1 to what the lobe reflects.
-fn reflected_share(ks_shininess: vec4<f32>) -> vec3<f32> {
-    return ks_shininess.rgb;
-}
-
-// Whether the light that two lobes reflect can be interpolated.
-fn is_one_lobe(a: vec4<f32>, b: vec4<f32>) -> bool {
-    return a.w == b.w && any(a.rgb > vec3<f32>(0.0)) == any(b.rgb > vec3<f32>(0.0));
-}
-
 fn diffuse_factor(kd: vec3<f32>) -> vec3<f32> {
     return kd / PI;
 }
 
-fn specular_factor(ks: vec3<f32>, shininess: f32) -> vec3<f32> {
-    return ks * ((shininess + 2.0) / (2.0 * PI));
+fn specular_factor(parameters: LobeParameters) -> vec3<f32> {
+    return parameters.rgb * phong_factor(parameters.w);
+}
+
+// specular_factor for k_s = 1.
+fn unit_specular_factor(lobe: Lobe) -> f32 {
+    return phong_factor(lobe.shininess);
+}
+
+fn phong_factor(shininess: f32) -> f32 {
+    return (shininess + 2.0) / (2.0 * PI);
 }
 
 // Shape of the specular lobe. It is 0 for r·w ≤ 0, even where s = 0.
@@ -75,8 +97,8 @@ fn eval_lobe(lobe: Lobe, direction: vec3<f32>) -> Shape {
 
 fn eval_brdf(brdf: Brdf, normal: vec3<f32>, to_light: vec3<f32>, to_viewer: vec3<f32>) -> vec3<f32> {
     var value = diffuse_factor(brdf.kd);
-    if (PHONG) {
-        value += specular_factor(brdf.ks, brdf.shininess) * eval_lobe(lobe_of(to_light, normal, vec4<f32>(brdf.ks, brdf.shininess)), to_viewer);
+    if (SPECULAR) {
+        value += specular_factor(brdf.lobe) * eval_lobe(lobe_of(to_light, normal, brdf.lobe), to_viewer);
     }
     return value;
 }

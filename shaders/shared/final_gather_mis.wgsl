@@ -22,7 +22,7 @@ fn mis_contribution(
     if (GLOSSY) {
         let shape = eval_lobe(receiver.lobe, direction);
         density += lobe_density(1.0, receiver.lobe, direction, shape);
-        contribution.lobe = shape * specular_factor(vec3<f32>(1.0), receiver.lobe.shininess).x;
+        contribution.lobe = shape * unit_specular_factor(receiver.lobe);
     }
     if (parameters.vpl_samples > 0u) {
         density += f32(CANDIDATES) * vpl_density * distance_squared / max(cosine_q, 1e-6);

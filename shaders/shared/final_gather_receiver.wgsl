@@ -4,7 +4,7 @@
 
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
-var ks_shininess: texture_2d<f32>;
+var lobe_parameters: texture_2d<f32>;
 var<storage, read> receivers: array<u32>;
 var<storage, read> packets: array<Packet>;
 
@@ -21,7 +21,7 @@ fn receiver_of(packet: Packet) -> Receiver {
     let to_camera = normalize(parameters.camera_position - receiver.position);
     receiver.start = before_surface(receiver.position, receiver.geometric_normal, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
     if (GLOSSY) {
-        receiver.lobe = lobe_of(to_camera, receiver.normal, textureLoad(ks_shininess, receiver.pixel, 0));
+        receiver.lobe = lobe_of(to_camera, receiver.normal, textureLoad(lobe_parameters, receiver.pixel, 0));
     }
     return receiver;
 }

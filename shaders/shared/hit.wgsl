@@ -47,12 +47,11 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
         for (var i = 0u; i < turns(triangle, HAS_KD_MAP); i++) {
             hit.brdf.kd *= sample_map(triangle, KD_MAP, b);
         }
-        if (PHONG) {
-            for (var i = 0u; i < turns(triangle, HAS_KS_MAP); i++) {
-                hit.brdf.ks *= sample_map(triangle, KS_MAP, b);
-            }
-            for (var i = 0u; i < turns(triangle, HAS_SHININESS_MAP); i++) {
-                hit.brdf.shininess *= sample_map(triangle, SHININESS_MAP, b).x;
+        if (SPECULAR) {
+            for (var map = 0u; map < LOBE_MAPS; map++) {
+                for (var i = 0u; i < turns(triangle, HAS_LOBE_MAP << map); i++) {
+                    hit.brdf.lobe *= lobe_scale(map, sample_map(triangle, LOBE_MAP + map * MAP_TEXELS, b));
+                }
             }
         }
         for (var i = 0u; i < turns(triangle, HAS_NORMAL_MAP); i++) {

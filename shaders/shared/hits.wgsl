@@ -32,8 +32,7 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     let shading2 = textureLoad(triangle_shading, list_place(index + 2u));
     let shading3 = textureLoad(triangle_shading, list_place(index + 3u));
     let material = MATERIAL_TEXELS * u32(shading3.w);
-    let kd_shininess = material_texel(material);
-    let ks_has = material_texel(material + 1u);
+    let kd_has = material_texel(material);
     var triangle: Triangle;
     triangle.corners[0] = Corner(corners.a.xyz, shading0.xyz, shading2.yz);
     triangle.corners[1] = Corner(corners.b.xyz, vec3<f32>(shading0.w, shading1.xy), vec2<f32>(shading2.w, shading3.x));
@@ -49,13 +48,13 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
             }
         }
     }
-    triangle.brdf = Brdf(kd_shininess.rgb, ks_has.rgb, kd_shininess.w);
+    triangle.brdf = Brdf(kd_has.rgb, material_texel(material + 1u));
     if (TEXTURED) {
         triangle.texture = texture_at(material + KD_MAP);
     }
     if (DETAILED) {
         triangle.material = material;
-        triangle.has = u32(ks_has.w);
+        triangle.has = u32(kd_has.w);
         triangle.instance = found.instance;
         triangle.front = 1.0;
         if (INSTANCED) {

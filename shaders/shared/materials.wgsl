@@ -5,32 +5,33 @@
 #import texel_list
 #import texels
 
-// MATERIAL_TEXELS per material, as src/passes/materials.rs lists them. Texel 0: k_d per band, s, the Phong exponent. Texel 1: k_s per band,
-// the sum of what of this list it has. From KD_MAP on, for each map: columns and rows (0 for none), words per texel, flags; its first word,
-// for word_index; the rows of the transform of texture coordinates, the first with the cutoff of alpha behind it. At VERTICES: where in
-// `vertex_values` the scene's triangle 0 would be (below 0 if the mesh begins later), where the mesh's vertex 0 is, and the number of texels
-// of a vertex; then which of these texels are its colour, its second texture coordinates and its tangent.
+// MATERIAL_TEXELS per material, as src/passes/materials.rs lists them. Texel 0: k_d per band, the sum of what of this list it has. Texel 1:
+// the lobe. From KD_MAP on, for each map: columns and rows (0 for none), words per texel, flags; its first word, for word_index; the rows
+// of the transform of texture coordinates, the first with the cutoff of alpha behind it. At VERTICES: where in `vertex_values` the scene's
+// triangle 0 would be (below 0 if the mesh begins later), where the mesh's vertex 0 is, and the number of texels of a vertex; then which of
+// these texels are its colour, its second texture coordinates and its tangent.
 var materials: texture_storage_2d<rgba32float, read>;
 
 // For each mesh that has such values: a texel per triangle, its corners among the mesh's vertices; then the texels of each vertex.
 var vertex_values: texture_2d<f32>;
 
-const MATERIAL_TEXELS: u32 = 24u;
+const MAP_TEXELS: u32 = 4u;
 const KD_MAP: u32 = 2u;
-const KS_MAP: u32 = 6u;
-const SHININESS_MAP: u32 = 10u;
-const NORMAL_MAP: u32 = 14u;
-const ALPHA_MAP: u32 = 18u;
-const VERTICES: u32 = 22u;
+// The first of LOBE_MAPS.
+const LOBE_MAP: u32 = KD_MAP + MAP_TEXELS;
+const NORMAL_MAP: u32 = LOBE_MAP + LOBE_MAPS * MAP_TEXELS;
+const ALPHA_MAP: u32 = NORMAL_MAP + MAP_TEXELS;
+const VERTICES: u32 = ALPHA_MAP + MAP_TEXELS;
+const MATERIAL_TEXELS: u32 = VERTICES + 2u;
 
 const HAS_KD_MAP: u32 = 1u;
-const HAS_KS_MAP: u32 = 2u;
-const HAS_SHININESS_MAP: u32 = 4u;
-const HAS_NORMAL_MAP: u32 = 8u;
-const HAS_COLORS: u32 = 16u;
-const HAS_TANGENTS: u32 = 32u;
+// The first of LOBE_MAPS bits.
+const HAS_LOBE_MAP: u32 = 2u;
+const HAS_NORMAL_MAP: u32 = HAS_LOBE_MAP << LOBE_MAPS;
+const HAS_COLORS: u32 = HAS_NORMAL_MAP << 1u;
+const HAS_TANGENTS: u32 = HAS_NORMAL_MAP << 2u;
 // Whether any of these needs values of vertices.
-const HAS_VERTICES: u32 = 64u;
+const HAS_VERTICES: u32 = HAS_NORMAL_MAP << 3u;
 
 fn material_texel(index: u32) -> vec4<f32> {
     return textureLoad(materials, list_place(index));

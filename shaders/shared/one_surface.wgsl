@@ -13,7 +13,7 @@ const MAX_SLOPE: f32 = 0.08;
 struct Facing {
     position: vec3<f32>,
     normal: vec3<f32>,
-    ks_shininess: vec4<f32>,
+    lobe: LobeParameters,
 }
 
 fn facing_at(pixel: vec2<u32>) -> Facing {
@@ -24,7 +24,7 @@ fn is_one_surface(a: Facing, b: Facing) -> bool {
     let offset = b.position - a.position;
     let off_plane = max(abs(dot(offset, a.normal)), abs(dot(offset, b.normal)));
     let is_even = dot(a.normal, b.normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
-    return is_even && is_one_lobe(a.ks_shininess, b.ks_shininess);
+    return is_even && is_one_lobe(a.lobe, b.lobe);
 }
 
 // Sums over neighbours of weight · value, and of that times the neighbours' places: enough for a plane through the values.

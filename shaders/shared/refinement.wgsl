@@ -4,8 +4,8 @@
 
 // Layers of the image `gathered`: light that the diffuse lobe reflects for k_d = 1, W/sr/m², and the pixel's state; then light of the
 // specular lobe.
-const DIFFUSE: u32 = 0u;
-const SPECULAR: u32 = 1u;
+const DIFFUSE_LOBE: u32 = 0u;
+const SPECULAR_LOBE: u32 = 1u;
 
 // Results of a gather per receiver. For each lobe: light; with phasors, the squared differences of each frequency's Z; and Z of each pair
 // of frequencies, per band.
@@ -20,7 +20,7 @@ fn phasor_result(pair: u32, band: u32, lobe: u32) -> u32 {
 // After the layers of light, `gathered` has layers of Z for each pair of frequencies and each band that pixels see. They are for k_d and
 // k_s = 1, by lobe, as those of light.
 fn lobe_count() -> u32 {
-    return select(1u, 2u, PHONG);
+    return select(1u, 2u, SPECULAR);
 }
 
 // Per lobe: two pairs, three bands.

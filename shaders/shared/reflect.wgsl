@@ -8,24 +8,24 @@
 
 var position_mesh: texture_storage_2d<rgba32float, read>;
 var kd_material: texture_2d<f32>;
-var ks_shininess: texture_storage_2d<rgba32float, read>;
+var lobe_parameters: texture_storage_2d<rgba32float, read>;
 // As the range_weights pass stores them; only if the target is an error of range.
 var range_weights: texture_2d<f32>;
 
-// k_s and s of what a pixel shows; 0 without materials that have a lobe.
-fn lobe_at(pixel: vec2<u32>) -> vec4<f32> {
-    var ks_and_shininess = vec4<f32>(0.0);
-    if (PHONG) {
-        ks_and_shininess = textureLoad(ks_shininess, pixel);
+// Of what a pixel shows; 0 without materials that have a lobe.
+fn lobe_at(pixel: vec2<u32>) -> LobeParameters {
+    var lobe: LobeParameters;
+    if (SPECULAR) {
+        lobe = textureLoad(lobe_parameters, pixel);
     }
-    return ks_and_shininess;
+    return lobe;
 }
 
 // Sum of k_d and k_s times what each lobe reflects for 1.
 fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f32> {
     var radiance = textureLoad(kd_material, pixel, 0).rgb * diffuse;
-    if (PHONG) {
-        radiance += reflected_share(textureLoad(ks_shininess, pixel)) * specular;
+    if (SPECULAR) {
+        radiance += reflected_share(textureLoad(lobe_parameters, pixel)) * specular;
     }
     return radiance;
 }
@@ -35,7 +35,7 @@ fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f3
 fn reflect_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
     let diffuse = reflect(pixel, vec3<f32>(0.57735027), vec3<f32>(0.0));
     var reflected = dot(diffuse, diffuse) * squares.x;
-    if (PHONG) {
+    if (SPECULAR) {
         let specular = reflect(pixel, vec3<f32>(0.0), vec3<f32>(0.57735027));
         reflected += dot(specular, specular) * squares.y;
     }
@@ -45,8 +45,8 @@ fn reflect_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
 // Factors, diffuse and specular, from what the lobes reflect of a band for 1 to what pixels see of it.
 fn seen_shares(pixel: vec2<u32>, band: u32) -> vec2<f32> {
     var shares = vec2<f32>(textureLoad(kd_material, pixel, 0).rgb[band], 0.0);
-    if (PHONG) {
-        shares.y = reflected_share(textureLoad(ks_shininess, pixel))[band];
+    if (SPECULAR) {
+        shares.y = reflected_share(textureLoad(lobe_parameters, pixel))[band];
     }
     return modulation.band_weights[band] * shares;
 }
@@ -58,7 +58,7 @@ fn reflect_phasor_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
         shares += seen_shares(pixel, modulation.bands[i]);
     }
     var reflected = shares.x * shares.x * squares.x;
-    if (PHONG) {
+    if (SPECULAR) {
         reflected += shares.y * shares.y * squares.y;
     }
     return reflected / f32(modulation.band_count);

@@ -57,7 +57,7 @@ struct Sampling {
 fn known_sampling(pixel: vec2<u32>) -> Sampling {
     let around = textureLoad(samples, pixel, SAMPLING);
     var squares = vec2<f32>(textureLoad(samples, pixel, SUMS_DIFFUSE).w, 0.0);
-    if (PHONG) {
+    if (SPECULAR) {
         squares.y = textureLoad(samples, pixel, SUMS_SPECULAR).w;
     }
     let is_own = around.x > 0.0;
@@ -68,7 +68,7 @@ fn known_sampling(pixel: vec2<u32>) -> Sampling {
     if (PHASORS) {
         let scales = error_scales_at(pixel);
         var phasor_squares = vec2<f32>(worst_of(scales * textureLoad(samples, pixel, phasor_squares_layer(0u))), 0.0);
-        if (PHONG) {
+        if (SPECULAR) {
             phasor_squares.y = worst_of(scales * textureLoad(samples, pixel, phasor_squares_layer(1u)));
         }
         sampling.phasor_variances = select(textureLoad(samples, pixel, phasor_variances_layer()).xy, scale * phasor_squares, is_own);

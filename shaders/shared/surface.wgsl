@@ -5,10 +5,7 @@ struct Draw {
     kd: vec3<f32>,
     // 1 + index of the mesh, as a float: exact up to 2^24.
     mesh_id: f32,
-    // k_s per band.
-    ks: vec3<f32>,
-    // s, the Phong exponent.
-    shininess: f32,
+    lobe: LobeParameters,
     // 1 + index of the material.
     material_id: f32,
     // The first texel in `materials`, and its HAS_ bits.
@@ -69,7 +66,7 @@ fn hit_surface(raster: Raster) -> Hit {
     triangle.corners[0] = corner(raster.instance, indices[3u * raster.triangle]);
     triangle.corners[1] = corner(raster.instance, indices[3u * raster.triangle + 1u]);
     triangle.corners[2] = corner(raster.instance, indices[3u * raster.triangle + 2u]);
-    triangle.brdf = Brdf(draw.kd, draw.ks, draw.shininess);
+    triangle.brdf = Brdf(draw.kd, draw.lobe);
     if (TEXTURED) {
         triangle.texture = draw.texture;
     }

@@ -152,28 +152,14 @@ fn validate(material: &Material, index: usize, textures: &[TextureSource]) -> Ou
 }
 
 /// The new material, with what [`camlux_material`] does not hold from the old one.
-fn replaced(old: &Material, new: Material) -> Material {
-    let lookup = |old: Option<TextureLookup>, new: Option<TextureLookup>| {
-        let texture = |lookup: Option<TextureLookup>| lookup.map(|lookup| lookup.texture);
-        if texture(old) == texture(new) {
-            old
-        } else {
-            new
+fn replaced(old: &Material, mut new: Material) -> Material {
+    let texture = |lookup: Option<TextureLookup>| lookup.map(|lookup| lookup.texture);
+    for (role, lookup) in new.textures_mut() {
+        if texture(*lookup) == texture(old.texture(role)) {
+            *lookup = old.texture(role);
         }
-    };
-    // Without `..`, so that no field is forgotten.
-    Material {
-        name: new.name,
-        kd: new.kd,
-        ks: new.ks,
-        shininess: new.shininess,
-        kd_texture: lookup(old.kd_texture, new.kd_texture),
-        ks_texture: lookup(old.ks_texture, new.ks_texture),
-        shininess_texture: lookup(old.shininess_texture, new.shininess_texture),
-        normal_texture: lookup(old.normal_texture, new.normal_texture),
-        alpha_texture: lookup(old.alpha_texture, new.alpha_texture),
-        alpha_cutoff: new.alpha_cutoff,
     }
+    new
 }
 
 /// # Safety

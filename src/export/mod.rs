@@ -11,8 +11,8 @@ use std::path::Path;
 use crate::import::pattern_text;
 use crate::output::OutputFile;
 use crate::scene::{
-    Camera, Carrier, Distortion, Material, Parameter, Parameters, PixelSampling, Profile, Scene,
-    Texels, TextureLookup, TimeOfFlight,
+    Camera, Carrier, Distortion, Material, Parameter, Parameters, PixelSampling, Profile,
+    Reflectance, Scene, Texels, TextureLookup, TimeOfFlight,
 };
 use crate::{Error, Result};
 use toml::Toml;
@@ -261,27 +261,17 @@ impl Saved<'_> {
 }
 
 fn write_material(toml: &mut Toml, key: &str, material: &Material) {
-    let Material {
-        name,
-        kd,
-        ks,
-        shininess,
-        // Written below, with the other textures.
-        kd_texture: _,
-        ks_texture: _,
-        shininess_texture: _,
-        normal_texture: _,
-        alpha_texture: _,
-        alpha_cutoff,
-    } = material;
     toml.table_of("material", key);
-    if name != key {
-        toml.string("name", name);
+    if material.name != key {
+        toml.string("name", &material.name);
     }
-    toml.numbers("kd", kd);
-    toml.numbers("ks", ks);
-    toml.number("shininess", *shininess);
-    toml.number("alpha_cutoff", *alpha_cutoff);
+    for Reflectance { name, values, .. } in material.reflectance() {
+        match values {
+            [value] => toml.number(name, *value),
+            _ => toml.numbers(name, values),
+        }
+    }
+    toml.number("alpha_cutoff", material.alpha_cutoff);
     for (role, lookup) in material.textures() {
         let name = role.field();
         if lookup == TextureLookup::from(lookup.texture) {

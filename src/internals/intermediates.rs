@@ -7,7 +7,7 @@ use crate::{
     Device, LocalSpace, Result, ShadowPlan,
     emission::{EmissionDomain, Projection},
     frame::Lights,
-    model::Brdf,
+    model::{Brdf, Lobe},
     passes::{Context, gbuffer::GBuffer},
     vulkan::{Image, Readback},
 };
@@ -127,15 +127,14 @@ fn surface_point(space: &LocalSpace, images: &[Vec<[f32; 4]>], i: usize) -> Surf
     let [x, y, z, _] = images[0][i];
     let [nx, ny, nz, packed_normal] = images[1][i];
     let [r, g, b, _] = images[2][i];
-    let [kr, kg, kb, shininess] = images.get(3).map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]);
+    let lobe = images.get(3).map(|lobes| Lobe::of_texel(lobes[i]));
     SurfacePoint {
         position_m: space.to_world([x, y, z]),
         normal: DVec3::from([nx, ny, nz].map(f64::from)).normalize_or_zero(),
         geometric_normal: unpack_direction(packed_normal),
         brdf: Brdf {
             kd: [r, g, b].map(f64::from),
-            ks: [kr, kg, kb].map(f64::from),
-            shininess: shininess.into(),
+            lobe: lobe.unwrap_or_default(),
         },
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::{
     Device, Result,
+    model::Lobe,
     vulkan::{
         CommandPool, Image, ImageShape, Pipelines, Readback, Resource, groups_in_rows,
         shaders::{Brdf, Key, SmoothParameters, SmoothResidualsParameters},
@@ -27,8 +28,7 @@ pub struct GatheredLobe {
 pub struct GatheredPixel {
     pub position: [f32; 3],
     pub normal: [f32; 3],
-    /// k_s and s.
-    pub ks_shininess: [f32; 4],
+    pub lobe: Lobe,
     /// Packets of 64 samples. 0: the pixel was not gathered.
     pub packets: u32,
     pub diffuse: GatheredLobe,
@@ -114,8 +114,8 @@ pub fn smooth(
             image("normals", None, layer(&|pixel| with(pixel.normal, 0.0)))?,
         ),
         (
-            "ks_shininess",
-            image("k_s", None, layer(&|pixel| pixel.ks_shininess))?,
+            "lobe_parameters",
+            image("lobes", None, layer(&|pixel| pixel.lobe.texel()))?,
         ),
         (
             "samples",
@@ -145,7 +145,7 @@ pub fn smooth(
         by_ratio: 0,
     };
     let brdf = match is_specular {
-        true => Brdf::Phong,
+        true => Brdf::Specular,
         false => Brdf::Lambert,
     };
     let of_residuals = SmoothResidualsParameters {

@@ -14,7 +14,7 @@ mod sensor_noise;
 mod solid_angle;
 mod sum;
 
-pub use brdf::Brdf;
+pub use brdf::{Brdf, Lobe};
 pub use direct::direct_radiance;
 pub use indirect::{
     Receiver, Vpl, indirect_phasor, indirect_radiance, vpl_contribution, vpl_phasor,

@@ -92,12 +92,6 @@ pub fn describe_frame(
             "rotation_xyzw": rotation.to_array(),
         })
     });
-    let keys = material_keys(scene);
-    let varied = |value: fn(&Material) -> Value| {
-        let materials = base.materials.iter().zip(&scene.materials).zip(&keys);
-        let varied = materials.filter(|((before, now), _)| value(before) != value(now));
-        Map::from_iter(varied.map(|((_, now), key)| (key.clone(), value(now))))
-    };
     let mut frame = object(json!({
         "camera": {
             "position_m": scene.camera.position_m.to_array(),
@@ -115,21 +109,34 @@ pub fn describe_frame(
         },
         "lights": (0..scene.lights.len()).map(|i| describe_light(scene, i)).collect::<Vec<_>>(),
         "meshes": meshes.collect::<Vec<_>>(),
-        "materials_kd": varied(|material| json!(material.kd)),
+        "materials_kd": {},
     }));
-    for (key, of_materials) in [
-        ("materials_ks", varied(|material| json!(material.ks))),
-        (
-            "materials_shininess",
-            varied(|material| json!(material.shininess)),
-        ),
-        ("materials_texture", varied_textures(scene, base)),
-    ] {
+    let varied = varied_reflectances(scene, base);
+    for (quantity, of_materials) in varied.chain([("texture", varied_textures(scene, base))]) {
         if !of_materials.is_empty() {
-            frame.insert(key.into(), Value::Object(of_materials));
+            let key = format!("materials_{quantity}");
+            frame.insert(key, Value::Object(of_materials));
         }
     }
     frame
+}
+
+/// Each quantity of BRDFs, with its values in the materials where it differs.
+fn varied_reflectances(
+    scene: &Scene,
+    base: &Scene,
+) -> impl Iterator<Item = (&'static str, Map<String, Value>)> {
+    let keys = material_keys(scene);
+    let names = Material::lambert("", [0.0; 3])
+        .reflectance()
+        .map(|r| r.name);
+    names.into_iter().enumerate().map(move |(i, name)| {
+        let value = |material: &Material| one_or_list(material.reflectance()[i].values);
+        let materials = base.materials.iter().zip(&scene.materials).zip(&keys);
+        let varied = materials.filter(|((before, now), _)| value(before) != value(now));
+        let varied = varied.map(|((_, now), key)| (key.clone(), value(now)));
+        (name, varied.collect())
+    })
 }
 
 /// The key of each material in a manifest: its name, with its index where other materials have the same name.
@@ -175,12 +182,16 @@ fn describe_light(scene: &Scene, index: usize) -> Value {
         object["modulated"] = json!(tof.is_modulated(index));
     }
     for (name, numbers) in light.parameters() {
-        object[name] = match numbers[..] {
-            [number] => json!(number),
-            _ => json!(numbers),
-        };
+        object[name] = one_or_list(&numbers);
     }
     object
+}
+
+fn one_or_list(numbers: &[f64]) -> Value {
+    match numbers {
+        [number] => json!(number),
+        _ => json!(numbers),
+    }
 }
 
 fn object(value: Value) -> Map<String, Value> {

@@ -25,7 +25,7 @@ use crate::{
     plan::Plan,
     vulkan::{
         Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList, groups_in_rows,
-        shaders::{self, Brdf, FinalGatherParameters, Key, Packet, PilotSample, Receiver, Span},
+        shaders::{self, FinalGatherParameters, Key, Packet, PilotSample, Receiver, Span},
     },
 };
 
@@ -422,11 +422,7 @@ impl Gatherer for FinalGather<'_> {
         let lobes = if is_glossy { 2 } else { 1 };
         let gather = Gather {
             lobes,
-            receiver: match (self.context.plan.brdf(), is_glossy) {
-                (_, true) => Receiver::PhongGlossy,
-                (Brdf::Phong, false) => Receiver::PhongMatte,
-                (Brdf::Lambert, false) => Receiver::LambertMatte,
-            },
+            receiver: self.context.plan.receiver(is_glossy),
             resources,
             parameters: FinalGatherParameters {
                 camera_position: self.context.camera_position(),

@@ -18,7 +18,7 @@ use crate::{
     scene::VplSum,
     vulkan::{
         Image, MAX_GROUPS, Resource,
-        shaders::{Brdf, GatherParameters, Key, ListLengths, Lobes},
+        shaders::{GatherParameters, Key, ListLengths, Lobes},
     },
 };
 
@@ -97,11 +97,7 @@ impl<'g> Gather<'g> {
         let plan = self.context.plan;
         let pipeline = self.context.pipelines.compute(Key::Gather {
             distribution: self.kernel.into(),
-            brdf: if range.is_glossy {
-                Brdf::Phong
-            } else {
-                Brdf::Lambert
-            },
+            brdf: plan.brdf_of(range.is_glossy),
             lobes: if list.is_glossy {
                 Lobes::Glossy
             } else {

@@ -17,8 +17,8 @@ pub(crate) struct GBuffer<A: Allocate = Device> {
     pub normal_geometric: A::Image,
     /// k_d; material id.
     pub kd_material: A::Image,
-    /// k_s; s. Only if some material is specular.
-    pub ks_shininess: Option<A::Image>,
+    /// As [`Lobe::texel`](crate::model::Lobe::texel). Only if some material is specular.
+    pub lobe_parameters: Option<A::Image>,
     /// Only if the rasteriser fills the G-buffer.
     depth: Option<A::Image>,
 }
@@ -31,9 +31,9 @@ impl<A: Allocate> GBuffer<A> {
             position_mesh: image("G-buffer positions")?,
             normal_geometric: image("G-buffer normals")?,
             kd_material: image("G-buffer k_d")?,
-            ks_shininess: plan
+            lobe_parameters: plan
                 .is_specular
-                .then(|| image("G-buffer k_s"))
+                .then(|| image("G-buffer lobes"))
                 .transpose()?,
             depth: (!plan.has_primary_rays)
                 .then(|| allocate.image("G-buffer depth", shape.depth()))
@@ -50,10 +50,10 @@ impl GBuffer {
             ("normal_geometric", &self.normal_geometric),
             ("kd_material", &self.kd_material),
         ];
-        let ks_shininess = self.ks_shininess.as_ref();
+        let lobe_parameters = self.lobe_parameters.as_ref();
         images
             .into_iter()
-            .chain(ks_shininess.map(|image| ("ks_shininess", image)))
+            .chain(lobe_parameters.map(|image| ("lobe_parameters", image)))
     }
 
     pub fn colors(&self) -> Vec<&Image> {
@@ -65,7 +65,7 @@ impl GBuffer {
         let images = [
             ("centre_position_mesh", Some(&self.position_mesh)),
             ("centre_normal_geometric", Some(&self.normal_geometric)),
-            ("centre_ks_shininess", self.ks_shininess.as_ref()),
+            ("centre_lobe_parameters", self.lobe_parameters.as_ref()),
         ];
         let resource = |(name, image): (_, Option<_>)| Some((name, Resource::Image(image?)));
         images.into_iter().filter_map(resource).collect()

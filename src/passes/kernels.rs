@@ -6,7 +6,7 @@ use super::{
 use crate::{
     Tracer,
     plan::Plan,
-    vulkan::shaders::{Brdf, Hit, Key, Receiver, Search, Traced},
+    vulkan::shaders::{Hit, Key, Search, Traced},
 };
 
 /// The kernels that any frame of final gathering runs after its direct light. Those that only some frames need are made when they run.
@@ -17,11 +17,12 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
     let (brdf, phasors) = (plan.brdf(), plan.has_phasors());
     let (surface, instanced) = (plan.surface(), plan.has_shared_meshes);
     let (noisy, range) = (true, plan.target_range_error_m().is_some());
-    let receivers: &[Receiver] = match brdf {
-        Brdf::Lambert => &[Receiver::LambertMatte],
-        Brdf::Phong => &[Receiver::PhongMatte, Receiver::PhongGlossy],
+    let are_glossy: &[bool] = match plan.is_specular {
+        true => &[false, true],
+        false => &[false],
     };
-    let gathers = receivers.iter().flat_map(|&receiver| {
+    let gathers = are_glossy.iter().flat_map(|&is_glossy| {
+        let receiver = plan.receiver(is_glossy);
         let shade = Key::FinalGatherShade {
             phasors,
             receiver,

@@ -4,18 +4,14 @@ use super::textures::{Textures, halves_of_first_word};
 use crate::{
     Result, Scene,
     geometry::{Geometry, meshes_on_device},
+    model::Brdf,
     ray_tree::alpha_cutoff,
-    scene::{Material, Mesh, TextureLookup},
-    vulkan::{Allocate, CommandPool, Resource, TexelList},
+    scene::{Material, Mesh, TextureLookup, TextureRole},
+    vulkan::{
+        Allocate, CommandPool, Resource, TexelList,
+        shaders::constants::{HAS_COLORS, HAS_TANGENTS, HAS_VERTICES, MAP_TEXELS, MATERIAL_TEXELS},
+    },
 };
-
-/// Texels of a material, and of a map in it, as in the shader.
-const MATERIAL_TEXELS: usize = 24;
-const MAP_TEXELS: usize = 4;
-/// The shader's HAS_ bits of colours, of tangents, and of any value of vertices.
-const HAS_COLORS: u32 = 16;
-const HAS_TANGENTS: u32 = 32;
-const HAS_VERTICES: u32 = 64;
 
 pub(crate) struct Materials {
     list: TexelList,
@@ -72,8 +68,8 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
             texels += mesh.triangles.len() + values.texels_per_vertex() * mesh.positions_m.len();
         }
     }
-    let entries = blocks * scene.materials.len();
-    TexelList::declare(allocate, "materials", (MATERIAL_TEXELS * entries) as u64)?;
+    let entries = (blocks * scene.materials.len()) as u64;
+    TexelList::declare(allocate, "materials", u64::from(MATERIAL_TEXELS) * entries)?;
     TexelList::declare(allocate, "values of vertices", texels as u64)
 }
 
@@ -145,7 +141,7 @@ impl Materials {
 
     /// The first texel of an entry, and its HAS_ bits.
     pub fn texel_and_has(&self, entry: u32) -> [u32; 2] {
-        [entry * MATERIAL_TEXELS as u32, self.has[entry as usize]]
+        [entry * MATERIAL_TEXELS, self.has[entry as usize]]
     }
 
     /// The lists with their names in the shaders.
@@ -197,26 +193,15 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
         0 => block.has_texcoords,
         _ => block.values.texcoords_1,
     };
-    let kd = material.kd.map(|kd| kd as f32);
-    let ks = material.ks.map(|ks| ks as f32);
     let mut has = 0;
-    let mut maps = Vec::with_capacity(5 * MAP_TEXELS);
-    // In the order of the shader, which has bits for all but the last.
-    for (i, lookup) in [
-        material.kd_texture,
-        material.ks_texture,
-        material.shininess_texture,
-        material.normal_texture,
-        material.alpha_texture,
-    ]
-    .into_iter()
-    .enumerate()
-    {
-        let Some(lookup) = lookup.filter(is_shown) else {
-            maps.extend([[0.0; 4]; MAP_TEXELS]);
+    let mut maps = Vec::new();
+    // The order is that of the shader, which has bits for all but the last.
+    for (i, role) in TextureRole::ALL.into_iter().enumerate() {
+        let Some(lookup) = material.texture(role).filter(is_shown) else {
+            maps.extend([[0.0; 4]; MAP_TEXELS as usize]);
             continue;
         };
-        let is_alpha = i == 4;
+        let is_alpha = role == TextureRole::Alpha;
         has |= if is_alpha { 0 } else { 1 << i };
         has |= HAS_VERTICES * lookup.texcoord_set;
         let place = match is_alpha {
@@ -239,10 +224,9 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
     if block.values.tangents {
         has |= HAS_TANGENTS | HAS_VERTICES;
     }
-    let mut texels = vec![
-        [kd[0], kd[1], kd[2], material.shininess as f32],
-        [ks[0], ks[1], ks[2], has as f32],
-    ];
+    let Brdf { kd, lobe } = material.into();
+    let [red, green, blue] = kd.map(|kd| kd as f32);
+    let mut texels = vec![[red, green, blue, has as f32], lobe.texel()];
     texels.extend(maps);
     texels.extend(block.vertices);
     (texels, has)

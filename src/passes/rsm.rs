@@ -18,8 +18,8 @@ pub(crate) struct Rsm<A: Allocate = Device> {
     pub normal: A::Image,
     /// k_d; L_{L→Q} over the light's axial intensity.
     pub kd_irradiance: A::Image,
-    /// k_s; s. Only if some material is specular.
-    pub ks_shininess: Option<A::Image>,
+    /// As [`Lobe::texel`](crate::model::Lobe::texel). Only if some material is specular.
+    pub lobe_parameters: Option<A::Image>,
     depth: A::Image,
 }
 
@@ -35,7 +35,7 @@ impl<A: Allocate> Rsm<A> {
             position: image("RSM positions")?,
             normal: image("RSM normals")?,
             kd_irradiance: image("RSM k_d and irradiance")?,
-            ks_shininess: plan.is_specular.then(|| image("RSM k_s")).transpose()?,
+            lobe_parameters: plan.is_specular.then(|| image("RSM lobes")).transpose()?,
             depth: allocate.image("RSM depth", shape.depth())?,
         }))
     }
@@ -49,10 +49,10 @@ impl Rsm {
             ("rsm_normal", &self.normal),
             ("rsm_kd_irradiance", &self.kd_irradiance),
         ];
-        let ks_shininess = self.ks_shininess.as_ref();
+        let lobe_parameters = self.lobe_parameters.as_ref();
         images
             .into_iter()
-            .chain(ks_shininess.map(|image| ("rsm_ks_shininess", image)))
+            .chain(lobe_parameters.map(|image| ("rsm_lobe_parameters", image)))
     }
 
     pub fn colors(&self) -> Vec<&Image> {

@@ -12,6 +12,7 @@ use crate::{
     Result,
     geometry::{Geometry, GeometrySize, PlacedMesh},
     local_space::LocalSpace,
+    model::Brdf,
     plan::{Plan, is_detailed, surface_axis},
     scene::{Mesh, Scene, TextureLookup},
     vulkan::{
@@ -238,6 +239,7 @@ impl Lists {
                 materials.texel_and_has(materials.entry(index_in_geometry, material_index))
             });
             let shown = |lookup: &TextureLookup| mesh.shows(lookup);
+            let Brdf { kd, lobe } = material.into();
             self.ranges.push(Range {
                 first_triangle,
                 triangle_count: same.len() as u32,
@@ -246,10 +248,9 @@ impl Lists {
                 is_detailed: is_detailed(mesh, material),
                 has_cutouts: material.alpha_texture.filter(shown).is_some(),
                 draw: Draw {
-                    kd: material.kd.map(|kd| kd as f32),
+                    kd: kd.map(|kd| kd as f32),
                     mesh_id: (mesh_index + 1) as f32,
-                    ks: material.ks.map(|ks| ks as f32),
-                    shininess: material.shininess as f32,
+                    lobe: lobe.texel(),
                     material_id: (material_index + 1) as f32,
                     material: material_texel,
                     has,

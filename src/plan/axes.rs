@@ -3,14 +3,33 @@
 use super::{GatherKernel, Plan};
 use crate::{
     scene::VplSum,
-    vulkan::shaders::{Brdf, Distribution, Frequencies, Sum, Surface},
+    vulkan::shaders::{Brdf, Distribution, Frequencies, Receiver, Sum, Surface},
 };
 
 impl Plan {
     pub(crate) fn brdf(&self) -> Brdf {
-        match self.is_specular {
-            true => Brdf::Phong,
+        self.brdf_of(self.is_specular)
+    }
+
+    /// Of surfaces all of which may have a lobe, or none of which has.
+    pub(crate) fn brdf_of(&self, is_glossy: bool) -> Brdf {
+        match is_glossy {
+            true => Brdf::Specular,
             false => Brdf::Lambert,
+        }
+    }
+
+    /// The name of the BRDF for readers.
+    pub(super) fn brdf_name(&self) -> &'static str {
+        if self.is_specular { "Phong" } else { "Lambert" }
+    }
+
+    /// Receivers all of which have a lobe, or none of which has.
+    pub(crate) fn receiver(&self, is_glossy: bool) -> Receiver {
+        match (self.is_specular, is_glossy) {
+            (_, true) => Receiver::SpecularGlossy,
+            (true, false) => Receiver::SpecularMatte,
+            (false, false) => Receiver::LambertMatte,
         }
     }
 

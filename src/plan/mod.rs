@@ -329,11 +329,6 @@ impl Plan {
         self.is_detailed || self.has_cutouts
     }
 
-    /// The name of the BRDF for readers.
-    fn brdf_name(&self) -> &'static str {
-        if self.is_specular { "Phong" } else { "Lambert" }
-    }
-
     /// The indirect light to gather; `None` if no light emits anything.
     pub(crate) fn bounce(&self) -> Option<IndirectPlan> {
         self.indirect.filter(|_| !self.lights.is_empty())

@@ -4,49 +4,98 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-/// f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
+use super::texture::Place;
+use crate::scene::Material;
+
+/// f = k_d/π + what the lobe adds.
 #[derive(Debug, Clone, Copy)]
 pub struct Brdf {
     /// Per band, like all light here.
-    pub kd: DVec3,
-    pub ks: DVec3,
-    pub shininess: f64,
+    kd: DVec3,
+    lobe: Lobe,
 }
 
-/// Samples directions from the cosine lobe and the Phong lobe, in proportion to what they reflect.
+/// k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
+#[derive(Debug, Clone, Copy)]
+struct Lobe {
+    ks: DVec3,
+    shininess: f64,
+}
+
+/// Samples directions from the cosine lobe and the specular lobe, in proportion to what they reflect.
 #[derive(Debug, Clone, Copy)]
 pub struct Lobes {
     normal: DVec3,
     /// The view mirrored about the normal: r·v = l·mirror.
     mirror: DVec3,
-    shininess: f64,
-    /// Probability of the Phong lobe.
+    lobe: Lobe,
+    /// Probability of the specular lobe.
     specular_share: f64,
 }
 
 impl Brdf {
+    /// What the material, its textures and the vertices' colours give.
+    pub fn at(place: &Place, material: &Material) -> Brdf {
+        let value = |lookup| place.value(lookup).unwrap_or(DVec3::ONE);
+        let colors = &place.mesh.colors;
+        let color = match colors[..] {
+            [] => DVec3::ONE,
+            _ => place.blend(|vertex| DVec3::from(colors[vertex].map(f64::from))),
+        };
+        Brdf {
+            kd: DVec3::from(material.kd) * color * value(material.kd_texture),
+            lobe: Lobe {
+                ks: DVec3::from(material.ks) * value(material.ks_texture),
+                shininess: material.shininess * value(material.shininess_texture).x,
+            },
+        }
+    }
+
     pub fn is_black(&self) -> bool {
-        self.kd == DVec3::ZERO && self.ks == DVec3::ZERO
+        self.kd == DVec3::ZERO && self.lobe.ks == DVec3::ZERO
     }
 
     /// f(l, n, v), 1/sr; unit vectors.
     pub fn eval(&self, l: DVec3, n: DVec3, v: DVec3) -> DVec3 {
-        let diffuse = self.kd / PI;
-        if self.ks == DVec3::ZERO {
-            return diffuse;
-        }
-        let lobe = (self.shininess + 2.0) / TAU * phong(mirror(l, n).dot(v), self.shininess);
-        diffuse + self.ks * lobe
+        self.kd / PI + self.lobe.eval(mirror(l, n), v)
     }
 
     pub fn lobes(&self, n: DVec3, v: DVec3) -> Lobes {
-        let (diffuse, specular) = (self.kd.element_sum(), self.ks.element_sum());
+        let (diffuse, specular) = (self.kd.element_sum(), self.lobe.ks.element_sum());
         Lobes {
             normal: n,
             mirror: mirror(v, n),
-            shininess: self.shininess,
+            lobe: self.lobe,
             // Also 0 for a black surface.
             specular_share: specular / (diffuse + specular).max(f64::MIN_POSITIVE),
+        }
+    }
+}
+
+impl Lobe {
+    fn eval(&self, mirror: DVec3, v: DVec3) -> DVec3 {
+        if self.ks == DVec3::ZERO {
+            return DVec3::ZERO;
+        }
+        self.ks * ((self.shininess + 2.0) / TAU * self.shape(mirror.dot(v)))
+    }
+
+    /// Probability density of [`Lobe::sample`], 1/sr, times its share of the samples.
+    fn density(&self, share: f64, mirror: DVec3, direction: DVec3) -> f64 {
+        share * (self.shininess + 1.0) / TAU * self.shape(mirror.dot(direction))
+    }
+
+    fn sample(&self, mirror: DVec3, u: [f64; 2]) -> DVec3 {
+        let cosine = (1.0 - u[0]).powf(1.0 / (self.shininess + 1.0));
+        around(mirror, cosine, u[1])
+    }
+
+    /// max(0, cosine)^s; also 0 below the lobe's horizon for s = 0.
+    fn shape(&self, cosine: f64) -> f64 {
+        if cosine > 0.0 {
+            cosine.powf(self.shininess)
+        } else {
+            0.0
         }
     }
 }
@@ -55,8 +104,7 @@ impl Lobes {
     /// A unit direction; it may point below the surface. `choice` and `u` are uniform in 0 to 1.
     pub fn sample(&self, choice: f64, u: [f64; 2]) -> DVec3 {
         if choice < self.specular_share {
-            let cosine = (1.0 - u[0]).powf(1.0 / (self.shininess + 1.0));
-            around(self.mirror, cosine, u[1])
+            self.lobe.sample(self.mirror, u)
         } else {
             around(self.normal, (1.0 - u[0]).sqrt(), u[1])
         }
@@ -68,17 +116,10 @@ impl Lobes {
         if self.specular_share == 0.0 {
             return diffuse;
         }
-        let lobe = phong(self.mirror.dot(direction), self.shininess);
-        diffuse + self.specular_share * (self.shininess + 1.0) / TAU * lobe
-    }
-}
-
-/// max(0, cosine)^s; also 0 below the lobe's horizon for s = 0.
-fn phong(cosine: f64, shininess: f64) -> f64 {
-    if cosine > 0.0 {
-        cosine.powf(shininess)
-    } else {
-        0.0
+        diffuse
+            + self
+                .lobe
+                .density(self.specular_share, self.mirror, direction)
     }
 }
 

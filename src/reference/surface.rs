@@ -136,22 +136,8 @@ impl Surfaces {
             geometric_normal,
             normal: mapped.unwrap_or(normal),
             triangle: hit.triangle,
-            brdf: brdf(&place, material),
+            brdf: Brdf::at(&place, material),
         }
-    }
-}
-
-fn brdf(place: &Place, material: &Material) -> Brdf {
-    let Place { mesh, .. } = place;
-    let value = |lookup| place.value(lookup).unwrap_or(DVec3::ONE);
-    let color = match mesh.colors[..] {
-        [] => DVec3::ONE,
-        _ => place.blend(|vertex| DVec3::from(mesh.colors[vertex].map(f64::from))),
-    };
-    Brdf {
-        kd: DVec3::from(material.kd) * color * value(material.kd_texture),
-        ks: DVec3::from(material.ks) * value(material.ks_texture),
-        shininess: material.shininess * value(material.shininess_texture).x,
     }
 }
 

@@ -249,22 +249,12 @@ impl Bytes {
     }
 
     fn material(&mut self, material: &Material) {
-        let Material {
-            name: _,
-            kd,
-            ks,
-            shininess,
-            // Their textures are hashed below.
-            kd_texture: _,
-            ks_texture: _,
-            shininess_texture: _,
-            normal_texture: _,
-            alpha_texture: _,
-            alpha_cutoff,
-        } = material;
-        self.numbers(*kd);
-        self.numbers(*ks);
-        self.numbers([*shininess, *alpha_cutoff]);
+        for reflectance in material.reflectance() {
+            for value in reflectance.values {
+                self.numbers([*value]);
+            }
+        }
+        self.numbers([material.alpha_cutoff]);
         for (role, lookup) in material.textures() {
             let TextureLookup {
                 texture,

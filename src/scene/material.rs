@@ -1,5 +1,7 @@
 //! Surface reflectance: modified Phong with an optional diffuse texture.
 
+use std::slice;
+
 use super::{Bands, Texels, TextureRole};
 
 /// Modified Phong BRDF: f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s.
@@ -26,6 +28,20 @@ pub struct Material {
     /// 0 to 1; 0.5 for most files.
     pub alpha_cutoff: f64,
 }
+
+/// Numbers of a material's BRDF: one, or one for each band.
+pub(crate) struct Reflectance<'m> {
+    /// The field of [`Material`], and the key in files.
+    pub name: &'static str,
+    pub values: &'m [f64],
+    /// The largest value; the least is 0.
+    pub most: f64,
+    /// What to do about a value out of range.
+    pub hint: &'static str,
+}
+
+/// The largest Phong exponent. Beyond it, a lobe is narrower than f32 directions can express.
+const SHARPEST: f64 = 1e9;
 
 /// A texture of a material, and how it is looked up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -131,27 +147,61 @@ impl Material {
 
     /// All textures of the material, with their roles.
     pub fn textures(&self) -> impl Iterator<Item = (TextureRole, TextureLookup)> + use<> {
-        let textures = [
-            (TextureRole::Kd, self.kd_texture),
-            (TextureRole::Ks, self.ks_texture),
-            (TextureRole::Shininess, self.shininess_texture),
-            (TextureRole::Normal, self.normal_texture),
-            (TextureRole::Alpha, self.alpha_texture),
-        ];
-        let given = |(role, lookup): (_, Option<_>)| lookup.map(|lookup| (role, lookup));
-        textures.into_iter().filter_map(given)
+        let textures = TextureRole::ALL.map(|role| Some((role, self.texture(role)?)));
+        textures.into_iter().flatten()
     }
 
-    /// The lookups of [`Material::textures`], in the same order.
-    pub(super) fn lookups_mut(&mut self) -> impl Iterator<Item = &mut TextureLookup> {
-        let lookups = [
-            &mut self.kd_texture,
-            &mut self.ks_texture,
-            &mut self.shininess_texture,
-            &mut self.normal_texture,
-            &mut self.alpha_texture,
-        ];
-        lookups.into_iter().flatten()
+    pub fn texture(&self, role: TextureRole) -> Option<TextureLookup> {
+        match role {
+            TextureRole::Kd => self.kd_texture,
+            TextureRole::Ks => self.ks_texture,
+            TextureRole::Shininess => self.shininess_texture,
+            TextureRole::Normal => self.normal_texture,
+            TextureRole::Alpha => self.alpha_texture,
+        }
+    }
+
+    pub fn textures_mut(&mut self) -> [(TextureRole, &mut Option<TextureLookup>); 5] {
+        [
+            (TextureRole::Kd, &mut self.kd_texture),
+            (TextureRole::Ks, &mut self.ks_texture),
+            (TextureRole::Shininess, &mut self.shininess_texture),
+            (TextureRole::Normal, &mut self.normal_texture),
+            (TextureRole::Alpha, &mut self.alpha_texture),
+        ]
+    }
+
+    /// The numbers of the BRDF, in the order of files.
+    pub(crate) fn reflectance(&self) -> [Reflectance<'_>; 3] {
+        // Without `..`: hashes and files of scenes have what is here, the textures, and the cutoff.
+        let Material {
+            name: _,
+            kd,
+            ks,
+            shininess,
+            kd_texture: _,
+            ks_texture: _,
+            shininess_texture: _,
+            normal_texture: _,
+            alpha_texture: _,
+            alpha_cutoff: _,
+        } = self;
+        let reflectance = |name, values| Reflectance {
+            name,
+            values,
+            most: 1.0,
+            hint: "give reflectances from 0 to 1",
+        };
+        [
+            reflectance("kd", kd),
+            reflectance("ks", ks),
+            Reflectance {
+                name: "shininess",
+                values: slice::from_ref(shininess),
+                most: SHARPEST,
+                hint: "give a Phong exponent of 0 or more, up to 1e9",
+            },
+        ]
     }
 
     /// Whether the material has a texture of any kind.

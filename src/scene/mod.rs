@@ -48,6 +48,7 @@ pub use indirect::{
 pub use instance::Instance;
 pub use lens_lights::LensLights;
 pub use light::{Lamp, Light};
+pub(crate) use material::Reflectance;
 pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
 pub use mesh_file::{MeshFile, MeshOptions};

@@ -1,11 +1,9 @@
 //! The part of [`Scene::validate`](super::Scene::validate) for materials, textures and meshes.
 
 use super::validate::{Part, has_direction, is_near};
-use super::{BoundingBox, Instance, Material, Mesh, Texels, Texture, TextureRole};
+use super::{BoundingBox, Instance, Material, Mesh, Reflectance, Texels, Texture, TextureRole};
 use crate::Result;
 
-/// The largest Phong exponent. Beyond it, a lobe is narrower than f32 directions can express.
-const SHARPEST: f64 = 1e9;
 /// The largest texture coordinate. Beyond it, f32 cannot tell texels apart.
 const FARTHEST_TEXCOORD: f64 = 1e6;
 
@@ -37,18 +35,19 @@ impl Texture {
 impl Material {
     pub(crate) fn validate(&self, index: usize, texture_count: usize) -> Result<()> {
         let part = Part(format!("material {index} (\"{}\")", self.name));
-        for (what, bands) in [("kd", self.kd), ("ks", self.ks)] {
-            part.require(
-                bands.iter().all(|value| (0.0..=1.0).contains(value)),
-                format_args!("{what} is {bands:?}"),
-                "give reflectances from 0 to 1",
-            )?;
+        for Reflectance {
+            name,
+            values,
+            most,
+            hint,
+        } in self.reflectance()
+        {
+            let is_fine = values.iter().all(|value| (0.0..=most).contains(value));
+            match values {
+                [value] => part.require(is_fine, format_args!("{name} is {value}"), hint)?,
+                _ => part.require(is_fine, format_args!("{name} is {values:?}"), hint)?,
+            }
         }
-        part.require(
-            (0.0..=SHARPEST).contains(&self.shininess),
-            format_args!("shininess is {}", self.shininess),
-            "give a Phong exponent of 0 or more, up to 1e9",
-        )?;
         part.require(
             (0.0..=1.0).contains(&self.alpha_cutoff),
             format_args!("alpha_cutoff is {}", self.alpha_cutoff),

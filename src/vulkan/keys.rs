@@ -1,4 +1,4 @@
-//! The macros in which `build.rs` writes what it knows of `shaders/permutations.txt`: axes, keys, and the module of each key.
+//! The macros in which `build.rs` writes what it knows of `shaders/`: axes, keys, structs, and the module of each key.
 
 /// A choice among words of a permutation.
 pub(crate) trait Axis: Copy {
@@ -90,8 +90,24 @@ macro_rules! keys {
 
 /// Lists of bindings, which modules of a pass share.
 macro_rules! bindings {
-    ($($list:ident = [$(($binding:literal, $name:literal, $kind:expr),)*];)*) => {$(
-        static $list: &[Binding] = &[$(Binding { binding: $binding, name: $name, kind: $kind }),*];
+    ($($list:ident = [$($binding:literal $name:literal $kind:ident,)*];)*) => {$(
+        static $list: &[Binding] = &[$(Binding {
+            binding: $binding,
+            name: $name,
+            kind: DescriptorType::$kind,
+        }),*];
+    )*};
+}
+
+/// The structs that host and shaders share, with their sizes in bytes.
+macro_rules! structs {
+    ($($name:ident $bytes:literal { $($member:ident: $of:ty,)* })*) => {$(
+        #[repr(C)]
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+        pub struct $name { $(pub $member: $of),* }
+
+        // `Pod` has no padding of its own, so the size shows that all members are in their places.
+        const _: () = assert!(size_of::<$name>() == $bytes);
     )*};
 }
 
@@ -123,4 +139,4 @@ macro_rules! modules {
     };
 }
 
-pub(super) use {axes, bindings, keys, modules};
+pub(super) use {axes, bindings, keys, modules, structs};

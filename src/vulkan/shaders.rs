@@ -6,7 +6,7 @@ use ash::vk::DescriptorType;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    keys::{Axis, axes, bindings, keys, modules},
+    keys::{Axis, axes, bindings, keys, modules, structs},
     specialise::{Specialised, specialise},
 };
 use crate::{Error, Result};
@@ -94,7 +94,9 @@ pub fn most_storage_images(passes: &[&str]) -> u64 {
     kernels.map(images).max().unwrap_or_default()
 }
 
-include!(concat!(env!("CAMLUX_SPIRV"), "/shaders.rs"));
+include!(concat!(env!("CAMLUX_SPIRV"), "/keys.rs"));
+include!(concat!(env!("CAMLUX_SPIRV"), "/layouts.rs"));
+include!(concat!(env!("CAMLUX_SPIRV"), "/modules.rs"));
 
 /// BLAKE3 in hexadecimal (64 digits) of the version and the compiled shaders. Engines with the same hash compute the same.
 pub fn engine_hash() -> String {

@@ -67,11 +67,13 @@ impl Errors {
             .max(seen.geometric_normal.distance(hit.normal));
         for band in 0..3 {
             self.kd = self.kd.max((seen.brdf.kd[band] - surface.kd[band]).abs());
-            self.ks = self.ks.max((seen.brdf.ks[band] - surface.ks[band]).abs());
+            self.ks = self
+                .ks
+                .max((seen.brdf.lobe.ks[band] - surface.ks[band]).abs());
         }
         let is_specular = surface.ks.iter().any(|&ks| ks > 0.0);
         if is_specular {
-            let off = (seen.brdf.shininess - surface.shininess).abs();
+            let off = (seen.brdf.lobe.shininess - surface.shininess).abs();
             self.shininess = self.shininess.max(off / surface.shininess.max(1.0));
         }
         Some(hit)

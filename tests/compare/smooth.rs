@@ -3,6 +3,7 @@
 
 use crate::common::gpu::Gpu;
 use camlux::internals::smooth_probe::{GatheredLobe, GatheredPixel, SmoothOptions, smooth};
+use camlux::model::Lobe;
 use glam::{DMat4, DVec3, DVec4, Vec3};
 
 const SIZE: [u32; 2] = [25, 18];
@@ -92,15 +93,15 @@ fn around(
         .iter()
         .map(|other| vector(other.position).distance_squared(vector(own.position)))
         .fold(f64::INFINITY, f64::min);
-    let is_glossy = |ks: [f32; 4]| ks[..3].iter().any(|&k| k > 0.0);
+    let is_glossy = |ks: [f64; 3]| ks.iter().any(|&k| k > 0.0);
     let mut around = Vec::new();
     for [dx, dy] in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy])) {
         let other = at(pixels, options, [x + stride * dx, y + stride * dy]);
         let Some(other) = other.filter(|other| other.packets > 0) else {
             continue;
         };
-        let (ks, other_ks) = (own.ks_shininess, other.ks_shininess);
-        let is_one_lobe = ks[3] == other_ks[3] && is_glossy(ks) == is_glossy(other_ks);
+        let is_one_lobe = own.lobe.shininess == other.lobe.shininess
+            && is_glossy(own.lobe.ks) == is_glossy(other.lobe.ks);
         if options.is_specular && !is_one_lobe {
             continue;
         }
@@ -258,9 +259,12 @@ fn the_fit_matches_the_model() {
                 pixel.diffuse.mean = pixel.diffuse.mean.map(|v| v + noise());
                 pixel.specular.mean = pixel.specular.mean.map(|v| (v + noise()).max(0.0));
                 pixel.packets = [0, 1, 1, 2, 3, 3, 4, 9][random.usize(..8)];
-                pixel.ks_shininess = match random.usize(..4) {
-                    0 => [0.0; 4],
-                    _ => [0.4, 0.3, 0.2, 20.0],
+                pixel.lobe = match random.usize(..4) {
+                    0 => Lobe::default(),
+                    _ => Lobe {
+                        ks: [0.4, 0.3, 0.2],
+                        shininess: 20.0,
+                    },
                 };
                 match random.usize(..12) {
                     0 => pixel.diffuse = lobe([9.0, 4.0, 1.0], 0.2),

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use camlux::model::Brdf;
+use camlux::model::{Brdf, Lobe};
 use glam::{DQuat, DVec3};
 
 fn on_hemisphere(theta: f64, phi: f64) -> DVec3 {
@@ -39,8 +39,10 @@ fn a_surface_reflects_no_more_than_its_reflectance() {
     for shininess in [0.0, 0.5, 1.0, 7.0, 200.0] {
         let brdf = Brdf {
             kd: [0.3, 0.0, 1.0],
-            ks: [0.6, 1.0, 0.0],
-            shininess,
+            lobe: Lobe {
+                ks: [0.6, 1.0, 0.0],
+                shininess,
+            },
         };
         // Error of the midpoint rule for cos^(s+1)·sin: step²·(s+4)/24 to leading order. Measured up to 1.3e-4 for s = 200,
         // 2.6e-6 for s = 0.
@@ -55,7 +57,7 @@ fn a_surface_reflects_no_more_than_its_reflectance() {
                 let case = format!("s {shininess}, {view_deg}°, band {band}: {excess:e}");
                 assert!(excess < quadrature_error, "{case}");
                 // No light is lost at normal incidence, nor for the diffuse part at any angle.
-                if view_deg == 0.0 || brdf.ks[band] == 0.0 {
+                if view_deg == 0.0 || brdf.lobe.ks[band] == 0.0 {
                     assert!(excess > -quadrature_error, "{case}");
                 }
             }
@@ -68,8 +70,10 @@ fn a_surface_reflects_no_more_than_its_reflectance() {
 fn exponent_zero_reflects_into_a_tilted_half_space() {
     let brdf = Brdf {
         kd: [0.0; 3],
-        ks: [1.0, 0.5, 0.0],
-        shininess: 0.0,
+        lobe: Lobe {
+            ks: [1.0, 0.5, 0.0],
+            shininess: 0.0,
+        },
     };
     for view_deg in [0.0, 20.0, 45.0, 70.0, 89.0] {
         let view_rad = f64::to_radians(view_deg);
@@ -87,8 +91,10 @@ fn reflectance_is_reciprocal() {
     for shininess in [0.0, 1.0, 30.0, 200.0] {
         let brdf = Brdf {
             kd: [0.0; 3],
-            ks: [0.6; 3],
-            shininess,
+            lobe: Lobe {
+                ks: [0.6; 3],
+                shininess,
+            },
         };
         let n = DVec3::new(1.0, 2.0, -0.5).normalize();
         let to_n = DQuat::from_rotation_arc(DVec3::Z, n);
@@ -113,8 +119,10 @@ fn reflectance_is_reciprocal() {
 fn exponent_zero_is_a_half_space() {
     let brdf = Brdf {
         kd: [0.0; 3],
-        ks: [1.0; 3],
-        shininess: 0.0,
+        lobe: Lobe {
+            ks: [1.0; 3],
+            shininess: 0.0,
+        },
     };
     let at = |v| brdf.eval(DVec3::Z, DVec3::Z, v)[0];
     assert_eq!(at(DVec3::new(0.8, 0.0, 0.6)), 1.0 / PI);
@@ -126,8 +134,10 @@ fn exponent_zero_is_a_half_space() {
 fn the_lobe_peaks_in_the_mirror_direction() {
     let brdf = Brdf {
         kd: [0.1, 0.2, 0.3],
-        ks: [0.5, 0.25, 0.0],
-        shininess: 10.0,
+        lobe: Lobe {
+            ks: [0.5, 0.25, 0.0],
+            shininess: 10.0,
+        },
     };
     let f = brdf.eval(
         DVec3::new(0.6, 0.0, 0.8),

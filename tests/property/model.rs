@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use crate::common::texels::texel_direction;
 use camlux::emission::EmissionDomain;
 use camlux::model::{
-    Brdf, Receiver, Vpl, direct_radiance, indirect_radiance, irradiance_facing, radiant_intensity,
-    vpl_contribution,
+    Brdf, Lobe, Receiver, Vpl, direct_radiance, indirect_radiance, irradiance_facing,
+    radiant_intensity, vpl_contribution,
 };
 use camlux::scene::{BoundingSphere, Light, SpotCone, VplSum};
 use glam::DVec3;
@@ -16,10 +16,14 @@ const UNIT_SPHERE: BoundingSphere = BoundingSphere {
     radius_m: 1.0,
 };
 
-const LAMBERT_HALF: Brdf = Brdf {
-    kd: [0.5; 3],
+const NO_LOBE: Lobe = Lobe {
     ks: [0.0; 3],
     shininess: 1.0,
+};
+
+const LAMBERT_HALF: Brdf = Brdf {
+    kd: [0.5; 3],
+    lobe: NO_LOBE,
 };
 
 fn spot(inner_half_angle_deg: f64, outer_half_angle_deg: f64) -> Light {
@@ -282,8 +286,7 @@ fn a_vpl_adds_what_the_formulas_say() {
         area_m2: 0.01,
         brdf: Brdf {
             kd: [0.5, 0.25, 0.125],
-            ks: [0.0; 3],
-            shininess: 1.0,
+            lobe: NO_LOBE,
         },
         irradiance_facing_w_m2: [7.0; 3],
         incident_power_w: [0.3; 3],
@@ -295,8 +298,7 @@ fn a_vpl_adds_what_the_formulas_say() {
         to_camera: DVec3::Y,
         brdf: Brdf {
             kd: [0.2, 0.4, 0.8],
-            ks: [0.0; 3],
-            shininess: 1.0,
+            lobe: NO_LOBE,
         },
     };
     let reflectances = 0.1 / (PI * PI);

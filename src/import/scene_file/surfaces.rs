@@ -85,12 +85,10 @@ pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<M
     } else if let Some(shininess) = keys.optional("shininess", Value::number)? {
         material.shininess = shininess;
     }
-    let mut lookup = |key| keys.take(key).map(|v| lookup(v, textures)).transpose();
-    material.kd_texture = lookup("kd_texture")?;
-    material.ks_texture = lookup("ks_texture")?;
-    material.shininess_texture = lookup("shininess_texture")?;
-    material.normal_texture = lookup("normal_texture")?;
-    material.alpha_texture = lookup("alpha_texture")?;
+    for (role, texture) in material.textures_mut() {
+        let value = keys.take(role.field());
+        *texture = value.map(|value| lookup(value, textures)).transpose()?;
+    }
     if let Some(cutoff) = keys.optional("alpha_cutoff", Value::number)? {
         material.alpha_cutoff = cutoff;
     }

@@ -106,14 +106,14 @@ fn describe(frames: &Frames, index: u64) -> (String, BTreeMap<String, String>) {
             json!({ "position_m": mesh["position_m"], "rotation_xyzw": mesh["rotation_xyzw"] });
         (format!("mesh {}", mesh["index"]), pose.to_string())
     });
-    let materials = ["kd", "ks", "shininess", "texture"]
-        .iter()
-        .flat_map(|quantity| {
-            let of_materials = planned.description[format!("materials_{quantity}")].as_object();
-            let of_materials = of_materials.into_iter().flatten();
-            of_materials
-                .map(move |(name, value)| (format!("{quantity} of {name}"), value.to_string()))
-        });
+    let description = planned.description.as_object().into_iter().flatten();
+    let materials = description.flat_map(|(key, of_materials)| {
+        let quantity = key.strip_prefix("materials_");
+        let of_materials = of_materials.as_object().into_iter().flatten();
+        of_materials.filter_map(move |(name, value)| {
+            Some((format!("{} of {name}", quantity?), value.to_string()))
+        })
+    });
     (camera, lights.chain(meshes).chain(materials).collect())
 }
 
