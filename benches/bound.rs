@@ -13,7 +13,7 @@
 //! the bias of the bounce's path follows for each frequency, and the rms of the range error of the worst one. With a target of the range,
 //! all errors are those of the range; a frame is also over the bound if its light is.
 
-#[path = "two_threads.rs"]
+#[path = "shared/two_threads.rs"]
 mod two_threads;
 
 use std::{
@@ -172,7 +172,7 @@ fn report() -> Result<(), Failure> {
                     }
                 }
             }
-            print_row(name, (asked, foretold), &of_frames, &counts);
+            print_row(name, asked, foretold, &of_frames, &counts);
             let sums = sums.unwrap_or_default();
             let range_mm = scene
                 .tof
@@ -290,7 +290,8 @@ impl Counts {
 
 fn print_row(
     name: &str,
-    (asked, foretold): (&Asked, f64),
+    asked: &Asked,
+    foretold: f64,
     frames: &[(Judged, FrameStats)],
     counts: &Counts,
 ) {
@@ -463,7 +464,8 @@ fn true_error(frame: &Frame, truth: &Frame, of: &[(Layer, Layer)]) -> Result<f64
 /// The pixels of a layer that count: sums over all seeds, and what the reference has.
 fn counted<'p>(
     truth: &'p Frame,
-    (layer, sums): (Layer, &'p [f64]),
+    layer: Layer,
+    sums: &'p [f64],
 ) -> impl Iterator<Item = (&'p [f64], &'p [f32])> {
     let [valid, edges] = seen(truth);
     let due = truth.values(layer).unwrap_or_default();
@@ -478,7 +480,7 @@ fn bias(truth: &Frame, sums: &[Vec<f64>], seeds: u32) -> String {
     let Some(of_light) = sums.first() else {
         return String::new();
     };
-    let pixels = counted(truth, (Layer::Indirect, of_light));
+    let pixels = counted(truth, Layer::Indirect, of_light);
     let [sum, due] = pixels.fold([0.0; 2], |all, (sum, due)| {
         let due = due.iter().copied().map(f64::from);
         [all[0] + sum.iter().sum::<f64>(), all[1] + due.sum::<f64>()]
@@ -494,7 +496,7 @@ fn path_biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>]) -> String {
         let Layer::Tof(frequency, _) = layer else {
             continue;
         };
-        let turn = counted(truth, (layer, sum)).map(|(sum, due)| {
+        let turn = counted(truth, layer, sum).map(|(sum, due)| {
             let due = [due[0], due[1]].map(f64::from);
             // Im and Re of sum · conj(due).
             [

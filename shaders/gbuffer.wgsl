@@ -2,38 +2,38 @@
 
 #import surface
 
-// P; mesh id (0: no surface). Then n_P; the geometric normal, packed. Then k_d; material id. Then k_s; s.
+// P; instance id (0: no surface). Then n_P; the geometric normal, packed. Then k_d; material id. Then k_s; s.
 #if PHONG
 struct GBuffer {
-    @location(0) position_mesh: vec4<f32>,
+    @location(0) position_instance: vec4<f32>,
     @location(1) normal: vec4<f32>,
     @location(2) kd_material: vec4<f32>,
     @location(3) ks_shininess: vec4<f32>,
 }
 
-fn with_lobe(position_mesh: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, ks_shininess: vec4<f32>) -> GBuffer {
-    return GBuffer(position_mesh, normal, kd_material, ks_shininess);
+fn with_lobe(position_instance: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, ks_shininess: vec4<f32>) -> GBuffer {
+    return GBuffer(position_instance, normal, kd_material, ks_shininess);
 }
 #else
 struct GBuffer {
-    @location(0) position_mesh: vec4<f32>,
+    @location(0) position_instance: vec4<f32>,
     @location(1) normal: vec4<f32>,
     @location(2) kd_material: vec4<f32>,
 }
 
-fn with_lobe(position_mesh: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, ks_shininess: vec4<f32>) -> GBuffer {
-    return GBuffer(position_mesh, normal, kd_material);
+fn with_lobe(position_instance: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, ks_shininess: vec4<f32>) -> GBuffer {
+    return GBuffer(position_instance, normal, kd_material);
 }
 #endif
 
 @fragment
 fn fragment_main(raster: Raster) -> GBuffer {
-    let hit = hit_surface(raster);
-    var mesh_id = draw.mesh_id;
+    let hit = raster_hit(raster);
+    var instance_id = draw.instance_id;
     for (var i = 0u; i < min(raster.instance, 1u); i++) {
-        mesh_id = f32(mesh_id_of(raster.instance));
+        instance_id = f32(instance_id_of(raster.instance));
     }
     let normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
-    return with_lobe(vec4<f32>(hit.position, mesh_id), normal, vec4<f32>(hit.brdf.kd, draw.material_id),
+    return with_lobe(vec4<f32>(hit.position, instance_id), normal, vec4<f32>(hit.brdf.kd, draw.material_id),
         vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
 }

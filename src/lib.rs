@@ -19,7 +19,7 @@ mod cameras;
 #[cfg(feature = "capi")]
 pub mod capi;
 #[cfg(all(feature = "reference", feature = "internals"))]
-pub mod doctor;
+pub mod hard_cases;
 pub mod emission;
 pub mod error;
 mod export;

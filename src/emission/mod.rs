@@ -250,7 +250,7 @@ fn pattern_faces(
     if widest_rad <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG.to_radians() {
         let half_extent = widest_rad.tan() * FACE_MARGIN;
         let face = face(axes.direction, axes.plane_0, half_extent);
-        let texels = tables.face(size, half_extent, (ConeFace::Front, 0.0));
+        let texels = tables.face(size, half_extent, ConeFace::Front, 0.0);
         return (vec![face], texels);
     }
     let cube = cube_faces(axes.direction, axes.plane_0);
@@ -265,8 +265,8 @@ fn pattern_faces(
     ];
     let mut faces = Vec::new();
     let mut texels = Vec::new();
-    for (face, kind) in cube.into_iter().zip(kinds) {
-        let table = tables.face(size, 1.0, kind);
+    for (face, (kind, turn_rad)) in cube.into_iter().zip(kinds) {
+        let table = tables.face(size, 1.0, kind, turn_rad);
         if table.iter().any(|texel| texel.measure > 0.0) {
             faces.push(face);
             texels.extend(table);

@@ -104,7 +104,7 @@ impl DeviceFrame {
             Layer::Indirect => images.indirect.as_ref(),
             Layer::StandardError => images.indirect_stderr.as_ref(),
             Layer::Energy => images.energy.as_ref(),
-            Layer::Position => Some(&images.gbuffer.position_mesh),
+            Layer::Position => Some(&images.gbuffer.position_instance),
             Layer::Normal => Some(&images.gbuffer.normal_geometric),
             _ => None,
         }

@@ -3,8 +3,8 @@
 use crate::{
     Result,
     passes::{
-        Context, area_light::AreaLightImages, gbuffer::GBuffer, pixel_filter::PixelSample,
-        refinement::gathered_shape,
+        Context, area_light::AreaLightImages, direct::DirectImages, gbuffer::GBuffer,
+        pixel_filter::PixelSample, refinement::gathered_shape,
     },
     plan::{Plan, TofPlan},
     vulkan::{Allocate, Device, ImageShape, Recorder},
@@ -114,7 +114,7 @@ impl FrameImagesKey {
             has_indirect_stderr: plan.has_stderr_layer(),
             has_energy: plan.joule_per_irradiance.is_some(),
             has_radiance: stays_on_device,
-            has_area_light: plan.area_light_error.is_some(),
+            has_area_light: plan.target_area_light_error.is_some(),
             is_sampled: plan.pixel_sampling.is_some(),
             gathered_shape: gathered_shape(plan),
         }
@@ -159,6 +159,14 @@ impl<A: Allocate> FrameImages<A> {
 }
 
 impl FrameImages {
+    /// The images to which direct light is added.
+    pub fn direct_images(&self) -> DirectImages<'_> {
+        DirectImages {
+            radiance: &self.direct,
+            phasors: self.direct_phasors.as_ref(),
+        }
+    }
+
     /// Clears the images to zero. Lights are then added one after the other; zeros stay where there is nothing to gather.
     pub fn record_clears(&self, recorder: &mut Recorder) {
         let others = self.indirect.iter().chain(&self.indirect_stderr);

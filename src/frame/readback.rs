@@ -52,7 +52,7 @@ fn bytes_at_once(limits: Option<&DeviceLimits>) -> u64 {
 
 /// The images of a frame that its layers are made from, or those of a list.
 pub(super) struct NeededImages<'i> {
-    position_mesh: Option<&'i Image>,
+    position_instance: Option<&'i Image>,
     footprints: Option<&'i Image>,
     kd_material: Option<&'i Image>,
     normal: Option<&'i Image>,
@@ -82,7 +82,7 @@ impl<'i> NeededImages<'i> {
         let needed =
             |image: &'i Option<Image>, is_needed: bool| image.as_ref().filter(|_| is_needed);
         NeededImages {
-            position_mesh: has_geometry.then_some(&gbuffer.position_mesh),
+            position_instance: has_geometry.then_some(&gbuffer.position_instance),
             footprints: sampled.map(|sampled| &sampled.footprint),
             kd_material: is_wanted(Layer::MaterialId).then_some(&gbuffer.kd_material),
             normal: is_wanted(Layer::Normal).then_some(&gbuffer.normal_geometric),
@@ -97,7 +97,7 @@ impl<'i> NeededImages<'i> {
 
     fn all(&self) -> Vec<&'i Image> {
         let all = [
-            self.position_mesh,
+            self.position_instance,
             self.footprints,
             self.kd_material,
             self.normal,
@@ -131,7 +131,7 @@ pub(crate) fn read_layers(
 ) -> Result<Vec<(Layer, LayerData)>> {
     let is_wanted = |layer: Layer| wanted.is_none_or(|wanted| wanted.contains(&layer));
     let NeededImages {
-        position_mesh,
+        position_instance,
         footprints,
         kd_material,
         normal,
@@ -147,8 +147,8 @@ pub(crate) fn read_layers(
         .filter(|_| phasors[0].is_some());
 
     let (mut geometry, mut paths) = (None, None);
-    if let Some(position_mesh) = position_mesh {
-        let pixels = readback.pixels(position_mesh)?;
+    if let Some(position_instance) = position_instance {
+        let pixels = readback.pixels(position_instance)?;
         let camera = &description.camera;
         let mut wanted_geometry = Geometry::LAYERS.into_iter().filter(|&l| is_wanted(l));
         let only_ids = !wanted_geometry.any(|layer| layer != Layer::InstanceId);
@@ -213,13 +213,13 @@ pub(crate) fn read_layers(
     });
     let radiance = radiance.or(alone);
 
-    let (position, in_camera, depth, range, mesh_ids) = match geometry {
+    let (position, in_camera, depth, range, instance_ids) = match geometry {
         Some(geometry) => (
             Some(geometry.position),
             Some(geometry.in_camera),
             Some(geometry.depth),
             Some(geometry.range),
-            Some(geometry.mesh_ids),
+            Some(geometry.instance_ids),
         ),
         None => (None, None, None, None, None),
     };
@@ -237,7 +237,7 @@ pub(crate) fn read_layers(
         (Layer::Range, float(range)),
         (Layer::MeanDepth, float(mean_depth)),
         (Layer::NearestDepth, float(nearest_depth)),
-        (Layer::InstanceId, mesh_ids.map(LayerData::Id)),
+        (Layer::InstanceId, instance_ids.map(LayerData::Id)),
         (Layer::MaterialId, material_ids.map(LayerData::Id)),
     ];
     let made = |(layer, data): (Layer, Option<LayerData>)| Some((layer, data?));
@@ -247,7 +247,6 @@ pub(crate) fn read_layers(
         readback.copy_missing(&both)?;
         let texels = |image: Option<&Image>| image.map_or(Ok(&[][..]), |i| readback.copied(i));
         let [direct, indirect] = phasors.map(texels);
-        let (direct, indirect) = (direct?, indirect?);
         let parts = FrameParts {
             has_sensor: true,
             has_indirect: images.indirect.is_some(),
@@ -259,7 +258,7 @@ pub(crate) fn read_layers(
             is_wanted: &|layer| is_wanted(layer) && layer.is_made_with(parts),
             floats: &mut |values| pool.floats(values),
         };
-        add_time_of_flight(&mut layers, tof, &paths, (direct, indirect), &mut wanted);
+        add_time_of_flight(&mut layers, tof, &paths, direct?, indirect?, &mut wanted);
     }
     layers.retain(|(layer, _)| is_wanted(*layer));
     Ok(layers)
@@ -303,8 +302,8 @@ impl Paths {
         let camera_m = description.camera.position_m;
         let mut lengths = vec![[0.0; 2]; positions.len()];
         per_pixel(&mut lengths, |i| {
-            let [x, y, z, mesh_id] = positions[i];
-            if mesh_id == 0.0 {
+            let [x, y, z, instance_id] = positions[i];
+            if instance_id == 0.0 {
                 return [[0.0, f64::INFINITY]];
             }
             let p_m = space.to_world([x, y, z]);
@@ -326,7 +325,8 @@ fn add_time_of_flight(
     layers: &mut Vec<(Layer, LayerData)>,
     camera: TofCamera,
     paths: &Paths,
-    (direct, indirect): (&[[f32; 4]], &[[f32; 4]]),
+    direct: &[[f32; 4]],
+    indirect: &[[f32; 4]],
     wanted: &mut WantedLayers,
 ) {
     let tof = camera.tof;
@@ -361,18 +361,25 @@ fn add_time_of_flight(
                 indirect: own(indirect.get(i).copied().unwrap_or_default()) * way_to_camera,
             }]
         });
-        let lit = (&*pixels, &*radiances, &*paths.half_m);
-        layers.extend(camera.layers(frequency, lit, &lens_factors, wanted));
+        let half_m = &paths.half_m;
+        layers.extend(camera.layers(
+            frequency,
+            &pixels,
+            &radiances,
+            half_m,
+            &lens_factors,
+            wanted,
+        ));
     }
 }
 
-/// What the image of positions and mesh ids holds: P in the world and in the camera's axes, its distances from the camera (m), and ids.
+/// What the image of positions and instance ids holds: P in the world and in the camera's axes, its distances from the camera (m), and ids.
 struct Geometry {
     position: Vec<f32>,
     in_camera: Vec<f32>,
     depth: Vec<f32>,
     range: Vec<f32>,
-    mesh_ids: Vec<u32>,
+    instance_ids: Vec<u32>,
 }
 
 impl Geometry {
@@ -386,14 +393,14 @@ impl Geometry {
 
     /// The ids alone.
     fn of_ids(pixels: &[[f32; 4]], pool: &mut BufferPool) -> Geometry {
-        let mut mesh_ids = pool.ids(pixels.len());
-        per_pixel(&mut mesh_ids, |i| [pixels[i][3] as u32]);
+        let mut instance_ids = pool.ids(pixels.len());
+        per_pixel(&mut instance_ids, |i| [pixels[i][3] as u32]);
         Geometry {
             position: Vec::new(),
             in_camera: Vec::new(),
             depth: Vec::new(),
             range: Vec::new(),
-            mesh_ids,
+            instance_ids,
         }
     }
 
@@ -409,7 +416,7 @@ impl Geometry {
             in_camera: pool.floats(3 * count),
             depth: pool.floats(count),
             range: pool.floats(count),
-            mesh_ids: pool.ids(count),
+            instance_ids: pool.ids(count),
         };
         // Differences are taken in local space: in world space they could cancel.
         let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
@@ -421,15 +428,15 @@ impl Geometry {
             .zip(geometry.in_camera.chunks_mut(3 * share))
             .zip(geometry.depth.chunks_mut(share))
             .zip(geometry.range.chunks_mut(share))
-            .zip(geometry.mesh_ids.chunks_mut(share));
+            .zip(geometry.instance_ids.chunks_mut(share));
         for_each_at_once(
             parts,
-            |(((((pixels, position), in_camera), depth), range), mesh_ids)| {
+            |(((((pixels, position), in_camera), depth), range), instance_ids)| {
                 let (position, _) = position.as_chunks_mut::<3>();
                 let (in_camera, _) = in_camera.as_chunks_mut::<3>();
-                for (i, &[x, y, z, mesh_id]) in pixels.iter().enumerate() {
-                    mesh_ids[i] = mesh_id as u32;
-                    if mesh_id == 0.0 {
+                for (i, &[x, y, z, instance_id]) in pixels.iter().enumerate() {
+                    instance_ids[i] = instance_id as u32;
+                    if instance_id == 0.0 {
                         position[i] = [0.0; 3];
                         in_camera[i] = [0.0; 3];
                         depth[i] = f32::INFINITY;

@@ -1,6 +1,11 @@
 //! Area light pass: the direct light of one light's area, in closed form times the share that its points see.
 
-use super::{Context, direct::DirectImages, gbuffer::GBuffer, light::DeviceLight};
+use super::{
+    Context,
+    direct::{DirectImages, SeenPoints},
+    gbuffer::GBuffer,
+    light::DeviceLight,
+};
 use crate::{
     Result,
     plan::{Plan, TofPlan},
@@ -25,7 +30,7 @@ pub(crate) struct AreaLightImages<A: Allocate = Device> {
 impl<A: Allocate> AreaLightImages<A> {
     /// `None` if no light has an area.
     pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<AreaLightImages<A>>> {
-        if plan.area_light_error.is_none() {
+        if plan.target_area_light_error.is_none() {
             return Ok(None);
         }
         let shape = ImageShape::plain(plan.resolution_px);
@@ -64,7 +69,8 @@ impl AreaLightImages {
     pub fn merge(
         &self,
         context: &Context,
-        (gbuffer, light): (&GBuffer, &DeviceLight),
+        gbuffer: &GBuffer,
+        light: &DeviceLight,
         points: u32,
     ) -> Result<f64> {
         let [first, second] = &self.halves;
@@ -95,16 +101,17 @@ impl AreaLightImages {
         })
     }
 
-    /// Adds the mean of the first half, which has so many points, to the images of direct light, with the weight `share`.
+    /// Adds the mean of the first half, which has so many points, to the images of direct light.
     pub fn add_to(
         &self,
         recorder: &mut Recorder,
         context: &Context,
-        (gbuffer, light): (&GBuffer, &DeviceLight),
+        seen: SeenPoints,
+        light: &DeviceLight,
         direct: DirectImages,
-        (points, share): (u32, f64),
+        points: u32,
     ) -> Result<()> {
-        let mut resources = gbuffer.resources();
+        let mut resources = seen.gbuffer.resources();
         resources.extend([
             ("light", Resource::Buffer(&light.uniform)),
             ("first_half", Resource::Image(&self.halves[0])),
@@ -117,7 +124,7 @@ impl AreaLightImages {
             resources.push(("direct_phasors", Resource::Image(phasors)));
         }
         let parameters = AreaLightParameters {
-            share: share as f32,
+            share: seen.share.unwrap_or(1.0) as f32,
             point_count: points as f32,
             pair_count: context.plan.tof.map_or(0, TofPlan::pair_count),
         };

@@ -3,7 +3,7 @@
 use super::{
     gbuffer::GBuffer,
     light_rays::MAX_RAYS,
-    receivers::{ReceiverRange, Receivers},
+    receivers::ListedReceivers,
     refinement::RefinementImages,
     sample_counts::SampleCounts,
     scatter,
@@ -37,7 +37,7 @@ pub(crate) trait Gatherer {
     fn pass(&self) -> &'static str;
 
     /// Whether gathers have no noise, so that the number of samples makes no difference.
-    fn is_exact(&self) -> bool;
+    fn is_noiseless(&self) -> bool;
 
     /// Whether gathering few pixels can be faster than gathering all.
     fn may_interpolate(&self) -> bool {
@@ -68,11 +68,10 @@ pub(crate) trait Gatherer {
     /// From here on, gathers of the image send rays to VPLs, or only along directions. Those of estimates always do both.
     fn send_to_vpls(&mut self, _sends: bool) {}
 
-    /// Gathers at receivers of a list, which are pixels of a G-buffer. `proceed` is called between submissions with the share of
-    /// the work that is done; its error ends the gather.
+    /// Gathers at receivers. `proceed` is called between submissions with the share of the work that is done; its error ends the gather.
     fn gather(
         &mut self,
-        receivers: (&GBuffer, &Receivers, ReceiverRange),
+        receivers: ListedReceivers,
         results: Results,
         samples: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
@@ -97,7 +96,7 @@ impl Results<'_> {
 
     /// Result vectors per receiver.
     pub fn vectors(plan: &Plan) -> Result<u32> {
-        let scatter = scatter::key(plan, (false, false));
+        let scatter = scatter::key(plan, false, false);
         scatter.module().constant("RESULT_VECTORS")
     }
 }

@@ -11,8 +11,8 @@ use crate::{
 
 /// The images of the G-buffer, at the camera's resolution.
 pub(crate) struct GBuffer<A: Allocate = Device> {
-    /// P, local; mesh id (0: no surface).
-    pub position_mesh: A::Image,
+    /// P, local; instance id (0: no surface).
+    pub position_instance: A::Image,
     /// n_P; the geometric normal, packed.
     pub normal_geometric: A::Image,
     /// k_d; material id.
@@ -28,7 +28,7 @@ impl<A: Allocate> GBuffer<A> {
         let shape = ImageShape::plain(plan.resolution_px);
         let image = |name| allocate.image(name, shape);
         Ok(GBuffer {
-            position_mesh: image("G-buffer positions")?,
+            position_instance: image("G-buffer positions")?,
             normal_geometric: image("G-buffer normals")?,
             kd_material: image("G-buffer k_d")?,
             ks_shininess: plan
@@ -46,7 +46,7 @@ impl GBuffer {
     /// All images except the depth, with their names in the shaders.
     fn images(&self) -> impl Iterator<Item = (&'static str, &Image)> {
         let images = [
-            ("position_mesh", &self.position_mesh),
+            ("position_instance", &self.position_instance),
             ("normal_geometric", &self.normal_geometric),
             ("kd_material", &self.kd_material),
         ];
@@ -63,7 +63,7 @@ impl GBuffer {
     /// What the pixels' centres show, except k_d, with the names used next to the images of samples.
     pub fn resources_of_centres(&self) -> Vec<(&'static str, Resource<'_>)> {
         let images = [
-            ("centre_position_mesh", Some(&self.position_mesh)),
+            ("centre_position_instance", Some(&self.position_instance)),
             ("centre_normal_geometric", Some(&self.normal_geometric)),
             ("centre_ks_shininess", self.ks_shininess.as_ref()),
         ];

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{materials::Materials, textures::Textures};
+use super::{materials::Materials, rays::RayTriangles, textures::Textures};
 use crate::{
     Result, Scene,
     geometry::{Geometry, GeometrySize, PlacedMesh},
@@ -15,9 +15,25 @@ pub(crate) struct HitSurfaces {
     triangles: TexelList,
     materials: Arc<Materials>,
     textures: Arc<Textures>,
-    /// For each mesh in the scene's space: the number of triangles up to its end, and its id.
+    /// For each mesh in the scene's space: the number of triangles up to its end, and its instance id.
     mesh_ends: Arc<Buffer>,
     placed_count: u32,
+}
+
+/// The triangles that rays hit, and their shading.
+#[derive(Clone, Copy)]
+pub(crate) struct HitScene<'s> {
+    pub tree: &'s RayTriangles,
+    pub surfaces: &'s HitSurfaces,
+}
+
+impl<'s> HitScene<'s> {
+    /// All lists with their names in the shaders.
+    pub fn resources(self) -> Vec<(&'static str, Resource<'s>)> {
+        let mut resources = self.tree.resources();
+        resources.extend(self.surfaces.resources());
+        resources
+    }
 }
 
 /// Declares the memory for a scene's triangles and materials.

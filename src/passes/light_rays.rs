@@ -2,9 +2,9 @@
 
 use super::{
     Context,
-    hits::HitSurfaces,
+    gatherer::LightRaySets,
+    hits::HitScene,
     light::DeviceLight,
-    rays::RayTriangles,
     trace::{Find, no_list},
     vpl_sampler::RayTable,
 };
@@ -64,16 +64,20 @@ pub(super) fn shade_key(plan: &Plan) -> Key {
 }
 
 impl LightRays {
-    /// Traces rays from the lights as the table says, in `set_count` sets. Returns their number.
+    /// Traces rays from the lights as the table says. Returns their number.
     pub fn trace(
         &self,
         context: &Context,
-        (tree, surfaces): (&RayTriangles, &HitSurfaces),
-        (lights, light_list): (&[&DeviceLight], &TexelList),
+        scene: HitScene,
+        lights: &[&DeviceLight],
+        light_list: &TexelList,
         table: &RayTable,
-        (set_count, seed): (u32, u32),
+        sets: LightRaySets,
     ) -> Result<u64> {
         let plan = context.plan;
+        let LightRaySets {
+            seed, set_count, ..
+        } = sets;
         let count = u64::from(table.set_size) * u64::from(set_count);
         context.cost.borrow_mut().count_work("light_rays", count);
         context.record(|recorder| {
@@ -101,8 +105,7 @@ impl LightRays {
                     let pipeline = context.pipelines.compute(key)?;
                     let list = context.rays.borrow();
                     let mut resources = list.as_ref().ok_or_else(no_list)?.resources();
-                    resources.extend(tree.resources());
-                    resources.extend(surfaces.resources());
+                    resources.extend(scene.resources());
                     resources.extend(table.resources());
                     resources.extend([
                         ("lights", light_list.resource()),
@@ -119,7 +122,7 @@ impl LightRays {
                     })
                 };
                 dispatch(Key::LightRaysEmit {})?;
-                tree.trace(context, Find::Closest, 0..end - first)?;
+                scene.tree.trace(context, Find::Closest, 0..end - first)?;
                 dispatch(shade_key(plan))?;
             }
         }

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::{
     Context,
     gbuffer::GBuffer,
-    receivers::{ReceiverRange, Receivers},
+    receivers::{ListedReceivers, Receivers},
     sample_counts::SampleCounts,
 };
 use crate::{
@@ -70,8 +70,8 @@ impl PixelSample<'_> {
     ) -> Result<()> {
         let resources = [
             (
-                "position_mesh",
-                Resource::Image(&self.gbuffer.position_mesh),
+                "position_instance",
+                Resource::Image(&self.gbuffer.position_instance),
             ),
             ("footprint", Resource::Image(footprint)),
         ];
@@ -84,7 +84,8 @@ impl PixelSample<'_> {
         &self,
         recorder: &mut Recorder,
         context: &Context,
-        (centres, gathered): (&GBuffer, &Image),
+        centres: &GBuffer,
+        gathered: &Image,
         receivers: &Receivers,
         images: FilteredImages,
     ) -> Result<()> {
@@ -116,19 +117,20 @@ impl PixelSample<'_> {
         context.dispatch(recorder, key, resources, &parameters, size_px)
     }
 
-    /// Adds the first results, which belong to a range of receivers.
+    /// Adds the first results, which belong to these receivers.
     pub fn add_gathered(
         &self,
         recorder: &mut Recorder,
         context: &Context,
-        (receivers, range): (&Receivers, ReceiverRange),
-        (results, counts): (&Buffer, Option<&SampleCounts>),
+        receivers: ListedReceivers,
+        results: &Buffer,
+        counts: Option<&SampleCounts>,
         images: FilteredImages,
     ) -> Result<()> {
         let mut resources = self.gbuffer.resources();
         resources.extend(images.resources(context));
         resources.extend([
-            ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("receivers", Resource::Buffer(&receivers.list.pixels)),
             ("results", Resource::Buffer(results)),
         ]);
         resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
@@ -138,6 +140,7 @@ impl PixelSample<'_> {
             brdf: plan.brdf(),
             noisy: counts.is_some(),
         };
+        let range = receivers.range;
         let parameters = PixelFilterParameters {
             first_receiver: range.first,
             receiver_count: range.count,

@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-pub(super) fn key(plan: &Plan, (noisy, range): (bool, bool)) -> Key {
+pub(super) fn key(plan: &Plan, noisy: bool, range: bool) -> Key {
     Key::Predict {
         phasors: plan.has_phasors(),
         brdf: plan.brdf(),
@@ -44,7 +44,7 @@ pub(crate) fn predict(
         GridStep::Edges { reach } => (EDGES, reach),
     };
     let plan = context.plan;
-    let key = key(plan, (images.is_noisy(), images.has_range()));
+    let key = key(plan, images.is_noisy(), images.has_range());
     let [columns, rows] = step.extent(plan.resolution_px);
     let parameters = PredictParameters {
         reach,

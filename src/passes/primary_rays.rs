@@ -7,8 +7,7 @@ use glam::DVec2;
 use super::{
     Context,
     gbuffer::GBuffer,
-    hits::HitSurfaces,
-    rays::RayTriangles,
+    hits::HitScene,
     trace::{Find, no_list},
 };
 use crate::{
@@ -48,8 +47,10 @@ pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc
 /// Fills the G-buffer with the surfaces as seen from `view`, through points at `offset_px` from the pixels' centres.
 pub(crate) fn draw(
     context: &Context,
-    (tree, surfaces): (&RayTriangles, &HitSurfaces),
-    (view, lens, offset_px): (&Buffer, Option<&Buffer>, DVec2),
+    scene: HitScene,
+    view: &Buffer,
+    lens: Option<&Buffer>,
+    offset_px: DVec2,
     gbuffer: &GBuffer,
 ) -> Result<()> {
     let plan = context.plan;
@@ -64,9 +65,8 @@ pub(crate) fn draw(
     };
     let mut resources = vec![("view", Resource::Buffer(view))];
     resources.extend(lens.map(|lens| ("lens_rays", Resource::Buffer(lens))));
-    resources.extend(tree.resources());
-    resources.extend(surfaces.resources());
-    let (mesh_ends, mesh_count) = surfaces.mesh_ends();
+    resources.extend(scene.resources());
+    let (mesh_ends, mesh_count) = scene.surfaces.mesh_ends();
     resources.push(("mesh_ends", mesh_ends));
     resources.extend(gbuffer.resources());
     let [width, _] = plan.resolution_px;
@@ -93,7 +93,7 @@ pub(crate) fn draw(
             })
         };
         dispatch(emit)?;
-        tree.trace(context, Find::Closest, 0..width * (row_end - first_row))?;
+        scene.tree.trace(context, Find::Closest, 0..width * (row_end - first_row))?;
         dispatch(shade)?;
     }
     Ok(())

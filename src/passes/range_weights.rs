@@ -16,7 +16,8 @@ pub(crate) fn fill(
     recorder: &mut Recorder,
     context: &Context,
     images: &RefinementImages,
-    (direct_phasors, indirect_phasors): (&Image, Option<&Image>),
+    direct_phasors: &Image,
+    indirect_phasors: Option<&Image>,
     least_squares: [f32; MAX_FREQUENCIES],
 ) -> Result<()> {
     let mut resources = images.resources();

@@ -85,6 +85,14 @@ impl ReceiverRange {
     }
 }
 
+/// Receivers to gather at: a range of a list of a G-buffer's pixels.
+#[derive(Clone, Copy)]
+pub(crate) struct ListedReceivers<'r> {
+    pub gbuffer: &'r GBuffer,
+    pub list: &'r Receivers,
+    pub range: ReceiverRange,
+}
+
 /// Lists the receivers among the candidates. These are every `grid_stride`-th pixel of each row and column, or those of the list
 /// if there is no `grid_stride`.
 pub(crate) fn list(

@@ -28,7 +28,8 @@ pub(crate) fn resolve(
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
-    (indirect_radiance, indirect_phasors): (&Image, Option<&Image>),
+    indirect_radiance: &Image,
+    indirect_phasors: Option<&Image>,
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();

@@ -28,7 +28,8 @@ pub(crate) fn smooth(
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
-    (stride_px, by_ratio): (u32, bool),
+    stride_px: u32,
+    by_ratio: bool,
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let [columns, rows] = context.plan.resolution_px.map(|px| px.div_ceil(stride_px));

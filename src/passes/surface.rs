@@ -83,7 +83,8 @@ impl SurfaceLists {
         scene: &Scene,
         plan: &Plan,
         space: &LocalSpace,
-        (textures, materials): (&Arc<Textures>, Option<&Arc<Materials>>),
+        textures: &Arc<Textures>,
+        materials: Option<&Arc<Materials>>,
         geometry: &Geometry,
     ) -> Result<SurfaceLists> {
         let mut lists = Lists::default();
@@ -94,14 +95,13 @@ impl SurfaceLists {
             materials: materials.map(|materials| &**materials),
         };
         for PlacedMesh { index, mesh, .. } in &geometry.placed {
-            lists.add(&shading, space, (*index, [0, 1]), mesh);
+            lists.add(&shading, space, *index, [0, 1], mesh);
         }
         let mut first = 1;
         for shared in &geometry.shared {
             let count = shared.instances.len() as u32;
             // The indices of these instances are in the list of instances.
-            let index = (0, [first, count]);
-            lists.add(&shading, &shared.space, index, &shared.mesh);
+            lists.add(&shading, &shared.space, 0, [first, count], &shared.mesh);
             first += count;
         }
         Ok(SurfaceLists {
@@ -195,7 +195,8 @@ impl Lists {
         &mut self,
         shading: &Shading,
         space: &LocalSpace,
-        (mesh_index, instances): (usize, [u32; 2]),
+        instance_index: usize,
+        instances: [u32; 2],
         mesh: &Mesh,
     ) {
         let Shading {
@@ -247,7 +248,7 @@ impl Lists {
                 has_cutouts: material.alpha_texture.filter(shown).is_some(),
                 draw: Draw {
                     kd: material.kd.map(|kd| kd as f32),
-                    mesh_id: (mesh_index + 1) as f32,
+                    instance_id: (instance_index + 1) as f32,
                     ks: material.ks.map(|ks| ks as f32),
                     shininess: material.shininess as f32,
                     material_id: (material_index + 1) as f32,

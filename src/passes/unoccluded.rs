@@ -22,7 +22,8 @@ pub(crate) fn fill(
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
-    (vpls, vpl_count): (&Image, u32),
+    vpls: &Image,
+    vpl_count: u32,
     proceed: &mut dyn FnMut() -> Result<()>,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();

@@ -94,7 +94,7 @@ impl HostTracer {
         };
         let is_hole = |triangle: u32, ray: &Ray| self.is_hole(triangle, ray);
         self.scene
-            .closest(lanes, ray, &mut met, (0, &is_hole), stack);
+            .closest(lanes, ray, &mut met, 0, &is_hole, stack);
         if let Some(nodes) = &self.over_instances {
             let mut visitor = ClosestOfInstances {
                 tracer: self,
@@ -171,7 +171,8 @@ impl<L: Lanes> Visit<L> for ClosestOfInstances<'_> {
             lanes,
             &ray,
             &mut self.met,
-            (placed.first_hit, &whole),
+            placed.first_hit,
+            &whole,
             stack,
         );
         *t_max = 1.0 / self.met.inverse_t;

@@ -4,7 +4,7 @@ use ash::vk::{self, AccessFlags2 as Access, PipelineStageFlags2 as On};
 
 use super::{
     Buffer, CommandPool, Device, Image, PixelKind, Recorder, SharedMemory,
-    command_pool::UploadTarget, recorder::cleared,
+    command_pool::UploadTarget, raster::cleared,
 };
 use crate::Result;
 

@@ -7,7 +7,7 @@ use crate::common::lamps::{measured, projector};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Error, Progress, RenderOptions, Scene,
-    doctor::torture::visible_strip,
+    hard_cases::torture::visible_strip,
     metrics::{self, Comparison, Pixels},
     output::{Frame, FrameStats, Layer, StopReason},
     reference::Reference,

@@ -10,7 +10,7 @@ use crate::relations::{
 };
 use camlux::{
     Scene,
-    doctor::scenes::{moved, turned, with_sum},
+    hard_cases::scenes::{moved, turned, with_sum},
     glam::DVec3,
     output::Layer,
     scene::{Bands, VplSum},

@@ -10,7 +10,7 @@ use crate::relations::{
     with_light_in_two, with_meshes_reversed, with_triangles_in_four, with_triangles_in_two,
 };
 use camlux::{
-    doctor::scenes::{moved, turned},
+    hard_cases::scenes::{moved, turned},
     glam::DVec3,
 };
 

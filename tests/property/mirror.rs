@@ -3,7 +3,7 @@
 
 use camlux::{
     DeviceKind, RenderOptions, Scene,
-    doctor::scenes::{point_light, quad},
+    hard_cases::scenes::{point_light, quad},
     glam::DVec3,
     internals::{Intermediates, SurfacePoint},
     output::Layer,

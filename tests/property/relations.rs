@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 
 use camlux::{
     Scene,
-    doctor::scenes::{
+    hard_cases::scenes::{
         COLOURED, GLOSSY, GREY, amplified, cuboid, point_light, scene_of, spot_light, with_rays,
         with_sum,
     },

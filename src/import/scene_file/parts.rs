@@ -333,7 +333,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             let white = white(&mut keys)?;
             // A projector's lens is described like a camera's.
             let lens = lens(&mut keys, "[[light]]")?;
-            let (image, unused) = ProjectedImage::load(&path, (encoding, white), lens, &named.at)?;
+            let (image, unused) = ProjectedImage::load(&path, encoding, white, lens, &named.at)?;
             warning = unused;
             Light::Pattern {
                 position_m: keys.need("position", POSITION)?.vec3()?,

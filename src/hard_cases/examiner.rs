@@ -5,7 +5,7 @@ use std::{mem, ops::ControlFlow};
 use super::{
     Case, Measurement, Part,
     scenes::{with_each_estimator, with_rays, with_shadow, with_sum},
-    torture,
+    torture_rows::{Row, Settings},
 };
 use crate::{
     Device, RenderOptions, Renderer, Result, Scene,
@@ -42,8 +42,8 @@ pub struct Examiner {
     pub(super) renderer: Renderer,
     last_scene: Option<Scene>,
     measured: Measurement,
-    pub(super) torture: torture::Settings,
-    pub(super) rows: Vec<torture::Row>,
+    pub(super) torture: Settings,
+    pub(super) rows: Vec<Row>,
 }
 
 impl Examiner {
@@ -57,7 +57,7 @@ impl Examiner {
             renderer: Renderer::new(device)?,
             last_scene: None,
             measured: Measurement::default(),
-            torture: torture::Settings::default(),
+            torture: Settings::default(),
             rows: Vec::new(),
         })
     }
@@ -75,6 +75,16 @@ impl Examiner {
     /// The last scene that was rendered, of those rendered without changes; for a picture of the case.
     pub fn last_scene(&self) -> Option<&Scene> {
         self.last_scene.as_ref()
+    }
+
+    /// Sets how the cases of the torture set are rendered from now on.
+    pub fn set_torture(&mut self, settings: Settings) {
+        self.torture = settings;
+    }
+
+    /// Returns the images of the torture set since the last call.
+    pub fn take_rows(&mut self) -> Vec<Row> {
+        mem::take(&mut self.rows)
     }
 
     /// Records one error of the case with its bound: [`Part`].

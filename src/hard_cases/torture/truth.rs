@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Subject, openings::BehindOpenings};
 use crate::{
     Error, Result, Scene,
-    doctor::examiner::values,
+    hard_cases::examiner::values,
     metrics::{Comparison, Pixels},
     output::{ExrOptions, Frame, Layer, OutputFile, write_exr},
     reference::{Goal, Reference},
