@@ -137,8 +137,7 @@ fn report() -> Result<(), Failure> {
             // Later frames have what this one makes.
             let foretold = renderer.foretell_ms(&scene);
             let first = renderer.render(&scene, &mut RenderOptions::default())?;
-            let passes = first.stats.passes.iter();
-            let on_device: f64 = passes.map(|pass| pass.milliseconds).sum();
+            let on_device = first.stats.gpu_milliseconds();
             let foretold = foretold.map_or(f64::NAN, |foretold| foretold / on_device);
             let mut counts = Counts::default();
             let mut sums: Option<Vec<Vec<f64>>> = None;
@@ -367,10 +366,7 @@ fn layers(frame: &Frame) -> Vec<(Layer, Layer)> {
 
 /// Pixels that show a surface, and those on edges.
 fn seen(frame: &Frame) -> [Vec<bool>; 2] {
-    [Layer::InstanceId, Layer::Edge].map(|layer| {
-        let ids = frame.ids(layer).unwrap_or_default();
-        ids.iter().map(|&id| id > 0).collect()
-    })
+    [Layer::InstanceId, Layer::Edge].map(|layer| frame.mask(layer))
 }
 
 fn compare(image: &[f32], truth: &Frame, of: (Layer, Layer)) -> Result<Comparison, Failure> {

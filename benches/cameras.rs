@@ -11,8 +11,8 @@ mod two_threads;
 use std::{env, path::PathBuf, time::Instant};
 
 use camlux::{
-    Device, DeviceOptions, RenderOptions, Renderer, Scene, glam::DVec3, output::Frame,
-    output::Layer, scene::Camera,
+    Device, DeviceOptions, RenderOptions, Renderer, Scene, glam::DVec3, output::Layer,
+    scene::Camera,
 };
 use two_threads::Failure;
 
@@ -61,7 +61,7 @@ fn report() -> Result<(), Failure> {
                 ..scene.clone()
             };
             let frame = renderer.render(&scene, &mut options())?;
-            passes_ms += ms_of_passes(&frame);
+            passes_ms += frame.stats.gpu_milliseconds();
             renderer.return_buffers(frame);
         }
         let one_by_one_s = start.elapsed().as_secs_f64();
@@ -97,9 +97,4 @@ fn moved(camera: &Camera, number: u32) -> Camera {
         look_at_m: camera.look_at_m + step,
         ..*camera
     }
-}
-
-fn ms_of_passes(frame: &Frame) -> f64 {
-    let passes = frame.stats.passes.iter();
-    passes.map(|pass| pass.milliseconds).sum()
 }

@@ -77,7 +77,7 @@ fn print_row(name: &str, [width, height]: [u32; 2], stats: &FrameStats) {
         "{name:<14} {:>11} {:>8.0} {:>10.0} {:>8.1} {:>6} {:>8.2}  {}",
         format!("{width} × {height}"),
         stats.wall_milliseconds,
-        sum_ms(&stats.passes),
+        stats.gpu_milliseconds(),
         sum_ms(&stats.host_steps),
         stats.submissions,
         stats.ray_count as f64 * 1e-6,

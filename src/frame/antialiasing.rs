@@ -1,8 +1,10 @@
 //! Averages depths and direct light over the pixels' area, sample by sample. `indirect::antialiased_bounce` averages the bounce.
 
 use super::{
-    FrameImages, ProgressReport, draw_maps, lights::Lights, scene_resources::SceneResources, see,
-    shade,
+    FrameImages, ProgressReport,
+    direct::{draw_maps, see, shade},
+    lights::Lights,
+    scene_resources::SceneResources,
 };
 use crate::{
     Result,
@@ -41,7 +43,7 @@ pub(super) fn average(
                 *squared_error.get_or_insert(0.0) += (sample.share * error).powi(2);
             }
         }
-        context.record(|r| sample.add_depth(r, context, &sampled.footprint))?;
+        sample.add_depth(context, &sampled.footprint)?;
     }
     let worst = squared_errors.into_iter().flatten().reduce(f64::max);
     Ok(worst.map(f64::sqrt))

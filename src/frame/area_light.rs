@@ -58,7 +58,15 @@ pub(super) fn shade(
             let place = lattice::scrambled(point, seed);
             let point_of_area = upload_area_point(context, index, device, place)?;
             let (point_of_area, half) = (Some(&point_of_area), sums.half(half));
-            direct::shade(context, surfaces, unweighted, device, point_of_area, occluders, half)?;
+            direct::shade(
+                context,
+                surfaces,
+                unweighted,
+                device,
+                point_of_area,
+                occluders,
+                half,
+            )?;
             if (point + 1) % POINTS_PER_SUBMISSION == 0 {
                 context.finish()?;
             }
@@ -81,6 +89,6 @@ pub(super) fn shade(
         progress.ask()?;
     };
     let direct = images.direct_images();
-    context.record(|recorder| sums.add_to(recorder, context, seen, device, direct, points))?;
+    sums.add_to(context, seen, device, direct, points)?;
     Ok(Some(error))
 }

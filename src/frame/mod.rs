@@ -4,6 +4,7 @@ mod antialiasing;
 mod area_light;
 mod buffer_pool;
 mod cache;
+mod direct;
 mod drawn;
 mod forecast;
 mod frame_cache;
@@ -21,22 +22,14 @@ use glam::DVec2;
 
 use crate::{
     Result,
-    passes::{
-        Context,
-        direct::{self, SeenPoints},
-        gbuffer::{self, GBuffer},
-        hits::HitScene,
-        primary_rays, rsm, sensor, shadow,
-        surface::{Surfaces, upload_view},
-        trace::RayList,
-        view, vpl,
-    },
+    passes::{Context, sensor, trace::RayList, vpl},
     vulkan::shaders::Seen,
 };
 
 pub(crate) use buffer_pool::BufferPool;
 pub(crate) use cache::Cached;
 use cache::LockedLate;
+use direct::{draw_maps, see, shade};
 pub(crate) use drawn::DrawnFrame;
 pub use drawn::{DeviceFrame, DeviceImage};
 pub(crate) use forecast::RenderedFrame;
@@ -45,10 +38,9 @@ pub(crate) use images::FrameImages;
 use images::FrameImagesKey;
 pub(crate) use indirect::ErrorEstimates;
 pub(crate) use lights::Lights;
-use lights::{LightsKey, UpdatedLight};
+use lights::LightsKey;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
-use scene_resources::SceneResources;
 
 /// Called for each light, with its index, once its maps are drawn and its VPLs are listed.
 pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lights, usize) -> Result<()> + 'o;
@@ -106,7 +98,7 @@ pub(crate) fn draw(
             area_light_error = area_light_error.into_iter().chain(error).reduce(f64::max);
         }
         if let Some((rsm, vpls)) = light.vpls_to_list {
-            context.record(|r| vpl::extract(r, context, light.device, rsm, vpls))?;
+            vpl::extract(context, light.device, rsm, vpls)?;
             context.finish()?;
             lights.take_vpls(index)?;
         }
@@ -117,14 +109,17 @@ pub(crate) fn draw(
     }
 
     context.begin_step("indirect");
-    let mut estimates = match context.plan.bounce() {
+    let estimates = match context.plan.bounce() {
         Some(plan) => indirect::gather(context, plan, scene, lights, images, progress)?,
         None => ErrorEstimates::default(),
     };
 
     context.begin_step("sensor");
     let of_samples = antialiasing::average(context, scene, lights, images, progress)?;
-    estimates.area_light_error = of_samples.or(area_light_error);
+    let estimates = ErrorEstimates {
+        area_light_error: of_samples.or(area_light_error),
+        ..estimates
+    };
 
     // Radiance is the same sum as energy. It is for a host that reads it on the device.
     let plan = context.plan;
@@ -132,7 +127,11 @@ pub(crate) fn draw(
     let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
     let seen = match &images.sampled {
         Some(sampled) => (Seen::Sampled, "footprint", &sampled.footprint),
-        None => (Seen::Aperture, "position_instance", &gbuffer.position_instance),
+        None => (
+            Seen::Aperture,
+            "position_instance",
+            &gbuffer.position_instance,
+        ),
     };
     for (factor, seen, sum) in [
         (energy_factor, aperture.map(|_| seen), &images.energy),
@@ -146,7 +145,7 @@ pub(crate) fn draw(
                 indirect: images.indirect.as_ref(),
                 sum,
             };
-            context.record(|r| sensor::expose(r, context, &exposure))?;
+            sensor::expose(context, &exposure)?;
         }
     }
     if !context.stays_on_device {
@@ -157,57 +156,4 @@ pub(crate) fn draw(
     progress.end()?;
     let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
     Ok((estimates, vpl_count))
-}
-
-/// Fills a G-buffer with what the camera sees through points at `offset_px` from the pixels' centres. `share` is the weight of each point in
-/// its pixel, unless it is the only one.
-fn see<'g>(
-    context: &Context,
-    scene: &SceneResources,
-    offset_px: DVec2,
-    share: Option<f64>,
-    gbuffer: &'g GBuffer,
-) -> Result<SeenPoints<'g>> {
-    let camera = view::of_camera(&context.scene.camera, context.space, offset_px);
-    let camera = upload_view(context.device, &camera)?;
-    if context.plan.has_primary_rays {
-        let (scene, lens) = (scene.hit_scene()?, scene.lens_rays());
-        primary_rays::draw(context, scene, &camera, lens, offset_px, gbuffer)?;
-    } else {
-        let surfaces = scene.surfaces()?;
-        context.record(|r| gbuffer::draw(r, context, surfaces, &camera, gbuffer))?;
-    }
-    Ok(SeenPoints { gbuffer, share })
-}
-
-/// Draws the maps of a light that have to be made.
-fn draw_maps(context: &Context, surfaces: &Surfaces, light: &UpdatedLight) -> Result<()> {
-    context.record(|r| {
-        if let Some(map) = light.rsm_to_draw {
-            rsm::draw(r, context, surfaces, light.device, map)?;
-        }
-        if let Some(map) = light.shadow_map_to_draw {
-            shadow::draw(r, context, surfaces, light.device, map)?;
-        }
-        Ok(())
-    })
-}
-
-/// Adds a light to the images of direct light, as the G-buffer shows it. Another `seed` gives other points of its area, if it has one.
-/// Returns an estimate of the relRMSE of a light with an area.
-fn shade(
-    context: &Context,
-    surfaces: &Surfaces,
-    seen: SeenPoints,
-    light: &UpdatedLight,
-    images: &FrameImages,
-    seed: u32,
-    progress: &mut ProgressReport,
-) -> Result<Option<f64>> {
-    if light.device.plan.is_area() {
-        return area_light::shade(context, surfaces, seen, light, images, seed, progress);
-    }
-    let direct = images.direct_images();
-    direct::shade(context, surfaces, seen, light.device, None, light.occluders, direct)?;
-    Ok(None)
 }

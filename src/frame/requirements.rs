@@ -2,7 +2,7 @@
 
 use super::{
     images::{FrameImages, FrameImagesKey},
-    indirect::{RefinementResources, AntialiasedBounceResources},
+    indirect::{AntialiasedBounceResources, RefinementResources},
     readback::buffer_bytes,
 };
 use crate::{

@@ -234,9 +234,8 @@ impl SceneResources {
         let (instances, are_moved) = match tracer {
             Some(tracer) => {
                 let trees = &mut self.mesh_trees;
-                let tree = || {
-                    RayTriangles::of(commands, scene, &geometry, space, textures, tracer, trees)
-                };
+                let tree =
+                    || RayTriangles::of(commands, scene, &geometry, space, textures, tracer, trees);
                 let (tree, is_new) = self.ray_tree.get_or_make(
                     ray_tree_key,
                     shared,

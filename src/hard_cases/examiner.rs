@@ -130,10 +130,6 @@ impl Examiner {
         layer: Layer,
     ) -> Result<f64> {
         let frame = self.render(scene)?;
-        let is_set = |layer: Layer| -> Vec<bool> {
-            let ids = truth.ids(layer).unwrap_or_default();
-            ids.iter().map(|&id| id != 0).collect()
-        };
         Ok(relative_rmse(&Pixels {
             image: values(&frame, layer),
             reference: values(truth, layer),
@@ -142,8 +138,8 @@ impl Examiner {
                 Layer::Indirect => truth.values(Layer::StandardError),
                 _ => None,
             },
-            valid: &is_set(Layer::InstanceId),
-            edges: Some(&is_set(Layer::Edge)),
+            valid: &truth.mask(Layer::InstanceId),
+            edges: Some(&truth.mask(Layer::Edge)),
             channels: layer.channel_names().len(),
         }))
     }

@@ -120,8 +120,9 @@ impl RayProbe {
         });
         let trees = &mut MeshTrees::default();
         let geometry = Geometry::of(scene, None);
-        let triangles =
-            RayTriangles::of(&commands, scene, &geometry, &space, &textures, tracer, trees)?;
+        let triangles = RayTriangles::of(
+            &commands, scene, &geometry, &space, &textures, tracer, trees,
+        )?;
         let mut hits = corners_of_hits(&geometry, &space);
         if tracer == Tracer::Query {
             // Those with cut-outs come last.

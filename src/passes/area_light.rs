@@ -10,7 +10,7 @@ use crate::{
     Result,
     plan::{Plan, TofPlan},
     vulkan::{
-        Allocate, BufferUse, Device, Image, ImageShape, Recorder, Resource,
+        Allocate, BufferUse, Device, Image, ImageShape, Resource,
         shaders::{AreaLightParameters, Key},
     },
 };
@@ -35,16 +35,11 @@ impl<A: Allocate> AreaLightImages<A> {
         }
         let shape = ImageShape::plain(plan.resolution_px);
         let half = || allocate.image("half of an area's light", shape);
-        let phasors = plan.tof.map(TofPlan::pair_count).map(|layers| ImageShape {
-            layers: Some(layers),
-            ..shape
-        });
+        let phasors = plan.tof.map(|tof| shape.with_layers(tof.pair_count()));
         let bytes = u64::from(group_count(plan)) * size_of::<[f32; 2]>() as u64;
         Ok(Some(AreaLightImages {
             halves: [half()?, half()?],
-            phasors: phasors
-                .map(|shape| allocate.image("phasors of an area's light", shape))
-                .transpose()?,
+            phasors: allocate.image_if("phasors of an area's light", phasors)?,
             differences: allocate.buffer("differences", bytes, BufferUse::Readback)?,
         }))
     }
@@ -81,15 +76,14 @@ impl AreaLightImages {
             ("second_half", Resource::Image(second)),
             ("differences", Resource::Buffer(&self.differences)),
         ]);
-        context.submit(|recorder| {
-            let size_px = context.plan.resolution_px;
-            let parameters = AreaLightParameters {
-                point_count: points as f32,
-                ..AreaLightParameters::default()
-            };
-            let key = Key::AreaLightMerge {};
-            context.dispatch(recorder, key, &resources, &parameters, size_px)
-        })?;
+        let size_px = context.plan.resolution_px;
+        let parameters = AreaLightParameters {
+            point_count: points as f32,
+            ..AreaLightParameters::default()
+        };
+        let key = Key::AreaLightMerge {};
+        context.dispatch(key, &resources, &parameters, size_px)?;
+        context.finish()?;
         let found: &[[f32; 2]] = self
             .differences
             .mapped(group_count(context.plan) as usize)?;
@@ -104,7 +98,6 @@ impl AreaLightImages {
     /// Adds the mean of the first half, which has so many points, to the images of direct light.
     pub fn add_to(
         &self,
-        recorder: &mut Recorder,
         context: &Context,
         seen: SeenPoints,
         light: &DeviceLight,
@@ -129,7 +122,7 @@ impl AreaLightImages {
             pair_count: context.plan.tof.map_or(0, TofPlan::pair_count),
         };
         let size_px = context.plan.resolution_px;
-        context.dispatch(recorder, key, &resources, &parameters, size_px)
+        context.dispatch(key, &resources, &parameters, size_px)
     }
 }
 

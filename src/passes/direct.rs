@@ -95,8 +95,7 @@ pub(crate) fn shade(
             ..parameters
         };
         let size = [width, row_end - first_row];
-        context
-            .record(|recorder| context.dispatch_image(recorder, key, resources, &parameters, size))
+        context.dispatch_image(key, resources, &parameters, size)
     };
     match occluders {
         Occluders::Map(map) => {

@@ -86,6 +86,6 @@ pub(crate) fn compare(context: &Context, comparison: Comparison) -> Result<Buffe
     };
     let key = key(context.plan, counts.is_some(), images.has_range());
     let size = [receiver_count, 1];
-    context.record(|r| context.dispatch(r, key, &resources, &parameters, size))?;
+    context.dispatch(key, &resources, &parameters, size)?;
     Ok(estimates)
 }

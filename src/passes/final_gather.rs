@@ -222,7 +222,6 @@ impl<'b> FinalGather<'b> {
             ..gather.parameters
         };
         let dispatch = |key: Key, parameters: &FinalGatherParameters, groups| {
-            let pipeline = context.pipelines.compute(key)?;
             let list = context.rays.borrow();
             let list = list.as_ref().ok_or_else(no_list)?;
             let mut resources = gather.resources.clone();
@@ -231,11 +230,7 @@ impl<'b> FinalGather<'b> {
                 ("packets", Resource::Buffer(&packets)),
                 ("spans", Resource::Buffer(&spans)),
             ]);
-            context.record(|recorder| {
-                recorder.pass(key.pass(), |recorder| {
-                    recorder.dispatch(&pipeline, &resources, parameters, groups)
-                })
-            })
+            context.dispatch_groups(key, &resources, parameters, groups)
         };
         let plan = context.plan;
         let (phasors, receiver) = (plan.has_phasors(), gather.receiver);

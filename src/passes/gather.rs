@@ -142,28 +142,26 @@ impl<'g> Gather<'g> {
             while summed < list.count {
                 let room = self.context.room_for(work);
                 let mut pairs = 0;
-                self.context.record(|recorder| {
-                    recorder.pass("gather", |recorder| {
-                        while summed < list.count && (pairs == 0 || (pairs as f64) < room) {
-                            let vpl_count = DISPATCH_VPLS.min(list.count - summed);
-                            let parameters = GatherParameters {
-                                camera_position: self.context.camera_position(),
-                                first_receiver: range.first + done,
-                                receiver_count,
-                                first_vpl: list.first + summed,
-                                vpl_count,
-                                first_result: results.first + done,
-                                is_first: (is_first && summed == 0).into(),
-                                ..GatherParameters::default()
-                            };
-                            // Successive dispatches add to the same results.
-                            recorder.barrier();
-                            recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
-                            summed += vpl_count;
-                            pairs += u64::from(receiver_count) * u64::from(vpl_count);
-                        }
-                        Ok(())
-                    })
+                self.context.pass("gather", |recorder| {
+                    while summed < list.count && (pairs == 0 || (pairs as f64) < room) {
+                        let vpl_count = DISPATCH_VPLS.min(list.count - summed);
+                        let parameters = GatherParameters {
+                            camera_position: self.context.camera_position(),
+                            first_receiver: range.first + done,
+                            receiver_count,
+                            first_vpl: list.first + summed,
+                            vpl_count,
+                            first_result: results.first + done,
+                            is_first: (is_first && summed == 0).into(),
+                            ..GatherParameters::default()
+                        };
+                        // Successive dispatches add to the same results.
+                        recorder.barrier();
+                        recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
+                        summed += vpl_count;
+                        pairs += u64::from(receiver_count) * u64::from(vpl_count);
+                    }
+                    Ok(())
                 })?;
                 self.context.add_work(work, pairs, 0)?;
                 if pairs == 0 {

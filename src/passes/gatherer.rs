@@ -1,12 +1,8 @@
 //! The interface for gathering indirect light at a list of receivers, with one implementation per estimator.
 
 use super::{
-    gbuffer::GBuffer,
-    light_rays::MAX_RAYS,
-    receivers::ListedReceivers,
-    refinement::RefinementImages,
-    sample_counts::SampleCounts,
-    scatter,
+    gbuffer::GBuffer, receivers::ListedReceivers, refinement::RefinementImages,
+    sample_counts::SampleCounts, scatter,
 };
 use crate::{
     Result,
@@ -14,9 +10,11 @@ use crate::{
     vulkan::{Allocate, Buffer, BufferUse},
 };
 
+/// Most rays from the lights, of all sets together.
+pub(super) const MAX_LIGHT_RAYS: u32 = 1 << 18;
 /// Upper limits of the receivers that share a set of rays from the lights, and of their samples together.
 const MAX_SHARING_RECEIVERS: u32 = 4096;
-const MAX_SHARED_SAMPLES: u32 = 32 * MAX_RAYS;
+const MAX_SHARED_SAMPLES: u32 = 32 * MAX_LIGHT_RAYS;
 
 /// Rays from the lights per VPL sample of a receiver. With this many, the error that receivers share is small compared with
 /// the error of each receiver alone.
@@ -149,7 +147,7 @@ impl LightRaySets {
         let set_size = self.samples.saturating_mul(per_sample);
         set_size
             .max(at_least.clamp(few, enough))
-            .min(MAX_RAYS / self.set_count)
+            .min(MAX_LIGHT_RAYS / self.set_count)
     }
 
     /// Most receivers that may share a set, with `samples` samples each. With more, the set's own noise would show.

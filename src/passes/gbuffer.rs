@@ -4,9 +4,7 @@ use super::{Context, surface::Surfaces};
 use crate::{
     Error, Result,
     plan::Plan,
-    vulkan::{
-        Allocate, Buffer, Device, Image, ImageShape, Recorder, Resource, Target, shaders::Key,
-    },
+    vulkan::{Allocate, Buffer, Device, Image, ImageShape, Resource, Target, shaders::Key},
 };
 
 /// The images of the G-buffer, at the camera's resolution.
@@ -26,18 +24,14 @@ pub(crate) struct GBuffer<A: Allocate = Device> {
 impl<A: Allocate> GBuffer<A> {
     pub fn new(allocate: &A, plan: &Plan) -> Result<GBuffer<A>> {
         let shape = ImageShape::plain(plan.resolution_px);
+        let depth = (!plan.has_primary_rays).then(|| shape.depth());
         let image = |name| allocate.image(name, shape);
         Ok(GBuffer {
             position_instance: image("G-buffer positions")?,
             normal_geometric: image("G-buffer normals")?,
             kd_material: image("G-buffer k_d")?,
-            ks_shininess: plan
-                .is_specular
-                .then(|| image("G-buffer k_s"))
-                .transpose()?,
-            depth: (!plan.has_primary_rays)
-                .then(|| allocate.image("G-buffer depth", shape.depth()))
-                .transpose()?,
+            ks_shininess: allocate.image_if("G-buffer k_s", plan.is_specular.then_some(shape))?,
+            depth: allocate.image_if("G-buffer depth", depth)?,
         })
     }
 }
@@ -79,7 +73,6 @@ impl GBuffer {
 
 /// Fills the G-buffer with the surfaces as seen from `view`.
 pub(crate) fn draw(
-    recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     view: &Buffer,
@@ -88,8 +81,8 @@ pub(crate) fn draw(
     let colors = gbuffer.colors();
     let depth = gbuffer.depth.as_ref();
     let depth = depth.ok_or_else(|| Error::internal("the G-buffer is for rays"))?;
-    recorder.prepare_images(&colors);
-    recorder.prepare_images(&[depth]);
+    context.prepare_images(&colors)?;
+    context.prepare_images(&[depth])?;
     let target = Target {
         colors: &colors,
         depth,
@@ -102,7 +95,7 @@ pub(crate) fn draw(
         surface,
         cutout,
     };
-    recorder.pass("gbuffer", |recorder| {
+    context.pass("gbuffer", |recorder| {
         surfaces.draw(recorder, context, key, &target, view, &[])
     })
 }

@@ -6,7 +6,7 @@ use super::{materials::Materials, rays::RayTriangles, textures::Textures};
 use crate::{
     Result, Scene,
     geometry::{Geometry, GeometrySize, PlacedMesh},
-    vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList},
+    vulkan::{Allocate, Buffer, CommandPool, Resource, TexelList},
 };
 
 /// The lists of `shaders/shared/hits.wgsl`.
@@ -39,9 +39,7 @@ impl<'s> HitScene<'s> {
 /// Declares the memory for a scene's triangles and materials.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
     let size = GeometrySize::of(scene);
-    let mesh_bytes = 8 * size.meshes;
-    allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Device)?;
-    allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Staging)?;
+    allocate.uploaded_buffer("ends of meshes", 8 * size.meshes)?;
     TexelList::declare(allocate, "shading of triangles", 4 * size.triangles)
 }
 

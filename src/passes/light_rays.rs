@@ -2,7 +2,7 @@
 
 use super::{
     Context,
-    gatherer::LightRaySets,
+    gatherer::{LightRaySets, MAX_LIGHT_RAYS},
     hits::HitScene,
     light::DeviceLight,
     trace::{Find, no_list},
@@ -12,16 +12,13 @@ use crate::{
     Result,
     plan::Plan,
     vulkan::{
-        Allocate, BufferUse, Device, ImageShape, PixelKind, Resource, TexelList, groups_in_rows,
+        Allocate, BufferUse, Device, ImageShape, Resource, TexelList, groups_in_rows,
         shaders::{
             Key, LightRayParameters,
             constants::{RAYS_AT_ONCE, VPLS_PER_ROW},
         },
     },
 };
-
-/// Most rays of all sets together.
-pub(crate) const MAX_RAYS: u32 = 1 << 18;
 
 /// VPLs, one per ray, with one layer per member.
 pub(crate) struct LightRays<A: Allocate = Device> {
@@ -40,12 +37,9 @@ impl<A: Allocate> LightRays<A> {
             "VPL_LAYERS"
         };
         // Every light has at least one packet.
-        let rays = MAX_RAYS + 1024 * plan.lights.len() as u32;
-        let shape = ImageShape {
-            size_px: [columns, rays.div_ceil(columns)],
-            layers: Some(module.constant(layers)?),
-            pixel: PixelKind::Color,
-        };
+        let rays = MAX_LIGHT_RAYS + 1024 * plan.lights.len() as u32;
+        let shape = ImageShape::plain([columns, rays.div_ceil(columns)]);
+        let shape = shape.with_layers(module.constant(layers)?);
         let bytes = u64::from(rays) * size_of::<u32>() as u64;
         Ok(LightRays {
             vpls: allocate.image("VPLs", shape)?,
@@ -80,10 +74,7 @@ impl LightRays {
         } = sets;
         let count = u64::from(table.set_size) * u64::from(set_count);
         context.cost.borrow_mut().count_work("light_rays", count);
-        context.record(|recorder| {
-            recorder.prepare_images(&[&self.vpls]);
-            Ok(())
-        })?;
+        context.prepare_images(&[&self.vpls])?;
         for (light_index, rays) in (0..lights.len() as u32).zip(&table.lights) {
             let all_rays = rays.ray_count * set_count;
             for first in (0..all_rays).step_by(plan.rays_at_once as usize) {
@@ -102,7 +93,6 @@ impl LightRays {
                     end_in_list: end,
                 };
                 let dispatch = |key| {
-                    let pipeline = context.pipelines.compute(key)?;
                     let list = context.rays.borrow();
                     let mut resources = list.as_ref().ok_or_else(no_list)?.resources();
                     resources.extend(scene.resources());
@@ -115,11 +105,7 @@ impl LightRays {
                     resources.extend(context.modulation());
                     let per_group = 64 * RAYS_AT_ONCE;
                     let groups = groups_in_rows((end - first).div_ceil(per_group));
-                    context.record(|recorder| {
-                        recorder.pass("light_rays", |recorder| {
-                            recorder.dispatch(&pipeline, &resources, &parameters, groups)
-                        })
-                    })
+                    context.dispatch_groups(key, &resources, &parameters, groups)
                 };
                 dispatch(Key::LightRaysEmit {})?;
                 scene.tree.trace(context, Find::Closest, 0..end - first)?;

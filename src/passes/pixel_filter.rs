@@ -11,7 +11,7 @@ use super::{
 use crate::{
     Result,
     vulkan::{
-        Buffer, Image, Recorder, Resource,
+        Buffer, Image, Resource,
         shaders::{Key, PixelFilterParameters},
     },
 };
@@ -62,12 +62,7 @@ impl PixelSample<'_> {
     }
 
     /// Adds the depth of the sample to the footprint.
-    pub fn add_depth(
-        &self,
-        recorder: &mut Recorder,
-        context: &Context,
-        footprint: &Image,
-    ) -> Result<()> {
+    pub fn add_depth(&self, context: &Context, footprint: &Image) -> Result<()> {
         let resources = [
             (
                 "position_instance",
@@ -75,14 +70,13 @@ impl PixelSample<'_> {
             ),
             ("footprint", Resource::Image(footprint)),
         ];
-        self.dispatch(recorder, context, Key::PixelFilterDepths {}, &resources)
+        self.dispatch(context, Key::PixelFilterDepths {}, &resources)
     }
 
     /// Adds what a sample reflects of the light that was gathered at pixels' centres. If the sample shows a surface that no centre
     /// around it shows, its pixel becomes a candidate receiver.
     pub fn interpolate(
         &self,
-        recorder: &mut Recorder,
         context: &Context,
         centres: &GBuffer,
         gathered: &Image,
@@ -101,26 +95,19 @@ impl PixelSample<'_> {
             phasors: plan.has_phasors(),
             brdf: plan.brdf(),
         };
-        self.dispatch(recorder, context, key, &resources)
+        self.dispatch(context, key, &resources)
     }
 
     /// Dispatches a kernel for each pixel.
-    fn dispatch(
-        &self,
-        recorder: &mut Recorder,
-        context: &Context,
-        key: Key,
-        resources: &[(&str, Resource)],
-    ) -> Result<()> {
+    fn dispatch(&self, context: &Context, key: Key, resources: &[(&str, Resource)]) -> Result<()> {
         let parameters = self.parameters(context);
         let size_px = context.plan.resolution_px;
-        context.dispatch(recorder, key, resources, &parameters, size_px)
+        context.dispatch(key, resources, &parameters, size_px)
     }
 
     /// Adds the first results, which belong to these receivers.
     pub fn add_gathered(
         &self,
-        recorder: &mut Recorder,
         context: &Context,
         receivers: ListedReceivers,
         results: &Buffer,
@@ -146,6 +133,6 @@ impl PixelSample<'_> {
             receiver_count: range.count,
             ..self.parameters(context)
         };
-        context.dispatch(recorder, key, &resources, &parameters, [range.count, 1])
+        context.dispatch(key, &resources, &parameters, [range.count, 1])
     }
 }

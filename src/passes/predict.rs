@@ -10,7 +10,7 @@ use crate::{
     Result,
     plan::{GridStep, Plan},
     vulkan::{
-        Recorder, Resource,
+        Resource,
         shaders::{
             Key, PredictParameters,
             constants::{CENTRES, EDGES},
@@ -30,7 +30,6 @@ pub(super) fn key(plan: &Plan, noisy: bool, range: bool) -> Key {
 /// Interpolates pixels of a step. The others become candidates, unless they were gathered before.
 /// Does nothing for the coarsest grid, which has no neighbours to predict from.
 pub(crate) fn predict(
-    recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
@@ -59,5 +58,5 @@ pub(crate) fn predict(
     resources.extend(images.resources());
     resources.push(("candidates", Resource::Buffer(&receivers.candidates)));
     let size = [columns * rows, 1];
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    context.dispatch(key, &resources, &parameters, size)
 }

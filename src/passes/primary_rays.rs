@@ -16,7 +16,7 @@ use crate::{
     plan::Plan,
     scene::Camera,
     vulkan::{
-        Allocate, Buffer, BufferUse, CommandPool, Resource,
+        Allocate, Buffer, CommandPool, Resource,
         shaders::{Key, PrimaryRayParameters},
     },
 };
@@ -26,8 +26,7 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
     if plan.has_distortion {
         let pixels: u64 = plan.resolution_px.map(u64::from).iter().product();
         let bytes = pixels * size_of::<[f32; 4]>() as u64;
-        allocate.buffer("rays of the lens", bytes, BufferUse::Device)?;
-        allocate.buffer("rays of the lens", bytes, BufferUse::Staging)?;
+        allocate.uploaded_buffer("rays of the lens", bytes)?;
     }
     Ok(())
 }
@@ -70,10 +69,7 @@ pub(crate) fn draw(
     resources.push(("mesh_ends", mesh_ends));
     resources.extend(gbuffer.resources());
     let [width, _] = plan.resolution_px;
-    context.record(|recorder| {
-        recorder.prepare_images(&gbuffer.colors());
-        Ok(())
-    })?;
+    context.prepare_images(&gbuffer.colors())?;
     for [first_row, row_end] in context.row_ranges() {
         let parameters = PrimaryRayParameters {
             resolution_px: plan.resolution_px,
@@ -88,12 +84,12 @@ pub(crate) fn draw(
             let mut resources = resources.clone();
             resources.extend(list.as_ref().ok_or_else(no_list)?.resources());
             let size = [width, row_end - first_row];
-            context.record(|recorder| {
-                context.dispatch_image(recorder, key, &resources, &parameters, size)
-            })
+            context.dispatch_image(key, &resources, &parameters, size)
         };
         dispatch(emit)?;
-        scene.tree.trace(context, Find::Closest, 0..width * (row_end - first_row))?;
+        scene
+            .tree
+            .trace(context, Find::Closest, 0..width * (row_end - first_row))?;
         dispatch(shade)?;
     }
     Ok(())

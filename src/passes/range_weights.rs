@@ -5,7 +5,7 @@ use crate::{
     Result,
     scene::MAX_FREQUENCIES,
     vulkan::{
-        Image, Recorder, Resource,
+        Image, Resource,
         shaders::{Key, RangeWeightParameters},
     },
 };
@@ -13,7 +13,6 @@ use crate::{
 /// Fills the weights. `least_squares` is the least |Z|² of a pixel that counts, of each frequency. Without `indirect_phasors` there is no
 /// image yet.
 pub(crate) fn fill(
-    recorder: &mut Recorder,
     context: &Context,
     images: &RefinementImages,
     direct_phasors: &Image,
@@ -35,5 +34,5 @@ pub(crate) fn fill(
     };
     let key = Key::RangeWeights {};
     let size = context.plan.resolution_px;
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    context.dispatch(key, &resources, &parameters, size)
 }

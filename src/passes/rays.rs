@@ -231,7 +231,15 @@ impl RayTriangles {
                 let host_cutouts = || Cutouts::of(scene, geometry);
                 let host_cutouts = (!cutout_texels.is_empty()).then(host_cutouts);
                 let for_host = tracer == Tracer::Host;
-                by_tree(commands, geometry, space, &cutouts, trees, host_cutouts, for_host)?
+                by_tree(
+                    commands,
+                    geometry,
+                    space,
+                    &cutouts,
+                    trees,
+                    host_cutouts,
+                    for_host,
+                )?
             }
         };
         let triangle_count = made.triangles.len() / TRIANGLE_TEXELS;

@@ -10,7 +10,7 @@ use crate::{
     Result,
     plan::Plan,
     vulkan::{
-        Buffer, Recorder, Resource,
+        Buffer, Resource,
         shaders::{Key, ScatterParameters},
     },
 };
@@ -27,7 +27,6 @@ pub(super) fn key(plan: &Plan, noisy: bool, range: bool) -> Key {
 /// Takes the first results for the receivers. With noise, and where pixels may be interpolated, a gather changes its
 /// prediction only as far as it differs from it by more than noise.
 pub(crate) fn scatter(
-    recorder: &mut Recorder,
     context: &Context,
     images: &RefinementImages,
     receivers: ListedReceivers,
@@ -52,5 +51,5 @@ pub(crate) fn scatter(
     };
     let key = key(context.plan, images.is_noisy(), images.has_range());
     let size = [receivers.range.count, 1];
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    context.dispatch(key, &resources, &parameters, size)
 }

@@ -15,7 +15,7 @@ use crate::{
     plan::{Plan, is_detailed, surface_axis},
     scene::{Mesh, Scene, TextureLookup},
     vulkan::{
-        Allocate, Buffer, BufferUse, CommandPool, Device, Recorder, Resource, Target,
+        Allocate, Buffer, CommandPool, Device, Recorder, Resource, Target,
         shaders::{self, Draw, Key, View},
     },
 };
@@ -52,12 +52,7 @@ struct Range {
 
 /// Declares the memory for a scene's surfaces, except their textures.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> Result<()> {
-    let list = |name, count: u64, bytes| {
-        allocate.buffer(name, count * bytes, BufferUse::Device)?;
-        allocate
-            .buffer(name, count * bytes, BufferUse::Staging)
-            .map(|_| ())
-    };
+    let list = |name, count: u64, bytes| allocate.uploaded_buffer(name, count * bytes);
     let GeometrySize {
         vertices,
         triangles,

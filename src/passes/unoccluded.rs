@@ -44,9 +44,7 @@ pub(crate) fn fill(
             vpl_count,
             first_pixel,
         };
-        context.record(|recorder| {
-            context.dispatch(recorder, key, &resources, &parameters, [count, 1])
-        })?;
+        context.dispatch(key, &resources, &parameters, [count, 1])?;
         let pairs = u64::from(count) * u64::from(vpl_count);
         context.add_work(PAIRS, pairs, 0)?;
         first_pixel += count;

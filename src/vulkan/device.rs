@@ -178,7 +178,15 @@ impl Device {
             ..
         } = *host;
         let queue_lock = host.queue_lock.clone();
-        Device::new(instance, physical_device, raw, queue, queue_family, queue_lock, info)
+        Device::new(
+            instance,
+            physical_device,
+            raw,
+            queue,
+            queue_family,
+            queue_lock,
+            info,
+        )
     }
 
     fn new(

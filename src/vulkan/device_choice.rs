@@ -9,7 +9,7 @@ pub enum DeviceChoice {
     /// The best device: a discrete GPU before an integrated one, and that before a CPU driver.
     #[default]
     Best,
-    /// Index in [`Device::list`].
+    /// Index in [`Device::list`](crate::Device::list).
     Index(usize),
     /// Part of the device's name; case does not matter.
     Name(String),

@@ -48,8 +48,8 @@ pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape, PixelKind};
 pub(crate) use pipeline::Pipelines;
 pub use quirks::Quirks;
-pub(crate) use readback::Readback;
 pub(crate) use raster::Target;
+pub(crate) use readback::Readback;
 pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, groups_in_rows};
 
 pub use shaders::engine_hash;

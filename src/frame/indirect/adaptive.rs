@@ -113,7 +113,11 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     };
     let mut judge = Judge::new(is_noiseless.then_some(probes));
     let mut found = ErrorEstimates::default();
-    let mut aim = if is_noiseless { target } else { FIRST_AIM * target };
+    let mut aim = if is_noiseless {
+        target
+    } else {
+        FIRST_AIM * target
+    };
     if limits.are_set() {
         // Go from coarse to fine, so that there is an image at any time.
         aim = aim.max(SampleBudget::coarsest_aim(pilot.hardest()));
@@ -290,7 +294,9 @@ fn pilot(
     // The device lists these along with the few, because the host waits for it.
     let pixels: u32 = refiner.context.plan.resolution_px.iter().product();
     let listed = |refiner: &Refiner| ScatteredPixels::list(refiner, PROBE_PIXELS, 0);
-    let mut more = (pixels > FEW_PROBE_PIXELS).then(|| listed(refiner)).transpose()?;
+    let mut more = (pixels > FEW_PROBE_PIXELS)
+        .then(|| listed(refiner))
+        .transpose()?;
     let mut probes = ProbePixels::new(refiner, plan.error_norm, few, ROUGH_SEED)?;
     // One pilot finds a narrow feature; those that follow find its shape.
     let mut variances = [f64::INFINITY; 3];

@@ -4,7 +4,7 @@
 use super::{refine::Refiner, resources::MAX_RESULT_VECTORS};
 use crate::{
     Result,
-    frame::{FrameImages, SceneResources, see},
+    frame::{FrameImages, direct::see, scene_resources::SceneResources},
     passes::{
         gatherer::{GatheredFor, LightRaySets, Results, Samples},
         pixel_filter::FilteredImages,
@@ -73,10 +73,9 @@ pub(super) fn average(
     for (index, sample) in all.iter().enumerate() {
         let share = Some(sample.share);
         see(context, scene, sample.offset_px, share, sample.gbuffer)?;
-        context.submit(|r| {
-            sample.interpolate(r, context, &images.gbuffer, gathered, &receivers, filtered)?;
-            receivers::list(r, context, sample.gbuffer, &receivers, None)
-        })?;
+        sample.interpolate(context, &images.gbuffer, gathered, &receivers, filtered)?;
+        receivers::list(context, sample.gbuffer, &receivers, None)?;
+        context.finish()?;
         let ranges = receivers.ranges()?;
         let most = match &counts {
             Some(_) => LightRaySets::max_receivers(PACKET_SAMPLES * packets).min(max_results),
@@ -109,7 +108,7 @@ pub(super) fn average(
             };
             refiner.gatherer.gather(at, into, samples, &mut proceed)?;
             let counts = counts.as_ref();
-            context.record(|r| sample.add_gathered(r, context, at, &results, counts, filtered))?;
+            sample.add_gathered(context, at, &results, counts, filtered)?;
         }
     }
     Ok(())

@@ -10,12 +10,7 @@ use super::{
     probe_pixels::{ProbePixels, tile_px},
     refine::{Attempt, Refiner},
 };
-use crate::{
-    Result,
-    passes::refinement::RefinementImages,
-    plan::RefinementPlan,
-    scene::ErrorNorm,
-};
+use crate::{Result, passes::refinement::RefinementImages, plan::RefinementPlan, scene::ErrorNorm};
 
 /// Most pixels for judging an attempt, and most sets of such pixels. More pixels cost more rays than another attempt.
 const MAX_PIXELS: u32 = 2 * PROBE_PIXELS;

@@ -41,7 +41,7 @@ impl ScatteredPixels {
         let pixels = scattered(context.plan.resolution_px, tried, own_seed);
         let pixels = pixels.repeat(copies as usize);
         let receivers = Receivers::with_candidates(context.device, &pixels)?;
-        context.record(|r| receivers::list(r, context, gbuffer, &receivers, None))?;
+        receivers::list(context, gbuffer, &receivers, None)?;
         Ok(ScatteredPixels {
             receivers,
             at_least,
@@ -98,10 +98,8 @@ impl ListedPixels {
         let pixels: Vec<u32> = chosen.iter().map(|&(pixel, _)| pixel).collect();
         let receivers = Receivers::with_candidates(context.device, &pixels)?;
         let counts = SampleCounts::of_estimate(context, pixels.len() as u32)?;
-        context.record(|recorder| {
-            receivers::list(recorder, context, gbuffer, &receivers, None)?;
-            counts.count(recorder, context, gbuffer, images, &receivers, criteria)
-        })?;
+        receivers::list(context, gbuffer, &receivers, None)?;
+        counts.count(context, gbuffer, images, &receivers, criteria)?;
         Ok(Some(ListedPixels {
             receivers,
             counts,

@@ -121,7 +121,12 @@ pub(super) fn gather(
         }
         GatherPlan::FinalGather => {
             let (scene, lattice) = (scene.hit_scene()?, scene.lattice()?);
-            run(&mut FinalGather::new(context, scene, lattice, lights.on_device())?)
+            run(&mut FinalGather::new(
+                context,
+                scene,
+                lattice,
+                lights.on_device(),
+            )?)
         }
     }
 }

@@ -101,8 +101,8 @@ impl ProbePixels {
                 let (context, receivers) = (refiner.context, &probes.receivers);
                 let counts = SampleCounts::of_estimate(context, probes.count)?;
                 let gbuffer = refiner.gbuffer;
-                context
-                    .submit(|r| counts.count(r, context, gbuffer, images, receivers, criteria))?;
+                counts.count(context, gbuffer, images, receivers, criteria)?;
+                context.finish()?;
                 (probes, counts)
             }
         };
@@ -300,7 +300,10 @@ impl ProbePixels {
         packets: u32,
     ) -> Result<ImageEstimate> {
         let context = refiner.context;
-        let frequency_count = context.plan.bounced_tof().map_or(0, |tof| tof.frequency_count);
+        let frequency_count = context
+            .plan
+            .bounced_tof()
+            .map_or(0, |tof| tof.frequency_count);
         let vectors = vectors_of_receiver(context.plan);
         let total = self.count as usize * vectors;
         let estimates = estimates.mapped::<[f32; 4]>(total)?;

@@ -23,7 +23,7 @@ use crate::{
     },
     plan::GridStep,
     scene::MAX_FREQUENCIES,
-    vulkan::{Image, Recorder},
+    vulkan::Image,
 };
 
 /// Steps whose pixels are gathered for any light. The coarsest grid and the first refinement between its pixels show what to
@@ -85,8 +85,7 @@ impl Refiner<'_, '_> {
         let Some(layer) = self.indirect_stderr else {
             return Ok(());
         };
-        let (context, radiance) = (self.context, self.indirect_radiance);
-        context.record(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
+        stderr::fill(self.context, self.indirect_radiance, layer, factors)
     }
 
     /// Allocates the resources. No pixel has samples. The device lists those of the coarsest grid with the next submission.
@@ -98,8 +97,9 @@ impl Refiner<'_, '_> {
         self.scale_errors(&mut resources, [1.0; MAX_FREQUENCIES], turning_shares)?;
         self.context.record(|recorder| {
             resources.images.clear_samples(recorder);
-            self.list_candidates(recorder, &mut resources, 0)
+            Ok(())
         })?;
+        self.list_candidates(&mut resources, 0)?;
         Ok(resources)
     }
 
@@ -138,9 +138,7 @@ impl Refiner<'_, '_> {
         let least_squares = squares.map(|square| (least.powi(2) * square) as f32);
         let indirect = self.indirect_phasors.filter(|_| !is_first);
         let (context, images) = (self.context, &resources.images);
-        context.record(|recorder| {
-            range_weights::fill(recorder, context, images, direct, indirect, least_squares)
-        })
+        range_weights::fill(context, images, direct, indirect, least_squares)
     }
 
     /// Gathers and interpolates all pixels. Samples of earlier attempts still count; gathers without noise are kept.
@@ -223,8 +221,7 @@ impl Refiner<'_, '_> {
         let criteria = criteria.without_rays();
         if attempt.number == 0 && step > 0 {
             // No pixel of the step has samples.
-            self.context
-                .record(|recorder| self.predict(recorder, resources, step, criteria))?;
+            self.predict(resources, step, criteria)?;
             return Ok(Listed::None);
         }
         self.list(resources, step, criteria)?;
@@ -251,16 +248,9 @@ impl Refiner<'_, '_> {
 
     fn resolve(&self, resources: &RefinementResources, criteria: RefinementCriteria) -> Result<()> {
         let (context, images) = (self.context, &resources.images);
+        let (radiance, phasors) = (self.indirect_radiance, self.indirect_phasors);
+        resolve::resolve(context, self.gbuffer, images, radiance, phasors, criteria)?;
         context.record(|recorder| {
-            resolve::resolve(
-                recorder,
-                context,
-                self.gbuffer,
-                images,
-                self.indirect_radiance,
-                self.indirect_phasors,
-                criteria,
-            )?;
             if let Some(kept) = self.gathered {
                 images.copy_gathered(recorder, kept);
             }
@@ -304,17 +294,14 @@ impl Refiner<'_, '_> {
             return Ok(());
         };
         let (context, gbuffer, images) = (self.context, self.gbuffer, &resources.images);
-        context.record(|recorder| {
-            let by_ratio = self.smooths_ratio;
-            smooth::smooth(recorder, context, gbuffer, images, stride_px, by_ratio, criteria)?;
-            smooth_residuals::smooth(recorder, context, gbuffer, images, stride_px)
-        })
+        let by_ratio = self.smooths_ratio;
+        smooth::smooth(context, gbuffer, images, stride_px, by_ratio, criteria)?;
+        smooth_residuals::smooth(context, gbuffer, images, stride_px)
     }
 
     /// Interpolates the pixels of a step that may be interpolated; the others become candidates.
     fn predict(
         &self,
-        recorder: &mut Recorder,
         resources: &RefinementResources,
         step: usize,
         criteria: RefinementCriteria,
@@ -324,18 +311,11 @@ impl Refiner<'_, '_> {
         } = resources;
         let step = resources.steps[step];
         let (context, gbuffer) = (self.context, self.gbuffer);
-        predict::predict(
-            recorder, context, gbuffer, images, receivers, step, criteria,
-        )
+        predict::predict(context, gbuffer, images, receivers, step, criteria)
     }
 
     /// Lists the candidates of a step that show a surface.
-    fn list_candidates(
-        &self,
-        recorder: &mut Recorder,
-        resources: &mut RefinementResources,
-        step: usize,
-    ) -> Result<()> {
+    fn list_candidates(&self, resources: &mut RefinementResources, step: usize) -> Result<()> {
         let grid_step = resources.steps[step];
         let count = grid_step.pixel_count(self.context.plan.resolution_px);
         resources.receivers.set_candidate_count(count)?;
@@ -344,13 +324,7 @@ impl Refiner<'_, '_> {
             GridStep::Centres { .. } | GridStep::Edges { .. } => None,
         };
         let (context, gbuffer) = (self.context, self.gbuffer);
-        receivers::list(
-            recorder,
-            context,
-            gbuffer,
-            &resources.receivers,
-            grid_stride,
-        )
+        receivers::list(context, gbuffer, &resources.receivers, grid_stride)
     }
 
     /// Interpolates the pixels of a step that may be interpolated, and lists the others with the samples that they take.
@@ -361,15 +335,13 @@ impl Refiner<'_, '_> {
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let (context, gbuffer) = (self.context, self.gbuffer);
-        context.submit(|recorder| {
-            self.predict(recorder, resources, step, criteria)?;
-            self.list_candidates(recorder, resources, step)?;
-            let (images, receivers) = (&resources.images, &resources.receivers);
-            if let Some(counts) = &resources.counts {
-                counts.count(recorder, context, gbuffer, images, receivers, criteria)?;
-            }
-            Ok(())
-        })
+        self.predict(resources, step, criteria)?;
+        self.list_candidates(resources, step)?;
+        let (images, receivers) = (&resources.images, &resources.receivers);
+        if let Some(counts) = &resources.counts {
+            counts.count(context, gbuffer, images, receivers, criteria)?;
+        }
+        context.finish()
     }
 
     /// The same for the coarsest grid of the first attempt, without waiting: its pixels are listed, and nothing is known of any.
@@ -381,10 +353,10 @@ impl Refiner<'_, '_> {
         let listed = resources.receivers.ranges()?;
         let count = listed.iter().map(|range| range.count).sum();
         let packets = criteria.allocation.packets_of_unknown();
-        self.context.record(|recorder| match &mut resources.counts {
-            Some(counts) => counts.set_even(recorder, count, packets),
+        match &mut resources.counts {
+            Some(counts) => counts.set_even(self.context, count, packets),
             None => Ok(()),
-        })
+        }
     }
 
     /// Gathers at the receivers and scatters the results to their pixels. Returns whether all fit the limits. Those that do not keep their
@@ -454,9 +426,7 @@ impl Refiner<'_, '_> {
             };
             self.gatherer.gather(at, results, samples, &mut proceed)?;
             let (results, counts) = (&resources.results, counts.as_ref());
-            context.record(|recorder| {
-                scatter::scatter(recorder, context, images, at, results, counts, criteria)
-            })?;
+            scatter::scatter(context, images, at, results, counts, criteria)?;
         }
         Ok(true)
     }

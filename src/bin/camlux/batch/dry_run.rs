@@ -9,8 +9,8 @@ use camlux::output::write_exr_files;
 
 use serde_json::json;
 
-use super::frames::Frames;
 use super::engine::Engine;
+use super::frames::Frames;
 use super::work::frames_in_flight;
 use crate::{Failure, counted, print, tell};
 

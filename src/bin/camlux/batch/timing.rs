@@ -114,7 +114,6 @@ pub struct Image {
 /// The phase images of a camera, in the order of time.
 pub fn images(tof: &TimeOfFlight) -> impl Iterator<Item = Image> + '_ {
     let frequencies = 0..tof.frequencies_hz.len();
-    frequencies.flat_map(|frequency| {
-        (0..tof.phase_count).map(move |phase| Image { frequency, phase })
-    })
+    frequencies
+        .flat_map(|frequency| (0..tof.phase_count).map(move |phase| Image { frequency, phase }))
 }

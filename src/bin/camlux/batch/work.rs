@@ -259,8 +259,7 @@ fn write(
             line["warnings"] = json!(warnings);
             record.done.written += 1;
             record.done.bytes += written.bytes;
-            let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
-            record.done.gpu += Duration::from_secs_f64(gpu_ms * 1e-3);
+            record.done.gpu += Duration::from_secs_f64(frame.stats.gpu_milliseconds() * 1e-3);
             record.done.writing += start.elapsed();
             Some(frame)
         }

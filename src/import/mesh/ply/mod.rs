@@ -412,12 +412,7 @@ impl<'h> Reader<'h> {
         for index in 0..element.count {
             body.begin(element, index)?;
             for (at, property) in element.properties.iter().enumerate() {
-                match property.length {
-                    Some(length) => body.list(length, property.kind, &mut list)?,
-                    None => {
-                        body.value(property.kind)?;
-                    }
-                }
+                body.list_or_nothing(property, &mut list)?;
                 if at == indices {
                     self.strip(&list, body)?;
                 }
@@ -519,12 +514,7 @@ impl<'h> Reader<'h> {
         for index in 0..element.count {
             body.begin(element, index)?;
             for property in &element.properties {
-                match property.length {
-                    Some(length) => body.list(length, property.kind, &mut list)?,
-                    None => {
-                        body.value(property.kind)?;
-                    }
-                }
+                body.list_or_nothing(property, &mut list)?;
             }
         }
         Ok(())
