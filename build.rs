@@ -70,10 +70,10 @@ mod compile {
     pub fn all(shaders: &Path, out: &Path) -> Result<(), String> {
         let (axes, kernels) = permutations::parse(&read(&shaders.join("permutations.txt"))?)?;
         let permutations: Vec<_> = kernels.iter().flat_map(Kernel::permutations).collect();
-        let words = permutations
+        let flags = permutations
             .iter()
-            .flat_map(|p| p.words.iter().chain(&p.switches));
-        let vocabulary: BTreeSet<String> = words.cloned().collect();
+            .flat_map(|p| p.flags.iter().chain(&p.switches));
+        let vocabulary: BTreeSet<String> = flags.cloned().collect();
         let mut described = Described::default();
         for permutation in permutations {
             let name = permutation.name.clone();
@@ -137,7 +137,7 @@ mod compile {
         Ok(text)
     }
 
-    /// WGSL of a permutation, as naga takes it. Each word of the permutation file is a bool: a constant, or an override for a switch.
+    /// WGSL of a permutation, as naga takes it. Each flag of the permutation file is a bool: a constant, or an override for a switch.
     fn source_of(
         permutation: &Permutation,
         vocabulary: &BTreeSet<String>,
@@ -149,12 +149,12 @@ mod compile {
             text: String::new(),
             imported: BTreeSet::new(),
         };
-        for word in vocabulary {
-            let capitals = word.to_uppercase();
-            let _ = match permutation.switches.contains(word) {
+        for flag in vocabulary {
+            let capitals = flag.to_uppercase();
+            let _ = match permutation.switches.contains(flag) {
                 true => writeln!(source.text, "override {capitals}: bool = false;"),
                 false => {
-                    let is_defined = permutation.words.contains(word);
+                    let is_defined = permutation.flags.contains(flag);
                     writeln!(source.text, "const {capitals}: bool = {is_defined};")
                 }
             };
@@ -172,8 +172,8 @@ mod compile {
     }
 
     impl Source<'_> {
-        /// Adds a file, once, after those that it imports: a kernel, or a file of `shared/`. `#if WORD…` (any of them) / `#else` / `#endif`
-        /// choose between declarations. In functions, words are conditions like others.
+        /// Adds a file, once, after those that it imports: a kernel, or a file of `shared/`. `#if FLAG…` (any of them) / `#else` / `#endif`
+        /// choose between declarations. In functions, flags are conditions like others.
         fn import(&mut self, name: &str) -> Result<(), String> {
             if !self.imported.insert(name.into()) {
                 return Ok(());
@@ -190,12 +190,12 @@ mod compile {
                 match words.as_slice() {
                     ["#if", any @ ..] if !any.is_empty() => {
                         let is_among = |list: &[String]| {
-                            any.iter().any(|word| list.contains(&word.to_lowercase()))
+                            any.iter().any(|flag| list.contains(&flag.to_lowercase()))
                         };
                         if is_among(&self.permutation.switches) {
                             return fail("a switch decides nothing outside of functions");
                         }
-                        open.push(is_among(&self.permutation.words));
+                        open.push(is_among(&self.permutation.flags));
                     }
                     ["#else"] => match open.last_mut() {
                         Some(taken) => *taken = !*taken,
@@ -370,7 +370,7 @@ mod compile {
     /// A module, what naga knows of it, and its named u32 constants.
     type Parsed = (Module, ModuleInfo, Vec<(String, u32)>);
 
-    /// The module without what its words leave out.
+    /// The module without what its flags leave out.
     ///
     /// Resources get their bindings in the order of their declarations, so that the stages of a raster pass, which share what comes
     /// first, agree.

@@ -13,7 +13,7 @@
 //! the bias of the bounce's path follows for each frequency, and the rms of the range error of the worst one. With a target of the range,
 //! all errors are those of the range; a frame is also over the bound if its light is.
 
-#[path = "two_threads.rs"]
+#[path = "shared/two_threads.rs"]
 mod two_threads;
 
 use std::{
@@ -137,8 +137,7 @@ fn report() -> Result<(), Failure> {
             // Later frames have what this one makes.
             let foretold = renderer.foretell_ms(&scene);
             let first = renderer.render(&scene, &mut RenderOptions::default())?;
-            let passes = first.stats.passes.iter();
-            let on_device: f64 = passes.map(|pass| pass.milliseconds).sum();
+            let on_device = first.stats.gpu_milliseconds();
             let foretold = foretold.map_or(f64::NAN, |foretold| foretold / on_device);
             let mut counts = Counts::default();
             let mut sums: Option<Vec<Vec<f64>>> = None;
@@ -172,7 +171,7 @@ fn report() -> Result<(), Failure> {
                     }
                 }
             }
-            print_row(name, (asked, foretold), &of_frames, &counts);
+            print_row(name, asked, foretold, &of_frames, &counts);
             let sums = sums.unwrap_or_default();
             let range_mm = scene
                 .tof
@@ -282,7 +281,8 @@ impl Counts {
 
 fn print_row(
     name: &str,
-    (asked, foretold): (&Asked, f64),
+    asked: &Asked,
+    foretold: f64,
     frames: &[(Judged, FrameStats)],
     counts: &Counts,
 ) {
@@ -358,10 +358,7 @@ fn layers(frame: &Frame) -> Vec<(Layer, Layer)> {
 
 /// Pixels that show a surface, and those on edges.
 fn seen(frame: &Frame) -> [Vec<bool>; 2] {
-    [Layer::InstanceId, Layer::Edge].map(|layer| {
-        let ids = frame.ids(layer).unwrap_or_default();
-        ids.iter().map(|&id| id > 0).collect()
-    })
+    [Layer::InstanceId, Layer::Edge].map(|layer| frame.mask(layer))
 }
 
 fn compare(image: &[f32], truth: &Frame, of: (Layer, Layer)) -> Result<Comparison, Failure> {
@@ -455,7 +452,8 @@ fn true_error(frame: &Frame, truth: &Frame, of: &[(Layer, Layer)]) -> Result<f64
 /// The pixels of a layer that count: sums over all seeds, and what the reference has.
 fn counted<'p>(
     truth: &'p Frame,
-    (layer, sums): (Layer, &'p [f64]),
+    layer: Layer,
+    sums: &'p [f64],
 ) -> impl Iterator<Item = (&'p [f64], &'p [f32])> {
     let [valid, edges] = seen(truth);
     let due = truth.values(layer).unwrap_or_default();
@@ -470,7 +468,7 @@ fn bias(truth: &Frame, sums: &[Vec<f64>], seeds: u32) -> String {
     let Some(of_light) = sums.first() else {
         return String::new();
     };
-    let pixels = counted(truth, (Layer::Indirect, of_light));
+    let pixels = counted(truth, Layer::Indirect, of_light);
     let [sum, due] = pixels.fold([0.0; 2], |all, (sum, due)| {
         let due = due.iter().copied().map(f64::from);
         [all[0] + sum.iter().sum::<f64>(), all[1] + due.sum::<f64>()]
@@ -486,7 +484,7 @@ fn path_biases(scene: &Scene, truth: &Frame, sums: &[Vec<f64>]) -> String {
         let Layer::Tof(frequency, _) = layer else {
             continue;
         };
-        let turn = counted(truth, (layer, sum)).map(|(sum, due)| {
+        let turn = counted(truth, layer, sum).map(|(sum, due)| {
             let due = [due[0], due[1]].map(f64::from);
             // Im and Re of sum · conj(due).
             [

@@ -3,14 +3,16 @@
 //! Renders each scene from a row of cameras, one after the other and with frames in flight, and prints frames a second and the time of a frame over that of its passes.
 //! Without scenes, those of the list.
 
-#[path = "two_threads.rs"]
+#[path = "shared/scenes.rs"]
+mod scenes;
+#[path = "shared/two_threads.rs"]
 mod two_threads;
 
 use std::{env, path::PathBuf, time::Instant};
 
 use camlux::{
-    Device, DeviceOptions, RenderOptions, Renderer, Scene, glam::DVec3, output::Frame,
-    output::Layer, scene::Camera,
+    Device, DeviceOptions, RenderOptions, Renderer, Scene, glam::DVec3, output::Layer,
+    scene::Camera,
 };
 use two_threads::Failure;
 
@@ -30,18 +32,12 @@ fn report() -> Result<(), Failure> {
             _ => scenes.push(PathBuf::from(word)),
         }
     }
-    if scenes.is_empty() {
-        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes");
-        scenes = SCENES
-            .map(|name| folder.join(format!("{name}.toml")))
-            .into();
-    }
     let device = Device::open(&DeviceOptions::default())?;
     println!(
         "{:<14} {:>11} {:>10} {:>16} {:>16} {:>16}",
         "scene", "px", "passes, ms", "one by one, 1/s", "in flight, 1/s", "frame / passes"
     );
-    for path in scenes {
+    for path in scenes::given_or(scenes, &SCENES) {
         let mut scene = Scene::load(&path)?;
         let [width, height] = scene.camera.resolution_px;
         scene.camera = scene.camera.resized([width_px, height * width_px / width]);
@@ -65,7 +61,7 @@ fn report() -> Result<(), Failure> {
                 ..scene.clone()
             };
             let frame = renderer.render(&scene, &mut options())?;
-            passes_ms += ms_of_passes(&frame);
+            passes_ms += frame.stats.gpu_milliseconds();
             renderer.return_buffers(frame);
         }
         let one_by_one_s = start.elapsed().as_secs_f64();
@@ -101,9 +97,4 @@ fn moved(camera: &Camera, number: u32) -> Camera {
         look_at_m: camera.look_at_m + step,
         ..*camera
     }
-}
-
-fn ms_of_passes(frame: &Frame) -> f64 {
-    let passes = frame.stats.passes.iter();
-    passes.map(|pass| pass.milliseconds).sum()
 }

@@ -3,7 +3,7 @@
 //! The knot sways: 52 000 triangles, direct light by rays. camlux refits a tree as long as the triangles join the same vertices. If the
 //! triangles are in the opposite order, the surface is the same, but camlux builds a new tree.
 
-#[path = "two_threads.rs"]
+#[path = "shared/two_threads.rs"]
 mod two_threads;
 
 use std::{path::Path, process::ExitCode, time::Instant};

@@ -4,7 +4,9 @@
 //! waited for the device, and what it did meanwhile, step by step. Without scenes, those of the list. TRACER is `host`, `query` or `kernel`;
 //! rays that the host traces are waits, too. `direct` is direct light alone.
 
-#[path = "two_threads.rs"]
+#[path = "shared/scenes.rs"]
+mod scenes;
+#[path = "shared/two_threads.rs"]
 mod two_threads;
 
 use std::{env, path::PathBuf};
@@ -35,18 +37,12 @@ fn report() -> Result<(), Failure> {
             _ => scenes.push(PathBuf::from(word)),
         }
     }
-    if scenes.is_empty() {
-        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes");
-        scenes = SCENES
-            .map(|name| folder.join(format!("{name}.toml")))
-            .into();
-    }
     let device = Device::open(&DeviceOptions::default())?;
     println!(
         "{:<14} {:>11} {:>8} {:>10} {:>8} {:>6} {:>8}  host by step, ms",
         "scene", "px", "wall, ms", "passes, ms", "host, ms", "waits", "M rays"
     );
-    for path in scenes {
+    for path in scenes::given_or(scenes, &SCENES) {
         let mut scene = Scene::load(&path)?;
         if let Some(width_px) = width_px {
             let [width, height] = scene.camera.resolution_px;
@@ -81,7 +77,7 @@ fn print_row(name: &str, [width, height]: [u32; 2], stats: &FrameStats) {
         "{name:<14} {:>11} {:>8.0} {:>10.0} {:>8.1} {:>6} {:>8.2}  {}",
         format!("{width} × {height}"),
         stats.wall_milliseconds,
-        sum_ms(&stats.passes),
+        stats.gpu_milliseconds(),
         sum_ms(&stats.host_steps),
         stats.submissions,
         stats.ray_count as f64 * 1e-6,

@@ -146,8 +146,8 @@ impl Described {
 fn keys(axes: &[Axis], kernels: &[Kernel]) -> String {
     let mut text = format!("{HEAD}axes! {{\n");
     for axis in axes {
-        let chosen = axis.choices.iter().filter(|words| !words.is_empty());
-        let choices = chosen.map(|words| format!("{} {:?}", camel(words), words.join(" ")));
+        let chosen = axis.choices.iter().filter(|flags| !flags.is_empty());
+        let choices = chosen.map(|flags| format!("{} {:?}", camel(flags), flags.join(" ")));
         let choices: Vec<String> = choices.collect();
         let (name, choices) = (axis.type_name(), choices.join(", "));
         let _ = writeln!(text, "    {name} {{ {choices} }}");

@@ -2,7 +2,7 @@
 
 use std::slice::from_ref;
 
-/// A choice among lists of words.
+/// A choice among lists of flags.
 #[derive(Clone)]
 pub struct Axis {
     pub name: String,
@@ -14,7 +14,7 @@ pub struct Axis {
 /// A line of the file. There is a module for each combination of `axes`.
 pub struct Kernel {
     pub pass: String,
-    own_words: Vec<String>,
+    own_flags: Vec<String>,
     pub axes: Vec<Axis>,
     /// The axes in brackets, decided when a pipeline is made.
     pub switches: Vec<Axis>,
@@ -26,9 +26,9 @@ pub struct Permutation {
     pub pass: String,
     /// The keys that it serves, as a pattern in Rust.
     pub keys: String,
-    /// Words for which it is compiled.
-    pub words: Vec<String>,
-    /// Words that are decided when a pipeline is made.
+    /// Flags for which it is compiled.
+    pub flags: Vec<String>,
+    /// Flags that are decided when a pipeline is made.
     pub switches: Vec<String>,
 }
 
@@ -45,19 +45,19 @@ pub fn parse(text: &str) -> Result<(Vec<Axis>, Vec<Kernel>), String> {
         }
         let mut kernel = Kernel {
             pass: first.into(),
-            own_words: Vec::new(),
+            own_flags: Vec::new(),
             axes: Vec::new(),
             switches: Vec::new(),
         };
         for part in parts {
             let bracketed = part.strip_prefix('[').and_then(|p| p.strip_suffix(']'));
             let part = bracketed.unwrap_or(part);
-            let on_or_off = part.strip_prefix("-|").filter(|word| !word.contains('|'));
+            let on_or_off = part.strip_prefix("-|").filter(|flag| !flag.contains('|'));
             let axis = match (declared.iter().find(|axis| axis.name == part), on_or_off) {
                 (Some(axis), _) => axis.clone(),
-                (None, Some(word)) => Axis::new(word, part, false),
+                (None, Some(flag)) => Axis::new(flag, part, false),
                 _ if bracketed.is_none() && !part.contains('|') => {
-                    kernel.own_words.push(part.into());
+                    kernel.own_flags.push(part.into());
                     continue;
                 }
                 _ => return Err(format!("permutations.txt: {part} is not declared: {line}")),
@@ -73,8 +73,8 @@ pub fn parse(text: &str) -> Result<(Vec<Axis>, Vec<Kernel>), String> {
 }
 
 /// The name of a type or a variant in Rust.
-pub fn camel(words: &[String]) -> String {
-    let parts = words.iter().flat_map(|word| word.split('_'));
+pub fn camel(names: &[String]) -> String {
+    let parts = names.iter().flat_map(|name| name.split('_'));
     parts
         .map(|part| part[..1].to_uppercase() + &part[1..])
         .collect()
@@ -82,13 +82,13 @@ pub fn camel(words: &[String]) -> String {
 
 impl Axis {
     fn new(name: &str, choices: &str, is_declared: bool) -> Axis {
-        let words = |choice: &str| match choice {
+        let flags = |choice: &str| match choice {
             "-" => Vec::new(),
             some => some.split('+').map(String::from).collect(),
         };
         Axis {
             name: name.into(),
-            choices: choices.split('|').map(words).collect(),
+            choices: choices.split('|').map(flags).collect(),
             is_declared,
         }
     }
@@ -128,33 +128,33 @@ impl Axis {
 impl Kernel {
     /// The variant of `Key`.
     pub fn key(&self) -> String {
-        camel(&[from_ref(&self.pass), &self.own_words[..]].concat())
+        camel(&[from_ref(&self.pass), &self.own_flags[..]].concat())
     }
 
     pub fn permutations(&self) -> Vec<Permutation> {
         let mut switches = Vec::new();
-        for word in self.switches.iter().flat_map(|axis| axis.choices.concat()) {
-            if !switches.contains(&word) {
-                switches.push(word);
+        for flag in self.switches.iter().flat_map(|axis| axis.choices.concat()) {
+            if !switches.contains(&flag) {
+                switches.push(flag);
             }
         }
-        // Words, and values of fields.
-        let mut combinations = vec![(self.own_words.clone(), String::new())];
+        // Flags, and values of fields.
+        let mut combinations = vec![(self.own_flags.clone(), String::new())];
         for axis in &self.axes {
-            let with = |(words, values): (Vec<String>, String)| {
+            let with = |(flags, values): (Vec<String>, String)| {
                 let with = move |choice: &Vec<String>| {
-                    let words = [&words[..], choice].concat();
-                    (words, format!("{values}{}, ", axis.value(choice)))
+                    let flags = [&flags[..], choice].concat();
+                    (flags, format!("{values}{}, ", axis.value(choice)))
                 };
                 axis.choices.iter().map(with)
             };
             combinations = combinations.into_iter().flat_map(with).collect();
         }
-        let permutation = |(words, values): (Vec<String>, String)| Permutation {
-            name: [from_ref(&self.pass), &words[..]].concat().join("_"),
+        let permutation = |(flags, values): (Vec<String>, String)| Permutation {
+            name: [from_ref(&self.pass), &flags[..]].concat().join("_"),
             pass: self.pass.clone(),
             keys: format!("Key::{} {{ {values}.. }}", self.key()),
-            words,
+            flags,
             switches: switches.clone(),
         };
         combinations.into_iter().map(permutation).collect()

@@ -22,14 +22,14 @@ var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 // Sums over all points.
 var point_phasors: texture_storage_2d_array<rgba32float, read_write>;
 var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
-var position_mesh: texture_2d<f32>;
+var position_instance: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
 var<uniform> light: Light;
 var<immediate> parameters: AreaLightParameters;
 
 // ∫ cosθ_P dω over the area that a pixel sees.
 fn form_factor_at(place: vec2<u32>) -> f32 {
-    return area_form_factor(light, textureLoad(position_mesh, place, 0).xyz, textureLoad(normal_geometric, place, 0).xyz);
+    return area_form_factor(light, textureLoad(position_instance, place, 0).xyz, textureLoad(normal_geometric, place, 0).xyz);
 }
 
 // The mean over a half, if the area's light without occlusion is that.

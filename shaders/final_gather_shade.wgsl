@@ -58,7 +58,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         let direction = rays[ray].direction;
         let met = hits[ray];
         let is_hit = met != NOTHING_HIT;
-        let hit = hit_surface(select(0u, met, is_hit), receiver.start, direction);
+        let hit = ray_hit(select(0u, met, is_hit), receiver.start, direction);
         let illumination = illuminate_without_pattern(light, hit.position);
         let cosine_light = dot(hit.shading_normal, illumination.to_light);
         let geometric_cosine_light = dot(hit.geometric_normal, illumination.to_light);

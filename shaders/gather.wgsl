@@ -38,7 +38,7 @@ struct GatherParameters {
     is_first: u32,
 }
 
-var position_mesh: texture_2d<f32>;
+var position_instance: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
 var lobe_parameters: texture_2d<f32>;
 // The light of the list of VPLs.
@@ -241,7 +241,7 @@ fn compute_main(
     let first_slot = group.x * (WORKGROUP * RECEIVERS) + local;
     for (var i = 0u; i < RECEIVERS; i++) {
         pixel[i] = pixel_of(first_slot + i * WORKGROUP);
-        position[i] = textureLoad(position_mesh, pixel[i], 0).xyz;
+        position[i] = textureLoad(position_instance, pixel[i], 0).xyz;
         normal[i] = textureLoad(normal_geometric, pixel[i], 0).xyz;
         diffuse[i] = Signal();
         if (SPECULAR) {

@@ -2,37 +2,37 @@
 
 #import surface
 
-// P; mesh id (0: no surface). Then n_P; the geometric normal, packed. Then k_d; material id. Then the lobe.
+// P; instance id (0: no surface). Then n_P; the geometric normal, packed. Then k_d; material id. Then the lobe.
 #if SPECULAR
 struct GBuffer {
-    @location(0) position_mesh: vec4<f32>,
+    @location(0) position_instance: vec4<f32>,
     @location(1) normal: vec4<f32>,
     @location(2) kd_material: vec4<f32>,
     @location(3) lobe: LobeParameters,
 }
 
-fn with_lobe(position_mesh: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, lobe: LobeParameters) -> GBuffer {
-    return GBuffer(position_mesh, normal, kd_material, lobe);
+fn with_lobe(position_instance: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, lobe: LobeParameters) -> GBuffer {
+    return GBuffer(position_instance, normal, kd_material, lobe);
 }
 #else
 struct GBuffer {
-    @location(0) position_mesh: vec4<f32>,
+    @location(0) position_instance: vec4<f32>,
     @location(1) normal: vec4<f32>,
     @location(2) kd_material: vec4<f32>,
 }
 
-fn with_lobe(position_mesh: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, lobe: LobeParameters) -> GBuffer {
-    return GBuffer(position_mesh, normal, kd_material);
+fn with_lobe(position_instance: vec4<f32>, normal: vec4<f32>, kd_material: vec4<f32>, lobe: LobeParameters) -> GBuffer {
+    return GBuffer(position_instance, normal, kd_material);
 }
 #endif
 
 @fragment
 fn fragment_main(raster: Raster) -> GBuffer {
-    let hit = hit_surface(raster);
-    var mesh_id = draw.mesh_id;
+    let hit = raster_hit(raster);
+    var instance_id = draw.instance_id;
     for (var i = 0u; i < min(raster.instance, 1u); i++) {
-        mesh_id = f32(mesh_id_of(raster.instance));
+        instance_id = f32(instance_id_of(raster.instance));
     }
     let normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
-    return with_lobe(vec4<f32>(hit.position, mesh_id), normal, vec4<f32>(hit.brdf.kd, draw.material_id), hit.brdf.lobe);
+    return with_lobe(vec4<f32>(hit.position, instance_id), normal, vec4<f32>(hit.brdf.kd, draw.material_id), hit.brdf.lobe);
 }

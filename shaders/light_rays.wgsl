@@ -172,7 +172,7 @@ fn shade(index: u32, whole_light: Light) {
     let met = hits[in_list];
     let is_hit = met != NOTHING_HIT;
     let light = light_of_ray(whole_light, set_index, ray_of_light);
-    let hit = hit_surface(select(0u, met, is_hit), rays[in_list].origin, rays[in_list].direction);
+    let hit = ray_hit(select(0u, met, is_hit), rays[in_list].origin, rays[in_list].direction);
     let illumination = illuminate(light, hit.position);
     let cosine = dot(hit.shading_normal, illumination.to_light);
     let geometric_cosine = dot(hit.geometric_normal, illumination.to_light);

@@ -21,7 +21,7 @@ struct PixelFilterParameters {
 var<immediate> parameters: PixelFilterParameters;
 
 #if DEPTHS
-var position_mesh: texture_2d<f32>;
+var position_instance: texture_2d<f32>;
 // Of the samples that show a surface: sum of their depths, least depth, number of samples; and cos²θ of the last one, where θ is its angle
 // to the axis.
 var footprint: texture_storage_2d<rgba32float, read_write>;
@@ -29,10 +29,10 @@ var footprint: texture_storage_2d<rgba32float, read_write>;
 @compute @workgroup_size(8, 8)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = id.xy;
-    if (any(pixel >= textureDimensions(position_mesh))) {
+    if (any(pixel >= textureDimensions(position_instance))) {
         return;
     }
-    let seen = textureLoad(position_mesh, pixel, 0);
+    let seen = textureLoad(position_instance, pixel, 0);
     if (seen.w == 0.0) {
         return;
     }
@@ -60,7 +60,7 @@ fn add_sample(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) {
 
 // Adds Z of a pair of frequencies, which does not include the path to C.
 fn add_phasors_of_sample(pixel: vec2<u32>, pair: u32, phasors: vec4<f32>) {
-    let position = textureLoad(position_mesh, pixel).xyz;
+    let position = textureLoad(position_instance, pixel).xyz;
     let way = phasors_of(turns_between(parameters.camera_position, parameters.camera_turns, position));
     let re = select(way.re.xy, way.re.zw, pair == 1u);
     let im = select(way.im.xy, way.im.zw, pair == 1u);
@@ -71,7 +71,7 @@ fn add_phasors_of_sample(pixel: vec2<u32>, pair: u32, phasors: vec4<f32>) {
 
 #if INTERPOLATE
 // What the pixels' centres show, and the light gathered there.
-var centre_position_mesh: texture_2d<f32>;
+var centre_position_instance: texture_2d<f32>;
 var centre_normal_geometric: texture_2d<f32>;
 var centre_lobe_parameters: texture_2d<f32>;
 var gathered: texture_2d_array<f32>;
@@ -104,7 +104,7 @@ fn parabolic_share(index: u32) -> f32 {
 
 fn centre_facing_at(pixel: vec2<u32>) -> Facing {
     var facing: Facing;
-    facing.position = textureLoad(centre_position_mesh, pixel, 0).xyz;
+    facing.position = textureLoad(centre_position_instance, pixel, 0).xyz;
     facing.normal = textureLoad(centre_normal_geometric, pixel, 0).xyz;
     if (SPECULAR) {
         facing.lobe = textureLoad(centre_lobe_parameters, pixel, 0);
@@ -121,7 +121,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let item = pixel.y * size.x + pixel.x;
     candidates[item] = NO_PIXEL;
-    if (textureLoad(position_mesh, pixel).w == 0.0) {
+    if (textureLoad(position_instance, pixel).w == 0.0) {
         return;
     }
     let own = facing_at(pixel);

@@ -161,13 +161,13 @@ fn compute_main(
         pixel.x = 2u * column + (1u - row % 2u);
     }
     pixel *= parameters.reach;
-    let size = textureDimensions(position_mesh);
+    let size = textureDimensions(position_instance);
     if (any(pixel >= size)) {
         candidates[item] = NO_PIXEL;
         return;
     }
     // If gathers are exact, an earlier attempt may have gathered this pixel.
-    if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE_LOBE).w))) {
+    if (textureLoad(position_instance, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE_LOBE).w))) {
         candidates[item] = NO_PIXEL;
         return;
     }

@@ -25,9 +25,9 @@ var<storage, read> lens_rays: array<vec4<f32>>;
 var<storage, read_write> rays: array<Ray>;
 #else
 var<storage, read> hits: array<u32>;
-// For each mesh in the scene's space: number of triangles up to its end, and its id.
+// For each mesh in the scene's space: number of triangles up to its end, and its instance id.
 var<storage, read> mesh_ends: array<vec2<u32>>;
-var position_mesh: texture_storage_2d<rgba32float, write>;
+var position_instance: texture_storage_2d<rgba32float, write>;
 var normal_geometric: texture_storage_2d<rgba32float, write>;
 var kd_material: texture_storage_2d<rgba32float, write>;
 var lobe_parameters: texture_storage_2d<rgba32float, write>;
@@ -75,7 +75,7 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     }
     let seen = hits[ray_index(place)];
     if (seen == NOTHING_HIT) {
-        textureStore(position_mesh, place, vec4<f32>(0.0));
+        textureStore(position_instance, place, vec4<f32>(0.0));
         textureStore(normal_geometric, place, vec4<f32>(0.0));
         textureStore(kd_material, place, vec4<f32>(0.0));
         if (SPECULAR) {
@@ -87,7 +87,7 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     let axis = direction / dot(direction, direction);
     let hit = hit_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
     let material = material_at(seen) % parameters.material_count;
-    textureStore(position_mesh, place, vec4<f32>(hit.position, f32(mesh_id_at(seen))));
+    textureStore(position_instance, place, vec4<f32>(hit.position, f32(instance_id_at(seen))));
     textureStore(normal_geometric, place, vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal)));
     textureStore(kd_material, place, vec4<f32>(hit.brdf.kd, f32(1u + material)));
     if (SPECULAR) {
@@ -95,10 +95,10 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     }
 }
 
-fn mesh_id_at(seen: u32) -> u32 {
+fn instance_id_at(seen: u32) -> u32 {
     let instance = located(seen).instance;
     if (instance > 0u) {
-        return mesh_id_of(instance);
+        return instance_id_of(instance);
     }
     return mesh_ends[mesh_of(scene_triangle(seen))].y;
 }

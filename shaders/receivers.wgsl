@@ -5,7 +5,7 @@
 #import compact
 #import refinement
 
-var position_mesh: texture_2d<f32>;
+var position_instance: texture_2d<f32>;
 var lobe_parameters: texture_2d<f32>;
 // Pixels, or NO_PIXEL. Not read if the candidates are a grid.
 var<storage, read> candidates: array<u32>;
@@ -16,7 +16,7 @@ fn candidate(item: u32) -> u32 {
     // Without branches: lavapipe compiles a kernel that branches at a push constant again for each value of the constant.
     let stride = compaction.grid_stride;
     let is_grid = stride > 0u;
-    let columns = (textureDimensions(position_mesh).x + stride - 1u) / max(stride, 1u);
+    let columns = (textureDimensions(position_instance).x + stride - 1u) / max(stride, 1u);
     let point = stride * (item % max(columns, 1u) + ((item / max(columns, 1u)) << 16u));
     return select(candidates[select(item, 0u, is_grid)], point, is_grid);
 }
@@ -27,7 +27,7 @@ fn list_of(item: u32) -> u32 {
         return NOTHING;
     }
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
-    if (textureLoad(position_mesh, pixel, 0).w == 0.0) {
+    if (textureLoad(position_instance, pixel, 0).w == 0.0) {
         return NOTHING;
     }
     if (SPECULAR) {

@@ -33,7 +33,7 @@ fn with_lobe(position: vec4<f32>, normal: vec4<f32>, kd_irradiance: vec4<f32>, l
 
 @fragment
 fn fragment_main(raster: Raster) -> Rsm {
-    let hit = hit_surface(raster);
+    let hit = raster_hit(raster);
     let column_row = vec2<u32>(raster.position.xy);
     let from_light = hit.position - view.origin;
     // A surface that contains the light, up to rounding, does not block it; the same holds for shadows (triangle_hit.wgsl). A texel of that

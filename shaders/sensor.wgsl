@@ -11,7 +11,7 @@ struct SensorParameters {
 
 var direct_radiance: texture_2d<f32>;
 var indirect_radiance: texture_2d<f32>;
-var position_mesh: texture_2d<f32>;
+var position_instance: texture_2d<f32>;
 // Filled by the pixel_filter pass.
 var footprint: texture_2d<f32>;
 var energy: texture_storage_2d<rgba32float, write>;
@@ -33,7 +33,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         radiance *= squared_cosine * squared_cosine;
     }
     if (APERTURE) {
-        let offset = textureLoad(position_mesh, pixel, 0).xyz - parameters.camera_position;
+        let offset = textureLoad(position_instance, pixel, 0).xyz - parameters.camera_position;
         let depth = dot(offset, parameters.forward);
         let squared_cosine = depth * depth / max(dot(offset, offset), 1e-37);
         radiance *= squared_cosine * squared_cosine;

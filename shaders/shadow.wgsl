@@ -4,6 +4,6 @@
 
 @fragment
 fn fragment_main(raster: Raster) -> @location(0) vec4<f32> {
-    let hit = hit_surface(raster);
+    let hit = raster_hit(raster);
     return vec4<f32>(hit.position, f32(raster.triangle));
 }

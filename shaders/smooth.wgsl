@@ -182,7 +182,7 @@ struct SmoothedPhasors {
 #if PHASORS
 fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit) -> SmoothedPhasors {
     var around = neighbours;
-    let size = vec2<i32>(textureDimensions(position_mesh));
+    let size = vec2<i32>(textureDimensions(position_instance));
     let own_packets = textureLoad(samples, pixel, SAMPLING).x;
     var phasors = SmoothedPhasors();
     for (var layer = 0u; layer < phasor_layer_count(); layer++) {
@@ -251,11 +251,11 @@ fn compute_main(
 ) {
     let item = 64u * (group.y * groups.x + group.x) + local;
     let pixel = parameters.stride * vec2<u32>(item % parameters.columns, item / parameters.columns);
-    let size = textureDimensions(position_mesh);
+    let size = textureDimensions(position_instance);
     if (item >= parameters.item_count) {
         return;
     }
-    let position = textureLoad(position_mesh, pixel).xyz;
+    let position = textureLoad(position_instance, pixel).xyz;
     let normal = textureLoad(normal_geometric, pixel, 0).xyz;
     let around = frame_around(normal);
     let own_sampling = known_sampling(pixel);
@@ -281,7 +281,7 @@ fn compute_main(
         let other = select(pixel, vec2<u32>(place), is_inside);
         let known = known_sampling(other);
         let is_sampled = textureLoad(samples, other, SAMPLING).x > 0.0;
-        let offset = textureLoad(position_mesh, other).xyz - position;
+        let offset = textureLoad(position_instance, other).xyz - position;
         let other_normal = textureLoad(normal_geometric, other, 0).xyz;
         let turn = other_normal - normal;
         let is_wanted = is_sampled && any(other != pixel) && is_one_lobe(own_lobe, lobe_at(other));

@@ -63,8 +63,8 @@ fn compute_main(
     if (item >= parameters.item_count || textureLoad(modelled, pixel, DIFFUSE_LOBE, 0).w < 0.0) {
         return;
     }
-    let size = vec2<i32>(textureDimensions(position_mesh));
-    let position = textureLoad(position_mesh, pixel).xyz;
+    let size = vec2<i32>(textureDimensions(position_instance));
+    let position = textureLoad(position_instance, pixel).xyz;
     let normal = textureLoad(normal_geometric, pixel, 0).xyz;
     let own_lobe = lobe_at(pixel);
     let packets = textureLoad(samples, pixel, SAMPLING).x;
@@ -78,7 +78,7 @@ fn compute_main(
         let place = pixel_around(pixel, i);
         let is_inside = all(place >= vec2<i32>(0)) && all(place < size);
         let other = select(pixel, vec2<u32>(place), is_inside);
-        let offset = textureLoad(position_mesh, other).xyz - position;
+        let offset = textureLoad(position_instance, other).xyz - position;
         let turn = textureLoad(normal_geometric, other, 0).xyz - normal;
         let weight = weight_of(turn, offset, DISTANCE, spacing);
         let model = textureLoad(modelled, other, DIFFUSE_LOBE, 0);

@@ -20,12 +20,12 @@ fn compute_main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let item = parameters.first_pixel + 64u * (group.y * groups.x + group.x) + local;
-    let size = textureDimensions(position_mesh);
+    let size = textureDimensions(position_instance);
     if (item >= size.x * size.y) {
         return;
     }
     let pixel = vec2<u32>(item % size.x, item / size.x);
-    let position = textureLoad(position_mesh, pixel).xyz;
+    let position = textureLoad(position_instance, pixel).xyz;
     let normal = textureLoad(normal_geometric, pixel, 0).xyz;
     var irradiance = vec3<f32>(0.0);
     for (var i = 0u; i < parameters.vpl_count; i++) {

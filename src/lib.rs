@@ -18,14 +18,14 @@
 mod cameras;
 #[cfg(feature = "capi")]
 pub mod capi;
-#[cfg(all(feature = "reference", feature = "internals"))]
-pub mod doctor;
 pub mod emission;
 pub mod error;
 mod export;
 mod exr_decode;
 mod frame;
 mod geometry;
+#[cfg(all(feature = "reference", feature = "internals"))]
+pub mod hard_cases;
 mod import;
 #[doc(hidden)]
 pub mod input_file;

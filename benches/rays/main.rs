@@ -4,14 +4,12 @@
 //! threads, and must find the same hits. Times are those of the trace alone, by the clock.
 
 mod embree;
-#[path = "../two_threads.rs"]
+#[path = "../shared/scenes.rs"]
+mod scenes;
+#[path = "../shared/two_threads.rs"]
 mod two_threads;
 
-use std::{
-    env,
-    path::{Path, PathBuf},
-    process::ExitCode,
-};
+use std::{env, path::PathBuf, process::ExitCode};
 
 use camlux::{
     Device, DeviceOptions, Renderer, Scene, Tracer,
@@ -48,7 +46,10 @@ fn report() -> Result<(), Failure> {
         "{:<12} {:>9} {:<8} {:>9} {:<7} {:>7} {:>7} {:>6}  {:>9}  goal",
         "scene", "triangles", "hit", "rays", "tracer", "rate", "Embree", "ratio", "different"
     );
-    for path in scene_files() {
+    // Without the arguments of cargo.
+    let given = env::args().skip(1).filter(|word| !word.starts_with("--"));
+    let given = given.map(PathBuf::from).collect();
+    for path in scenes::given_or(given, &SCENES) {
         let mut scene = Scene::load(&path)?;
         scene.indirect = Some(IndirectLight::final_gather(TARGET_ERROR));
         let rays = FrameRays::of(&mut renderer, &scene)?;
@@ -72,19 +73,6 @@ fn report() -> Result<(), Failure> {
         }
     }
     Ok(())
-}
-
-/// The arguments, without those of cargo.
-fn scene_files() -> Vec<PathBuf> {
-    let given = env::args().skip(1).filter(|word| !word.starts_with("--"));
-    let given: Vec<PathBuf> = given.map(PathBuf::from).collect();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    match given.is_empty() {
-        true => SCENES
-            .map(|name| folder.join(format!("{name}.toml")))
-            .into(),
-        false => given,
-    }
 }
 
 fn compare(

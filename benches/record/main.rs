@@ -17,7 +17,7 @@ mod frames;
 mod native;
 #[cfg(target_arch = "x86_64")]
 mod rays;
-#[path = "../two_threads.rs"]
+#[path = "../shared/two_threads.rs"]
 mod two_threads;
 
 use std::process::ExitCode;

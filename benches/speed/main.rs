@@ -14,7 +14,7 @@ mod gather;
 #[cfg(target_arch = "x86_64")]
 mod native;
 mod sums;
-#[path = "../two_threads.rs"]
+#[path = "../shared/two_threads.rs"]
 mod two_threads;
 
 use std::{env, fs, process::ExitCode};

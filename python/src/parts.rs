@@ -191,7 +191,7 @@ fn source<C: Component + numpy::Element>(
 ) -> PyResult<Texture> {
     let channels = pixels.shape()[2];
     let pixels: Vec<C> = pixels.as_array().iter().copied().collect();
-    let source = TextureSource::from_pixels(name, size_px, (&pixels, channels), encoding);
+    let source = TextureSource::from_pixels(name, size_px, &pixels, channels, encoding);
     Ok(Texture(source.map_err(raised)?))
 }
 

@@ -17,7 +17,7 @@ struct DirectParameters {
     row_end: u32,
 }
 
-var position_mesh: texture_2d<f32>;
+var position_instance: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
 var<uniform> light: Light;
 var<storage, read> pattern: array<f32>;
@@ -38,7 +38,7 @@ struct Pixel {
 
 // A permutation selects the kind of light, not a branch. lavapipe computes both sides of a branch. It also compiles a kernel that branches
 // at a uniform again for each dispatch, and keeps it.
-fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
+fn illuminate_by_kind(light: Light, position: vec3<f32>) -> Illumination {
     if (DIRECTIONAL) {
         return Illumination(-light.axis, light.intensity);
     } else {
@@ -57,14 +57,14 @@ fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
 }
 
 fn pixel_at(place: vec2<u32>) -> Pixel {
-    let is_in_image = all(place < textureDimensions(position_mesh));
-    let surface = textureLoad(position_mesh, min(place, textureDimensions(position_mesh) - 1u), 0);
-    let normal = textureLoad(normal_geometric, min(place, textureDimensions(position_mesh) - 1u), 0);
+    let is_in_image = all(place < textureDimensions(position_instance));
+    let surface = textureLoad(position_instance, min(place, textureDimensions(position_instance) - 1u), 0);
+    let normal = textureLoad(normal_geometric, min(place, textureDimensions(position_instance) - 1u), 0);
     var pixel: Pixel;
     pixel.position = surface.xyz;
     pixel.normal = normal.xyz;
     pixel.geometric_normal = unpack_direction(normal.w);
-    let illumination = illuminate(light, surface.xyz);
+    let illumination = illuminate_by_kind(light, surface.xyz);
     pixel.to_light = illumination.to_light;
     let is_surface = is_in_image && surface.w != 0.0;
     pixel.irradiance = select(vec3<f32>(0.0), illumination.irradiance * max(dot(pixel.normal, pixel.to_light), 0.0), is_surface);
@@ -72,7 +72,7 @@ fn pixel_at(place: vec2<u32>) -> Pixel {
 }
 
 fn ray_index(place: vec2<u32>) -> u32 {
-    return (place.y - parameters.first_row) * textureDimensions(position_mesh).x + place.x;
+    return (place.y - parameters.first_row) * textureDimensions(position_instance).x + place.x;
 }
 
 // The pixel of an invocation, among the rows of the dispatch.

@@ -2,7 +2,7 @@
 
 #import final_gather
 
-var position_mesh: texture_2d<f32>;
+var position_instance: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
 var lobe_parameters: texture_2d<f32>;
 var<storage, read> receivers: array<u32>;
@@ -12,7 +12,7 @@ fn receiver_of(packet: Packet) -> Receiver {
     let packed = receivers[packet.receiver];
     var receiver: Receiver;
     receiver.pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
-    receiver.position = textureLoad(position_mesh, receiver.pixel, 0).xyz;
+    receiver.position = textureLoad(position_instance, receiver.pixel, 0).xyz;
     let normal = textureLoad(normal_geometric, receiver.pixel, 0);
     receiver.normal = normal.xyz;
     receiver.geometric_normal = unpack_direction(normal.w);

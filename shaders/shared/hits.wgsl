@@ -7,7 +7,7 @@
 // their texture coordinates, the material.
 var triangle_shading: texture_storage_2d<rgba32float, read>;
 // `hit_triangle` is what the trace pass found.
-fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
+fn ray_hit(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     let corners = corners_of(located(hit_triangle));
     let c0 = corners.a.xyz - origin;
     let c1 = corners.b.xyz - origin;

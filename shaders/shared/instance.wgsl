@@ -4,7 +4,7 @@
 // INSTANCE_TEXELS for each instance. Texels 0 to 2: rows of the transform from its mesh to the scene. Texels 3 to 5: rows of the inverse.
 // Texel 6: where its mesh's tree begins in ray_boxes; the node after that tree's last; the node of the scene's tree after the instance; and
 // the number added to a triangle's index in ray_triangles, which distinguishes a hit on this instance from hits on others. Texel 7: its
-// first hit (for the scene itself: the number of instances); its mesh id; −1 if it is mirrored, else 1.
+// first hit (for the scene itself: the number of instances); its instance id; −1 if it is mirrored, else 1.
 var instances: texture_2d<f32>;
 
 const INSTANCE_TEXELS: u32 = 8u;
@@ -31,7 +31,7 @@ fn hit_offset(instance: u32) -> u32 {
     return whole_number(instance_texel(instance, 6u).w);
 }
 
-fn mesh_id_of(instance: u32) -> u32 {
+fn instance_id_of(instance: u32) -> u32 {
     return whole_number(instance_texel(instance, 7u).y);
 }
 

@@ -17,7 +17,7 @@ struct Facing {
 }
 
 fn facing_at(pixel: vec2<u32>) -> Facing {
-    return Facing(textureLoad(position_mesh, pixel).xyz, textureLoad(normal_geometric, pixel, 0).xyz, lobe_at(pixel));
+    return Facing(textureLoad(position_instance, pixel).xyz, textureLoad(normal_geometric, pixel, 0).xyz, lobe_at(pixel));
 }
 
 fn is_one_surface(a: Facing, b: Facing) -> bool {

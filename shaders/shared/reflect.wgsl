@@ -6,7 +6,7 @@
 #import brdf
 #import refinement
 
-var position_mesh: texture_storage_2d<rgba32float, read>;
+var position_instance: texture_storage_2d<rgba32float, read>;
 var kd_material: texture_2d<f32>;
 var lobe_parameters: texture_storage_2d<rgba32float, read>;
 // As the range_weights pass stores them; only if the target is an error of range.

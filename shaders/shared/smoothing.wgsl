@@ -14,13 +14,13 @@ struct Spacing {
 }
 
 fn spacing_at(pixel: vec2<u32>, position: vec3<f32>, stride: u32) -> Spacing {
-    let size = vec2<i32>(textureDimensions(position_mesh));
+    let size = vec2<i32>(textureDimensions(position_instance));
     var spacing = Spacing(1e30, 0u);
     for (var i = 0; i < 4; i++) {
         let along = 2 * (i & 1) - 1;
         let place = vec2<i32>(pixel) + i32(stride) * select(vec2<i32>(along, 0), vec2<i32>(0, along), i > 1);
         let other = vec2<u32>(clamp(place, vec2<i32>(0), size - 1));
-        let there = textureLoad(position_mesh, other);
+        let there = textureLoad(position_instance, other);
         let offset = there.xyz - position;
         let is_other = there.w != 0.0 && any(other != pixel);
         spacing.squared = select(spacing.squared, min(spacing.squared, dot(offset, offset)), is_other);

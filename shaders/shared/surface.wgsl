@@ -3,8 +3,8 @@
 struct Draw {
     // k_d per band; a texture multiplies it.
     kd: vec3<f32>,
-    // 1 + index of the mesh, as a float: exact up to 2^24.
-    mesh_id: f32,
+    // 1 + index of the instance, as a float: exact up to 2^24.
+    instance_id: f32,
     lobe: LobeParameters,
     // 1 + index of the material.
     material_id: f32,
@@ -57,7 +57,7 @@ fn corner(instance: u32, index: u32) -> Corner {
     return corner;
 }
 
-fn hit_surface(raster: Raster) -> Hit {
+fn raster_hit(raster: Raster) -> Hit {
     let pixel = vec3<f32>(1.0, raster.position.xy);
     let ray_offset = view.ray_offset * pixel;
     let ray_direction = view.ray_direction * pixel;

@@ -114,8 +114,14 @@ unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
         }
     }
     let optional = |array: &camlux_array, count| if array.data.is_null() { 0 } else { count };
-    let of_vertices = |count| ("vertex_count", count);
-    let of_triangles = ("triangle_count", triangles);
+    let of_vertices = |value| Count {
+        name: "vertex_count",
+        value,
+    };
+    let of_triangles = Count {
+        name: "triangle_count",
+        value: triangles,
+    };
     let normals = of_vertices(optional(&mesh.normals, vertices));
     let texcoords = of_vertices(optional(&mesh.texcoords, vertices));
     let vectors = |list: Vec<[f64; 3]>| list.into_iter().map(DVec3::from).collect();
@@ -145,12 +151,19 @@ unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
     }
 }
 
+/// How many elements an array has, and the member of `camlux_mesh` that says so.
+#[derive(Clone, Copy)]
+struct Count {
+    name: &'static str,
+    value: usize,
+}
+
 /// # Safety
 /// As for [`Rows::read`].
 unsafe fn reals<const N: usize>(
     array: &camlux_array,
     name: &str,
-    count: (&str, usize),
+    count: Count,
 ) -> Outcome<Vec<[f64; N]>> {
     let formats = args::choices![
         CAMLUX_FORMAT_F32 => converted::<f32, f64, N> as Reader<f64, N>,
@@ -165,7 +178,7 @@ unsafe fn reals<const N: usize>(
 unsafe fn wholes<const N: usize>(
     array: &camlux_array,
     name: &str,
-    count: (&str, usize),
+    count: Count,
 ) -> Outcome<Vec<[u32; N]>> {
     let formats = args::choices![
         CAMLUX_FORMAT_U16 => converted::<u16, u32, N> as Reader<u32, N>,
@@ -190,10 +203,10 @@ unsafe fn converted<C: Copy + Into<T>, T, const N: usize>(rows: &Rows) -> Outcom
 unsafe fn elements<T, const N: usize>(
     array: &camlux_array,
     name: &str,
-    (count_name, count): (&str, usize),
+    count: Count,
     formats: &[(i32, &str, Reader<T, N>)],
 ) -> Outcome<Vec<[T; N]>> {
-    if count == 0 {
+    if count.value == 0 {
         return Ok(Vec::new());
     }
     let name = &format!("camlux_mesh.{name}");
@@ -201,10 +214,10 @@ unsafe fn elements<T, const N: usize>(
     args::reserved(name, array.reserved)?;
     let rows = Rows {
         name,
-        count_name,
+        count_name: count.name,
         data: array.data,
         stride_bytes: array.stride_bytes,
-        count,
+        count: count.value,
         length: N,
     };
     // SAFETY: the caller guarantees it.

@@ -184,9 +184,8 @@ unsafe fn image_from_c(raw: camlux_projected_image) -> Outcome<ProjectedImage> {
     // SAFETY: the caller guarantees it.
     if let Some(path) = unsafe { args::text(raw.path, "camlux_projected_image.path") }? {
         file_alone(raw.width_px == 0 && raw.height_px == 0)?;
-        let (image, warning) =
-            ProjectedImage::load(Path::new(&path), (encoding, None), lens, &path)
-                .map_err(Failure::as_it_is)?;
+        let (image, warning) = ProjectedImage::load(Path::new(&path), encoding, None, lens, &path)
+            .map_err(Failure::as_it_is)?;
         warn(warning);
         return Ok(image);
     }

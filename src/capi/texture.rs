@@ -139,9 +139,9 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<TextureSource> {
     // SAFETY: the caller guarantees it.
     unsafe {
         match args::one_of("component", texture.component, &components)? {
-            0 => source::<u8>(name, size_px, (&rows, channels), encoding),
-            1 => source::<u16>(name, size_px, (&rows, channels), encoding),
-            _ => source::<f32>(name, size_px, (&rows, channels), encoding),
+            0 => source::<u8>(name, size_px, &rows, channels, encoding),
+            1 => source::<u16>(name, size_px, &rows, channels, encoding),
+            _ => source::<f32>(name, size_px, &rows, channels, encoding),
         }
     }
 }
@@ -151,11 +151,12 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<TextureSource> {
 unsafe fn source<C: Component>(
     name: String,
     size_px: [u32; 2],
-    (rows, channels): (&Rows, usize),
+    rows: &Rows,
+    channels: usize,
     encoding: Option<Encoding>,
 ) -> Outcome<TextureSource> {
     // SAFETY: the caller guarantees it.
     let pixels = unsafe { rows.read(<[C]>::to_vec) }?.concat();
-    let source = TextureSource::from_pixels(name, size_px, (&pixels, channels), encoding)?;
+    let source = TextureSource::from_pixels(name, size_px, &pixels, channels, encoding)?;
     Ok(source)
 }

@@ -233,7 +233,7 @@ fn pattern_faces(
     if widest_rad <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG.to_radians() {
         let half_extent = widest_rad.tan() * FACE_MARGIN;
         let face = face(axes.direction, axes.plane_0, half_extent);
-        let texels = tables.face(size, half_extent, (ConeFace::Front, 0.0));
+        let texels = tables.face(size, half_extent, ConeFace::Front, 0.0);
         return (vec![face], texels);
     }
     let cube = cube_faces(axes.direction, axes.plane_0);
@@ -246,7 +246,7 @@ fn pattern_faces(
         (ConeFace::Side, 0.0),
         (ConeFace::Side, PI),
     ];
-    let tables = kinds.map(|kind| tables.face(size, 1.0, kind));
+    let tables = kinds.map(|(kind, turn_rad)| tables.face(size, 1.0, kind, turn_rad));
     lit_faces(cube, tables.each_ref())
 }
 

@@ -30,7 +30,8 @@ impl<'p> PatternTexels<'p> {
         &self,
         size: u32,
         half_extent: f64,
-        (kind, turn_rad): (ConeFace, f64),
+        kind: ConeFace,
+        turn_rad: f64,
     ) -> Vec<TexelEmission> {
         let grid = Grid::new(size, half_extent);
         match kind {

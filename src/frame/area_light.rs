@@ -3,15 +3,13 @@
 
 use std::ops::Range;
 
-use super::ProgressReport;
+use super::{FrameImages, ProgressReport, lights::UpdatedLight};
 use crate::{
     Result, lattice,
     passes::{
         Context,
-        area_light::AreaLightImages,
-        direct::{self, DirectImages, Occluders, SeenAt},
-        gbuffer::GBuffer,
-        light::{DeviceLight, upload_area_point},
+        direct::{self, SeenPoints},
+        light::upload_area_point,
         random::hash,
         surface::Surfaces,
     },
@@ -27,32 +25,48 @@ const MAX_POINTS: u32 = 1024;
 /// Points per submission. Between submissions the device has time for other work.
 const POINTS_PER_SUBMISSION: u32 = 32;
 
-/// Adds a light to the images of direct light, as the G-buffer shows it. Another `seed` gives other points.
-/// Returns an estimate of the relRMSE of that light, from the difference of two halves of the points.
+/// Adds a light to the images of direct light, as the G-buffer shows it. Another `seed` gives other points of the area.
+/// Returns an estimate of the relRMSE of that light, from the difference of two halves of the points; `None` if no light shines.
 pub(super) fn shade(
     context: &Context,
     surfaces: &Surfaces,
-    (gbuffer, share): (&GBuffer, Option<f64>),
-    (number, light, occluders): (usize, &DeviceLight, Occluders),
-    (sums, direct): (&AreaLightImages, DirectImages),
+    seen: SeenPoints,
+    light: &UpdatedLight,
+    images: &FrameImages,
     seed: u32,
     progress: &mut ProgressReport,
-) -> Result<f64> {
+) -> Result<Option<f64>> {
+    let Some(sums) = &images.area_light else {
+        return Ok(None);
+    };
+    let UpdatedLight {
+        index,
+        device,
+        occluders,
+        ..
+    } = *light;
+    let target_error = context.plan.target_area_light_error.unwrap_or_default();
     // The errors of a pixel's samples are independent.
-    let target_error =
-        context.plan.area_light_error.unwrap_or_default() / share.unwrap_or(1.0).sqrt();
-    let seed = hash(seed ^ hash(number as u32));
-    let seen_at = match share {
-        None => SeenAt::Centres,
-        Some(_) => SeenAt::Samples { share: 1.0 },
+    let target_error = target_error / seen.share.unwrap_or(1.0).sqrt();
+    let seed = hash(seed ^ hash(index as u32));
+    let unweighted = SeenPoints {
+        share: seen.share.map(|_| 1.0),
+        ..seen
     };
     let shade_points = |half: usize, points: Range<u32>| -> Result<()> {
         for point in points {
             let place = lattice::scrambled(point, seed);
-            let uniform = upload_area_point(context, number, light, place)?;
-            let seen = (gbuffer, seen_at);
-            let light = (light, Some(&uniform), occluders);
-            direct::shade(context, surfaces, seen, light, sums.half(half))?;
+            let point_of_area = upload_area_point(context, index, device, place)?;
+            let (point_of_area, half) = (Some(&point_of_area), sums.half(half));
+            direct::shade(
+                context,
+                surfaces,
+                unweighted,
+                device,
+                point_of_area,
+                occluders,
+                half,
+            )?;
             if (point + 1) % POINTS_PER_SUBMISSION == 0 {
                 context.finish()?;
             }
@@ -64,7 +78,7 @@ pub(super) fn shade(
     let mut before = f64::INFINITY;
     let error = loop {
         shade_points(1, points..2 * points)?;
-        let apart = sums.merge(context, (gbuffer, light), points)?;
+        let apart = sums.merge(context, seen.gbuffer, device, points)?;
         points *= 2;
         // Halves may agree by chance. Twice the points at best halve the error.
         let error = CAUTION * apart.max(0.5 * before);
@@ -74,7 +88,7 @@ pub(super) fn shade(
         before = apart;
         progress.ask()?;
     };
-    let weight = (points, share.unwrap_or(1.0));
-    context.record(|recorder| sums.add_to(recorder, context, (gbuffer, light), direct, weight))?;
-    Ok(error)
+    let direct = images.direct_images();
+    sums.add_to(context, seen, device, direct, points)?;
+    Ok(Some(error))
 }

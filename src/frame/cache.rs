@@ -1,42 +1,8 @@
-//! What a frame leaves on the device for the next one.
+//! Values with the keys that they were made from: those of one renderer, and those that the renderers of a device share.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use super::{
-    FrameImages,
-    images::FrameImagesKey,
-    lights::Lights,
-    lights::LightsKey,
-    scene_resources::{SceneResources, SharedScenes},
-};
-use crate::{Device, Result};
-
-/// Empty before the first frame and after one that failed. Its contents affect only the time of a frame.
-#[derive(Default)]
-pub(crate) struct FrameCache {
-    /// Shared by the renderers of a device.
-    pub scenes: Arc<Mutex<SharedScenes>>,
-    pub scene: SceneResources,
-    pub lights: Cached<LightsKey, Lights>,
-    pub images: Cached<FrameImagesKey, FrameImages>,
-}
-
-impl FrameCache {
-    pub fn new(device: &Device) -> FrameCache {
-        FrameCache {
-            scenes: device.shared_by_renderers(),
-            ..FrameCache::default()
-        }
-    }
-
-    /// Drops all that frames have left.
-    pub fn clear(&mut self) {
-        *self = FrameCache {
-            scenes: self.scenes.clone(),
-            ..FrameCache::default()
-        };
-    }
-}
+use crate::Result;
 
 /// A value and the key that it was made from.
 pub(crate) struct Cached<K, T>(Option<(K, T)>);

@@ -3,8 +3,8 @@
 use crate::{
     Result,
     passes::{
-        Context, area_light::AreaLightImages, gbuffer::GBuffer, pixel_filter::PixelSample,
-        refinement::gathered_shape,
+        Context, area_light::AreaLightImages, direct::DirectImages, gbuffer::GBuffer,
+        pixel_filter::PixelSample, refinement::gathered_shape,
     },
     plan::{Plan, TofPlan},
     vulkan::{Allocate, Device, ImageShape, Recorder},
@@ -61,25 +61,17 @@ impl SampledImages {
 
 impl<A: Allocate> SampledImages<A> {
     fn new(allocate: &A, plan: &Plan) -> Result<SampledImages<A>> {
-        let image = |name, shape| allocate.image(name, shape);
         let shape = ImageShape::plain(plan.resolution_px);
-        let phasors = plan.bounced_tof().map(|tof| ImageShape {
-            layers: Some(tof.pair_count()),
-            ..shape
-        });
-        let has_indirect = plan.indirect.is_some();
+        let indirect = plan.indirect.map(|_| shape);
+        let gathered = plan.indirect.map(|_| gathered_shape(plan));
+        let phasors = plan.bounced_tof();
+        let phasors = phasors.map(|tof| shape.with_layers(tof.pair_count()));
         Ok(SampledImages {
             gbuffer: GBuffer::new(allocate, plan)?,
-            footprint: image("footprints of pixels", shape)?,
-            centre_indirect: has_indirect
-                .then(|| image("indirect radiance of centres", shape))
-                .transpose()?,
-            gathered: has_indirect
-                .then(|| image("gathered light of centres", gathered_shape(plan)))
-                .transpose()?,
-            centre_phasors: phasors
-                .map(|shape| image("indirect phasors of centres", shape))
-                .transpose()?,
+            footprint: allocate.image("footprints of pixels", shape)?,
+            centre_indirect: allocate.image_if("indirect radiance of centres", indirect)?,
+            gathered: allocate.image_if("gathered light of centres", gathered)?,
+            centre_phasors: allocate.image_if("indirect phasors of centres", phasors)?,
         })
     }
 }
@@ -114,7 +106,7 @@ impl FrameImagesKey {
             has_indirect_stderr: plan.has_stderr_layer(),
             has_energy: plan.joule_per_irradiance.is_some(),
             has_radiance: stays_on_device,
-            has_area_light: plan.area_light_error.is_some(),
+            has_area_light: plan.target_area_light_error.is_some(),
             is_sampled: plan.pixel_sampling.is_some(),
             gathered_shape: gathered_shape(plan),
         }
@@ -125,33 +117,24 @@ impl<A: Allocate> FrameImages<A> {
     /// Allocates images without contents.
     pub fn new(allocate: &A, plan: &Plan, key: FrameImagesKey) -> Result<FrameImages<A>> {
         let shape = ImageShape::plain(key.resolution_px);
-        let image = |name| allocate.image(name, shape);
+        let image_if = |name, is_needed: bool| allocate.image_if(name, is_needed.then_some(shape));
         let phasors = |name, layers: Option<u32>| {
-            let shape = layers.map(|layers| ImageShape {
-                layers: Some(layers),
-                ..shape
-            });
-            shape.map(|shape| allocate.image(name, shape)).transpose()
+            allocate.image_if(name, layers.map(|layers| shape.with_layers(layers)))
         };
+        let sampled = || SampledImages::new(allocate, plan);
         Ok(FrameImages {
             gbuffer: GBuffer::new(allocate, plan)?,
-            direct: image("direct radiance")?,
+            direct: allocate.image("direct radiance", shape)?,
             direct_phasors: phasors("direct phasors", key.direct_phasor_layers)?,
             indirect_phasors: phasors("indirect phasors", key.indirect_phasor_layers)?,
-            indirect: key
-                .has_indirect
-                .then(|| image("indirect radiance"))
-                .transpose()?,
-            indirect_stderr: key
-                .has_indirect_stderr
-                .then(|| image("standard error of indirect radiance"))
-                .transpose()?,
-            energy: key.has_energy.then(|| image("energy")).transpose()?,
-            sampled: key
-                .is_sampled
-                .then(|| SampledImages::new(allocate, plan))
-                .transpose()?,
-            radiance: key.has_radiance.then(|| image("radiance")).transpose()?,
+            indirect: image_if("indirect radiance", key.has_indirect)?,
+            indirect_stderr: image_if(
+                "standard error of indirect radiance",
+                key.has_indirect_stderr,
+            )?,
+            energy: image_if("energy", key.has_energy)?,
+            sampled: key.is_sampled.then(sampled).transpose()?,
+            radiance: image_if("radiance", key.has_radiance)?,
             area_light: AreaLightImages::for_plan(allocate, plan)?,
             key,
         })
@@ -159,6 +142,14 @@ impl<A: Allocate> FrameImages<A> {
 }
 
 impl FrameImages {
+    /// The images to which direct light is added.
+    pub fn direct_images(&self) -> DirectImages<'_> {
+        DirectImages {
+            radiance: &self.direct,
+            phasors: self.direct_phasors.as_ref(),
+        }
+    }
+
     /// Clears the images to zero. Lights are then added one after the other; zeros stay where there is nothing to gather.
     pub fn record_clears(&self, recorder: &mut Recorder) {
         let others = self.indirect.iter().chain(&self.indirect_stderr);
@@ -174,7 +165,6 @@ impl FrameImages {
         let others = others.chain(sampled).chain(area_light);
         let direct = [&self.direct].into_iter().chain(&self.direct_phasors);
         for image in others.chain(direct) {
-            recorder.prepare_images(&[image]);
             recorder.clear_image(image);
         }
     }

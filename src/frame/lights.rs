@@ -62,13 +62,17 @@ struct LitLight {
     listed: Option<ListedVpls>,
 }
 
-/// What has to be made of a light in this frame.
-pub(crate) struct Dirty<'l> {
-    pub rsm: Option<&'l Rsm>,
-    pub shadow_map: Option<&'l ShadowMap>,
-    pub vpls: Option<(&'l Rsm, &'l VplLists)>,
+/// A light of this frame.
+pub(crate) struct UpdatedLight<'l> {
+    /// In the scene.
+    pub index: usize,
+    pub device: &'l DeviceLight,
     /// Where the shadow test looks for occluders.
     pub occluders: Occluders<'l>,
+    /// What has to be made in this frame.
+    pub rsm_to_draw: Option<&'l Rsm>,
+    pub shadow_map_to_draw: Option<&'l ShadowMap>,
+    pub vpls_to_list: Option<(&'l Rsm, &'l VplLists)>,
 }
 
 impl LightsKey {
@@ -112,13 +116,13 @@ impl Lights {
         }
     }
 
-    /// Puts the light with this index on the device. Returns it, and what else of it has to be made.
+    /// Puts the light with this index on the device.
     pub fn update<'l>(
         &'l mut self,
         context: &Context,
         index: usize,
         scene: &'l SceneResources,
-    ) -> Result<(&'l DeviceLight, Dirty<'l>)> {
+    ) -> Result<UpdatedLight<'l>> {
         let light = &context.scene.lights[index].light;
         let plan = &context.plan.lights[index];
         let tof = context.scene.tof.as_ref();
@@ -156,12 +160,12 @@ impl Lights {
             frequencies_hz: Vec::new(),
             generation: scene.generation,
         };
-        let is_dirty = |shows: &mut Cached<LightKey, ()>| -> Result<bool> {
+        let is_old = |shows: &mut Cached<LightKey, ()>| -> Result<bool> {
             Ok(shows.get_or_make(sees(), || Ok(()))?.1)
         };
         let reads_rsm = is_new || matches!(plan.shadow, ShadowPlan::Rsm { .. });
-        let draws_rsm = reads_rsm && maps.rsm.is_some() && is_dirty(&mut maps.rsm_shows)?;
-        let draws_map = maps.shadow_map.is_some() && is_dirty(&mut maps.shadow_map_shows)?;
+        let draws_rsm = reads_rsm && maps.rsm.is_some() && is_old(&mut maps.rsm_shows)?;
+        let draws_map = maps.shadow_map.is_some() && is_old(&mut maps.shadow_map_shows)?;
 
         let (rsm, shadow_map) = (maps.rsm.as_ref(), maps.shadow_map.as_ref());
         let positions = match plan.shadow {
@@ -174,13 +178,14 @@ impl Lights {
             (_, Some(positions)) => Occluders::Map(positions),
             _ => return Err(Error::internal("a light has no shadow map")),
         };
-        let dirty = Dirty {
-            rsm: rsm.filter(|_| draws_rsm),
-            shadow_map: shadow_map.filter(|_| draws_map),
-            vpls: rsm.zip(self.vpls.as_ref()).filter(|_| is_new),
+        Ok(UpdatedLight {
+            index,
+            device: &lit.device,
             occluders,
-        };
-        Ok((&lit.device, dirty))
+            rsm_to_draw: rsm.filter(|_| draws_rsm),
+            shadow_map_to_draw: shadow_map.filter(|_| draws_map),
+            vpls_to_list: rsm.zip(self.vpls.as_ref()).filter(|_| is_new),
+        })
     }
 
     /// A light on the device and its maps, after [`Lights::update`].

@@ -1,14 +1,16 @@
 //! A frame, from the scene to the images of its layers: [`draw`] is the sequence of passes.
 
+mod antialiasing;
 mod area_light;
 mod buffer_pool;
 mod cache;
+mod direct;
 mod drawn;
 mod forecast;
+mod frame_cache;
 mod images;
 mod indirect;
 mod lights;
-mod pixel_samples;
 mod progress;
 mod readback;
 mod requirements;
@@ -20,33 +22,25 @@ use glam::DVec2;
 
 use crate::{
     Result,
-    passes::{
-        Context,
-        direct::{self, DirectImages, SeenAt},
-        gbuffer::{self, GBuffer},
-        light::DeviceLight,
-        primary_rays, rsm, sensor, shadow,
-        surface::{Surfaces, upload_view},
-        trace::RayList,
-        view, vpl,
-    },
+    passes::{Context, sensor, trace::RayList, vpl},
     vulkan::shaders::Seen,
 };
 
 pub(crate) use buffer_pool::BufferPool;
+pub(crate) use cache::Cached;
 use cache::LockedLate;
-pub(crate) use cache::{Cached, FrameCache};
+use direct::{draw_maps, see, shade};
 pub(crate) use drawn::DrawnFrame;
 pub use drawn::{DeviceFrame, DeviceImage};
 pub(crate) use forecast::RenderedFrame;
+pub(crate) use frame_cache::FrameCache;
 pub(crate) use images::FrameImages;
 use images::FrameImagesKey;
 pub(crate) use indirect::ErrorEstimates;
 pub(crate) use lights::Lights;
-use lights::{Dirty, LightsKey};
+use lights::LightsKey;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
-use scene_resources::SceneResources;
 
 /// Called for each light, with its index, once its maps are drawn and its VPLs are listed.
 pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lights, usize) -> Result<()> + 'o;
@@ -90,39 +84,21 @@ pub(crate) fn draw(
         images.record_clears(r);
         Ok(())
     })?;
-    see(context, scene, DVec2::ZERO, gbuffer)?;
+    let centres = see(context, scene, DVec2::ZERO, None, gbuffer)?;
 
-    let direct_images = DirectImages {
-        radiance: direct,
-        phasors: images.direct_phasors.as_ref(),
-    };
     let mut area_light_error: Option<f64> = None;
     for index in 0..context.plan.lights.len() {
         progress.begin_light(index, "direct")?;
-        let (light, dirty) = lights.update(context, index, scene)?;
-        let is_centre = context.plan.pixel_sampling.is_none();
-        if let (true, true, Some(sums)) = (is_centre, light.plan.is_area(), &images.area_light) {
-            let error = area_light::shade(
-                context,
-                surfaces,
-                (gbuffer, None),
-                (index, light, dirty.occluders),
-                (sums, direct_images),
-                context.seed,
-                progress,
-            )?;
-            area_light_error = Some(area_light_error.unwrap_or_default().max(error));
+        let light = lights.update(context, index, scene)?;
+        draw_maps(context, surfaces, &light)?;
+        // Otherwise, direct light is averaged over the pixels below.
+        if context.plan.pixel_sampling.is_none() {
+            let seed = context.seed;
+            let error = shade(context, surfaces, centres, &light, images, seed, progress)?;
+            area_light_error = area_light_error.into_iter().chain(error).reduce(f64::max);
         }
-        draw_maps(context, surfaces, light, &dirty)?;
-        if is_centre && !light.plan.is_area() {
-            let seen = (gbuffer, SeenAt::Centres);
-            let light = (light, None, dirty.occluders);
-            direct::shade(context, surfaces, seen, light, direct_images)?;
-        }
-        if let Some((rsm, vpls)) = dirty.vpls {
-            context.record(|r| vpl::extract(r, context, light, rsm, vpls))?;
-        }
-        if dirty.vpls.is_some() {
+        if let Some((rsm, vpls)) = light.vpls_to_list {
+            vpl::extract(context, light.device, rsm, vpls)?;
             context.finish()?;
             lights.take_vpls(index)?;
         }
@@ -133,14 +109,17 @@ pub(crate) fn draw(
     }
 
     context.begin_step("indirect");
-    let mut estimates = match context.plan.bounce() {
+    let estimates = match context.plan.bounce() {
         Some(plan) => indirect::gather(context, plan, scene, lights, images, progress)?,
         None => ErrorEstimates::default(),
     };
 
     context.begin_step("sensor");
-    let of_samples = pixel_samples::average(context, scene, lights, images, progress)?;
-    estimates.area_light_error = of_samples.or(area_light_error);
+    let of_samples = antialiasing::average(context, scene, lights, images, progress)?;
+    let estimates = ErrorEstimates {
+        area_light_error: of_samples.or(area_light_error),
+        ..estimates
+    };
 
     // Radiance is the same sum as energy. It is for a host that reads it on the device.
     let plan = context.plan;
@@ -148,7 +127,11 @@ pub(crate) fn draw(
     let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
     let seen = match &images.sampled {
         Some(sampled) => (Seen::Sampled, "footprint", &sampled.footprint),
-        None => (Seen::Aperture, "position_mesh", &gbuffer.position_mesh),
+        None => (
+            Seen::Aperture,
+            "position_instance",
+            &gbuffer.position_instance,
+        ),
     };
     for (factor, seen, sum) in [
         (energy_factor, aperture.map(|_| seen), &images.energy),
@@ -162,7 +145,7 @@ pub(crate) fn draw(
                 indirect: images.indirect.as_ref(),
                 sum,
             };
-            context.record(|r| sensor::expose(r, context, &exposure))?;
+            sensor::expose(context, &exposure)?;
         }
     }
     if !context.stays_on_device {
@@ -173,40 +156,4 @@ pub(crate) fn draw(
     progress.end()?;
     let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
     Ok((estimates, vpl_count))
-}
-
-/// Fills a G-buffer with what the camera sees through points at `offset_px` from the pixels' centres.
-fn see(
-    context: &Context,
-    scene: &SceneResources,
-    offset_px: DVec2,
-    gbuffer: &GBuffer,
-) -> Result<()> {
-    let camera = view::of_camera(&context.scene.camera, context.space, offset_px);
-    let camera = upload_view(context.device, &camera)?;
-    if context.plan.has_primary_rays {
-        let hit = (scene.ray_tree()?, scene.hit_surfaces()?);
-        let rays = (&camera, scene.lens_rays(), offset_px);
-        return primary_rays::draw(context, hit, rays, gbuffer);
-    }
-    let surfaces = scene.surfaces()?;
-    context.record(|r| gbuffer::draw(r, context, surfaces, &camera, gbuffer))
-}
-
-/// Draws the maps of a light that have to be made.
-fn draw_maps(
-    context: &Context,
-    surfaces: &Surfaces,
-    light: &DeviceLight,
-    dirty: &Dirty,
-) -> Result<()> {
-    context.record(|r| {
-        if let Some(map) = dirty.rsm {
-            rsm::draw(r, context, surfaces, light, map)?;
-        }
-        if let Some(map) = dirty.shadow_map {
-            shadow::draw(r, context, surfaces, light, map)?;
-        }
-        Ok(())
-    })
 }

@@ -58,7 +58,7 @@ pub(super) fn image_of(images: &FrameImages, layer: Layer) -> Option<&Image> {
         Layer::Indirect => images.indirect.as_ref(),
         Layer::StandardError => images.indirect_stderr.as_ref(),
         Layer::Energy => images.energy.as_ref(),
-        Layer::Position => Some(&images.gbuffer.position_mesh),
+        Layer::Position => Some(&images.gbuffer.position_instance),
         Layer::Normal => Some(&images.gbuffer.normal_geometric),
         _ => None,
     }
@@ -69,7 +69,7 @@ const COPIED: [Layer; 3] = [Layer::StandardError, Layer::Energy, Layer::Normal];
 
 /// The images of a frame that its layers are made from, or those of a list.
 struct NeededImages<'i> {
-    position_mesh: Option<&'i Image>,
+    position_instance: Option<&'i Image>,
     footprints: Option<&'i Image>,
     kd_material: Option<&'i Image>,
     direct: Option<&'i Image>,
@@ -96,7 +96,7 @@ impl<'i> NeededImages<'i> {
         let copied = COPIED.into_iter().filter(|&layer| is_wanted(layer));
         let phasors = [&images.direct_phasors, &images.indirect_phasors];
         NeededImages {
-            position_mesh: has_geometry.then_some(&gbuffer.position_mesh),
+            position_instance: has_geometry.then_some(&gbuffer.position_instance),
             footprints: sampled.map(|sampled| &sampled.footprint),
             kd_material: is_wanted(Layer::MaterialId).then_some(&gbuffer.kd_material),
             direct: of_light(Layer::Direct),
@@ -111,7 +111,7 @@ impl<'i> NeededImages<'i> {
 
     fn all(&self) -> Vec<&'i Image> {
         let all = [
-            self.position_mesh,
+            self.position_instance,
             self.footprints,
             self.kd_material,
             self.direct,
@@ -144,7 +144,7 @@ pub(crate) fn read_layers(
 ) -> Result<Vec<(Layer, LayerData)>> {
     let is_wanted = |layer: Layer| wanted.is_none_or(|wanted| wanted.contains(&layer));
     let NeededImages {
-        position_mesh,
+        position_instance,
         footprints,
         kd_material,
         direct,
@@ -158,8 +158,8 @@ pub(crate) fn read_layers(
         .filter(|_| phasors[0].is_some());
 
     let (mut geometry, mut paths) = (None, None);
-    if let Some(position_mesh) = position_mesh {
-        let pixels = readback.pixels(position_mesh)?;
+    if let Some(position_instance) = position_instance {
+        let pixels = readback.pixels(position_instance)?;
         let camera = &description.camera;
         let mut wanted_geometry = Geometry::LAYERS.into_iter().filter(|&l| is_wanted(l));
         let only_ids = !wanted_geometry.any(|layer| layer != Layer::InstanceId);
@@ -242,7 +242,6 @@ pub(crate) fn read_layers(
         readback.copy_missing(&both)?;
         let texels = |image: Option<&Image>| image.map_or(Ok(&[][..]), |i| readback.copied(i));
         let [direct, indirect] = phasors.map(texels);
-        let (direct, indirect) = (direct?, indirect?);
         let parts = FrameParts {
             has_sensor: true,
             has_indirect: images.indirect.is_some(),
@@ -254,7 +253,7 @@ pub(crate) fn read_layers(
             is_wanted: &|layer| is_wanted(layer) && layer.is_made_with(parts),
             floats: &mut |values| pool.floats(values),
         };
-        add_time_of_flight(&mut layers, tof, &paths, (direct, indirect), &mut wanted);
+        add_time_of_flight(&mut layers, tof, &paths, direct?, indirect?, &mut wanted);
     }
     layers.retain(|(layer, _)| is_wanted(*layer));
     Ok(layers)
@@ -298,8 +297,8 @@ impl Paths {
         let camera_m = description.camera.position_m;
         let mut lengths = vec![[0.0; 2]; positions.len()];
         per_pixel(&mut lengths, |i| {
-            let [x, y, z, mesh_id] = positions[i];
-            if mesh_id == 0.0 {
+            let [x, y, z, instance_id] = positions[i];
+            if instance_id == 0.0 {
                 return [[0.0, f64::INFINITY]];
             }
             let p_m = space.to_world([x, y, z]);
@@ -321,7 +320,8 @@ fn add_time_of_flight(
     layers: &mut Vec<(Layer, LayerData)>,
     camera: TofCamera,
     paths: &Paths,
-    (direct, indirect): (&[[f32; 4]], &[[f32; 4]]),
+    direct: &[[f32; 4]],
+    indirect: &[[f32; 4]],
     wanted: &mut WantedLayers,
 ) {
     let tof = camera.tof;
@@ -356,18 +356,25 @@ fn add_time_of_flight(
                 indirect: own(indirect.get(i).copied().unwrap_or_default()) * way_to_camera,
             }]
         });
-        let lit = (&*pixels, &*radiances, &*paths.half_m);
-        layers.extend(camera.layers(frequency, lit, &lens_factors, wanted));
+        let half_m = &paths.half_m;
+        layers.extend(camera.layers(
+            frequency,
+            &pixels,
+            &radiances,
+            half_m,
+            &lens_factors,
+            wanted,
+        ));
     }
 }
 
-/// What the image of positions and mesh ids holds: P in the world and in the camera's axes, its distances from the camera (m), and ids.
+/// What the image of positions and instance ids holds: P in the world and in the camera's axes, its distances from the camera (m), and ids.
 struct Geometry {
     position: Vec<f32>,
     in_camera: Vec<f32>,
     depth: Vec<f32>,
     range: Vec<f32>,
-    mesh_ids: Vec<u32>,
+    instance_ids: Vec<u32>,
 }
 
 impl Geometry {
@@ -386,20 +393,20 @@ impl Geometry {
             (Layer::CameraPosition, float(self.in_camera)),
             (Layer::Depth, float(self.depth)),
             (Layer::Range, float(self.range)),
-            (Layer::InstanceId, LayerData::Id(self.mesh_ids)),
+            (Layer::InstanceId, LayerData::Id(self.instance_ids)),
         ]
     }
 
     /// The ids alone.
     fn of_ids(pixels: &[[f32; 4]], pool: &mut BufferPool) -> Geometry {
-        let mut mesh_ids = pool.ids(pixels.len());
-        per_pixel(&mut mesh_ids, |i| [pixels[i][3] as u32]);
+        let mut instance_ids = pool.ids(pixels.len());
+        per_pixel(&mut instance_ids, |i| [pixels[i][3] as u32]);
         Geometry {
             position: Vec::new(),
             in_camera: Vec::new(),
             depth: Vec::new(),
             range: Vec::new(),
-            mesh_ids,
+            instance_ids,
         }
     }
 
@@ -415,7 +422,7 @@ impl Geometry {
             in_camera: pool.floats(3 * count),
             depth: pool.floats(count),
             range: pool.floats(count),
-            mesh_ids: pool.ids(count),
+            instance_ids: pool.ids(count),
         };
         // Differences are taken in local space: in world space they could cancel.
         let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
@@ -427,15 +434,15 @@ impl Geometry {
             .zip(geometry.in_camera.chunks_mut(3 * share))
             .zip(geometry.depth.chunks_mut(share))
             .zip(geometry.range.chunks_mut(share))
-            .zip(geometry.mesh_ids.chunks_mut(share));
+            .zip(geometry.instance_ids.chunks_mut(share));
         for_each_at_once(
             parts,
-            |(((((pixels, position), in_camera), depth), range), mesh_ids)| {
+            |(((((pixels, position), in_camera), depth), range), instance_ids)| {
                 let (position, _) = position.as_chunks_mut::<3>();
                 let (in_camera, _) = in_camera.as_chunks_mut::<3>();
-                for (i, &[x, y, z, mesh_id]) in pixels.iter().enumerate() {
-                    mesh_ids[i] = mesh_id as u32;
-                    if mesh_id == 0.0 {
+                for (i, &[x, y, z, instance_id]) in pixels.iter().enumerate() {
+                    instance_ids[i] = instance_id as u32;
+                    if instance_id == 0.0 {
                         position[i] = [0.0; 3];
                         in_camera[i] = [0.0; 3];
                         depth[i] = f32::INFINITY;

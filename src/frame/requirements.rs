@@ -2,7 +2,7 @@
 
 use super::{
     images::{FrameImages, FrameImagesKey},
-    indirect::{RefinementResources, SampleResources},
+    indirect::{AntialiasedBounceResources, RefinementResources},
     readback::buffer_bytes,
 };
 use crate::{
@@ -155,16 +155,16 @@ fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
     };
     let images = requirements.of(GrowsWith::Resolution);
     let stride = indirect.refinement.coarsest_stride;
-    let is_exact = !indirect.is_final_gather();
+    let is_noiseless = !indirect.is_final_gather();
     let refinement = |requirements: &Requirements| {
         let images = requirements.of(GrowsWith::Resolution);
-        RefinementResources::new(&images, plan, stride, is_exact).map(|_| ())
+        RefinementResources::new(&images, plan, stride, is_noiseless).map(|_| ())
     };
     match plan.pixel_sampling {
         None => refinement(requirements)?,
         Some(_) => requirements.either_later(refinement, |requirements| {
             let images = requirements.of(GrowsWith::Resolution);
-            SampleResources::new(&images, plan).map(|_| ())
+            AntialiasedBounceResources::new(&images, plan).map(|_| ())
         })?,
     }
     images.buffer("sample of pixels", SAMPLE_BYTES, BufferUse::Device)?;

@@ -8,7 +8,7 @@ use crate::{
     geometry::{Geometry, are_shared},
     passes::{
         Context, final_gather,
-        hits::HitSurfaces,
+        hits::{HitScene, HitSurfaces},
         instances::Instances,
         materials::Materials,
         primary_rays,
@@ -233,8 +233,9 @@ impl SceneResources {
                 .get_or_make(textures_key, shared, |all| &mut all.textures, upload)?;
         let (instances, are_moved) = match tracer {
             Some(tracer) => {
-                let by = (tracer, &mut self.mesh_trees);
-                let tree = || RayTriangles::of(commands, scene, &geometry, space, textures, by);
+                let trees = &mut self.mesh_trees;
+                let tree =
+                    || RayTriangles::of(commands, scene, &geometry, space, textures, tracer, trees);
                 let (tree, is_new) = self.ray_tree.get_or_make(
                     ray_tree_key,
                     shared,
@@ -248,7 +249,7 @@ impl SceneResources {
             }
             // Without rays no mesh is shared.
             None => {
-                let none = Instances::upload(commands, &geometry, space, (&[], 0))?;
+                let none = Instances::upload(commands, &geometry, space, &[], 0)?;
                 (Arc::new(none), false)
             }
         };
@@ -269,8 +270,8 @@ impl SceneResources {
             }
         };
         let upload = || {
-            let shown = (&*textures, materials);
-            SurfaceLists::upload(commands, scene, plan, space, shown, &geometry).map(Arc::new)
+            SurfaceLists::upload(commands, scene, plan, space, textures, materials, &geometry)
+                .map(Arc::new)
         };
         let (lists, is_new) = self.surface_lists.get_or_make(
             surfaces_key.clone(),
@@ -324,6 +325,15 @@ impl SceneResources {
         tree.ok_or_else(|| Error::internal("there are no triangles for rays"))
     }
 
+    /// The triangles for rays, with their shading.
+    pub fn hit_scene(&self) -> Result<HitScene<'_>> {
+        let surfaces = self.hit_surfaces.get();
+        Ok(HitScene {
+            tree: self.ray_tree()?,
+            surfaces: surfaces.ok_or_else(|| Error::internal("rays have no surfaces to hit"))?,
+        })
+    }
+
     /// The rays of the camera's lens, if it distorts the image.
     pub fn lens_rays(&self) -> Option<&Buffer> {
         self.lens_rays.get().map(Arc::as_ref)
@@ -333,10 +343,5 @@ impl SceneResources {
     pub fn lattice(&self) -> Result<&TexelList> {
         let lattice = self.lattice.get();
         lattice.ok_or_else(|| Error::internal("the lattice is not on the device"))
-    }
-
-    pub fn hit_surfaces(&self) -> Result<&HitSurfaces> {
-        let surfaces = self.hit_surfaces.get();
-        surfaces.ok_or_else(|| Error::internal("rays have no surfaces to hit"))
     }
 }

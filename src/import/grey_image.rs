@@ -120,7 +120,8 @@ impl ProjectedImage {
     /// [`Error::Scene`](crate::Error::Scene) if the file is missing or is no grey image.
     pub fn load(
         path: &Path,
-        (encoding, white): (Encoding, Option<f32>),
+        encoding: Encoding,
+        white: Option<f32>,
         lens: Lens,
         named_at: &str,
     ) -> Result<(ProjectedImage, Option<String>)> {

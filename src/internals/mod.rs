@@ -1,4 +1,4 @@
-//! The inside of a frame, for tests, benches, the doctor and the report. Unstable: not part of the public interface.
+//! The inside of a frame, for tests, benches, the hard cases and the report. Unstable: not part of the public interface.
 
 pub mod f64_kernels;
 mod intermediates;

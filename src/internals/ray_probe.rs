@@ -118,9 +118,11 @@ impl RayProbe {
             true => Textures::upload(&commands, scene)?,
             false => Textures::default(),
         });
-        let by = (tracer, &mut MeshTrees::default());
+        let trees = &mut MeshTrees::default();
         let geometry = Geometry::of(scene, None);
-        let triangles = RayTriangles::of(&commands, scene, &geometry, &space, &textures, by)?;
+        let triangles = RayTriangles::of(
+            &commands, scene, &geometry, &space, &textures, tracer, trees,
+        )?;
         let mut hits = corners_of_hits(&geometry, &space);
         if tracer == Tracer::Query {
             // Those with cut-outs come last.

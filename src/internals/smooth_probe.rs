@@ -106,7 +106,7 @@ pub fn smooth(
     let gathered = image("gathered light", Some(lobes), gathered)?;
     let images = [
         (
-            "position_mesh",
+            "position_instance",
             image("positions", None, layer(&|pixel| with(pixel.position, 1.0)))?,
         ),
         (

@@ -45,6 +45,12 @@ impl Frame {
         })
     }
 
+    /// Which pixels have an id other than 0: with [`Layer::InstanceId`], those that show a surface. Empty if the frame lacks the layer.
+    pub fn mask(&self, layer: Layer) -> Vec<bool> {
+        let ids = self.ids(layer).unwrap_or_default();
+        ids.iter().map(|&id| id != 0).collect()
+    }
+
     /// Probable mistakes that only the finished frame shows, one sentence each: nothing in view, a layer without light and why, a missed
     /// target error, coarse world positions. [`Scene::warnings`] reports what is known before rendering.
     pub fn warnings(&self) -> Vec<String> {
@@ -385,6 +391,11 @@ impl FrameStats {
         Some(format!(
             "the direct light of an area light has an estimated error of {estimated:.2} % with the maximum number of points: requested {requested:.2} %; make the light smaller, or give the camera more samples"
         ))
+    }
+
+    /// GPU time of all passes.
+    pub fn gpu_milliseconds(&self) -> f64 {
+        self.passes.iter().map(|pass| pass.milliseconds).sum()
     }
 
     /// Pixel–VPL pairs over the GPU time of the pass `gather`; `None` without such a pass, or if it took no time.

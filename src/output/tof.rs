@@ -56,7 +56,9 @@ impl TofCamera<'_> {
     pub fn layers(
         &self,
         frequency: usize,
-        (phasors, radiances, half_paths_m): (&[PixelPhasors], &[f64], &[f64]),
+        phasors: &[PixelPhasors],
+        radiances: &[f64],
+        half_paths_m: &[f64],
         lens_factors: &[f64],
         wanted: &mut WantedLayers,
     ) -> Vec<(Layer, LayerData)> {
@@ -73,8 +75,8 @@ impl TofCamera<'_> {
             TofQuantity::MultipathError,
         ];
         let all = of_paths.into_iter().chain(self.measured_quantities());
-        let lit = (phasors, half_paths_m.len());
-        let mut layers = self.fill(frequency, all, lit, (&light, lens_factors), wanted);
+        let measuring = Measuring::new(self, frequency, &light, lens_factors);
+        let mut layers = measuring.fill(all, phasors, half_paths_m.len(), wanted);
         let wraps = Layer::Tof(frequency as u8, TofQuantity::Wraps);
         if (wanted.is_wanted)(wraps) {
             let mut counts = vec![0; half_paths_m.len()];
@@ -107,60 +109,6 @@ impl TofCamera<'_> {
         ]
         .into_iter()
         .chain(taps)
-    }
-
-    /// Fills the wanted layers of a frequency, on all threads. Nothing is measured that no layer needs.
-    fn fill(
-        &self,
-        frequency: usize,
-        quantities: impl Iterator<Item = TofQuantity>,
-        (phasors, count): (&[PixelPhasors], usize),
-        (light, lens_factors): (&PhaseLight, &[f64]),
-        wanted: &mut WantedLayers,
-    ) -> Vec<(Layer, LayerData)> {
-        let layer = |quantity| Layer::Tof(frequency as u8, quantity);
-        // With the number of their channels.
-        let quantities: Vec<(TofQuantity, usize)> = quantities
-            .filter(|&quantity| (wanted.is_wanted)(layer(quantity)))
-            .map(|quantity| (quantity, layer(quantity).channel_names().len()))
-            .collect();
-        let room = |(_, channels): &(_, usize)| (wanted.floats)(channels * count);
-        let mut values: Vec<Vec<f32>> = quantities.iter().map(room).collect();
-        let is_measured = quantities.iter().any(|(quantity, _)| {
-            let mut measured = self.measured_quantities();
-            measured.any(|measured| measured == *quantity)
-        });
-        let share = pixels_of_a_thread(count);
-        let mut parts: Vec<Vec<&mut [f32]>> = Vec::new();
-        parts.resize_with(count.div_ceil(share), Vec::new);
-        for (values, (_, channels)) in values.iter_mut().zip(&quantities) {
-            let of_parts = values.chunks_mut(channels * share);
-            for (part, values) in parts.iter_mut().zip(of_parts) {
-                part.push(values);
-            }
-        }
-        let measuring = Measuring::new(self, frequency, light, lens_factors);
-        for_each_at_once(parts.into_iter().enumerate(), |(part, mut layers)| {
-            let end = count.min((part + 1) * share);
-            let mut measured = [Measured::default(); BLOCK];
-            for first in (part * share..end).step_by(BLOCK) {
-                let pixels = first..end.min(first + BLOCK);
-                if is_measured {
-                    for (measured, i) in measured.iter_mut().zip(pixels.clone()) {
-                        *measured = measuring.pixel(i);
-                    }
-                }
-                for (values, &(quantity, channels)) in layers.iter_mut().zip(&quantities) {
-                    let rest = std::mem::take(values);
-                    let (block, rest) = rest.split_at_mut(channels * pixels.len());
-                    *values = rest;
-                    let phasors = phasors.get(pixels.clone()).unwrap_or_default();
-                    measuring.write(block, quantity, phasors, &measured);
-                }
-            }
-        });
-        let named = |((quantity, _), values)| (layer(quantity), LayerData::Float(values));
-        quantities.into_iter().zip(values).map(named).collect()
     }
 
     /// The lens's factor for each pixel, from radiance to irradiance; empty if the factor is 1.
@@ -230,6 +178,57 @@ impl<'m> Measuring<'m> {
                 _ => 0.0,
             },
         }
+    }
+
+    /// Fills the wanted layers of so many pixels, on all threads. Nothing is measured that no layer needs.
+    fn fill(
+        &self,
+        quantities: impl Iterator<Item = TofQuantity>,
+        phasors: &[PixelPhasors],
+        count: usize,
+        wanted: &mut WantedLayers,
+    ) -> Vec<(Layer, LayerData)> {
+        let layer = |quantity| Layer::Tof(self.frequency as u8, quantity);
+        let quantities: Vec<TofQuantity> = quantities
+            .filter(|&quantity| (wanted.is_wanted)(layer(quantity)))
+            .collect();
+        let channels = |quantity| layer(quantity).channel_names().len();
+        let room = |&quantity: &TofQuantity| (wanted.floats)(channels(quantity) * count);
+        let mut values: Vec<Vec<f32>> = quantities.iter().map(room).collect();
+        let is_measured = quantities.iter().any(|quantity| {
+            let mut measured = self.camera.measured_quantities();
+            measured.any(|measured| measured == *quantity)
+        });
+        let share = pixels_of_a_thread(count);
+        let mut parts: Vec<Vec<&mut [f32]>> = Vec::new();
+        parts.resize_with(count.div_ceil(share), Vec::new);
+        for (values, &quantity) in values.iter_mut().zip(&quantities) {
+            let of_parts = values.chunks_mut(channels(quantity) * share);
+            for (part, values) in parts.iter_mut().zip(of_parts) {
+                part.push(values);
+            }
+        }
+        for_each_at_once(parts.into_iter().enumerate(), |(part, mut layers)| {
+            let end = count.min((part + 1) * share);
+            let mut measured = [Measured::default(); BLOCK];
+            for first in (part * share..end).step_by(BLOCK) {
+                let pixels = first..end.min(first + BLOCK);
+                if is_measured {
+                    for (measured, i) in measured.iter_mut().zip(pixels.clone()) {
+                        *measured = self.pixel(i);
+                    }
+                }
+                for (values, &quantity) in layers.iter_mut().zip(&quantities) {
+                    let rest = std::mem::take(values);
+                    let (block, rest) = rest.split_at_mut(channels(quantity) * pixels.len());
+                    *values = rest;
+                    let phasors = phasors.get(pixels.clone()).unwrap_or_default();
+                    self.write(block, quantity, phasors, &measured);
+                }
+            }
+        });
+        let named = |(quantity, values)| (layer(quantity), LayerData::Float(values));
+        quantities.into_iter().zip(values).map(named).collect()
     }
 
     fn pixel(&self, i: usize) -> Measured {
@@ -383,16 +382,12 @@ impl Frame {
             (radiance, phasor * offset)
         };
         let lens_factors = camera.lens_factors(count);
-        let made = camera.fill(
-            frequency,
-            camera.measured_quantities(),
-            (&[], count),
-            (&light, &lens_factors),
-            &mut WantedLayers {
-                is_wanted: &|layer| self.layers.iter().any(|(own, _)| *own == layer),
-                floats: &mut |values| vec![0.0; values],
-            },
-        );
+        let measuring = Measuring::new(&camera, frequency, &light, &lens_factors);
+        let mut wanted = WantedLayers {
+            is_wanted: &|layer| self.layers.iter().any(|(own, _)| *own == layer),
+            floats: &mut |values| vec![0.0; values],
+        };
+        let made = measuring.fill(camera.measured_quantities(), &[], count, &mut wanted);
         for (layer, data) in made {
             let mut own = self.layers.iter_mut();
             if let Some((_, kept)) = own.find(|(own, _)| *own == layer) {

@@ -1,11 +1,16 @@
 //! Area light pass: the direct light of one light's area, in closed form times the share that its points see.
 
-use super::{Context, direct::DirectImages, gbuffer::GBuffer, light::DeviceLight};
+use super::{
+    Context,
+    direct::{DirectImages, SeenPoints},
+    gbuffer::GBuffer,
+    light::DeviceLight,
+};
 use crate::{
     Result,
     plan::{Plan, TofPlan},
     vulkan::{
-        Allocate, BufferUse, Device, Image, ImageShape, Recorder, Resource,
+        Allocate, BufferUse, Device, Image, ImageShape, Resource,
         shaders::{AreaLightParameters, Key},
     },
 };
@@ -25,21 +30,16 @@ pub(crate) struct AreaLightImages<A: Allocate = Device> {
 impl<A: Allocate> AreaLightImages<A> {
     /// `None` if no light has an area.
     pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<AreaLightImages<A>>> {
-        if plan.area_light_error.is_none() {
+        if plan.target_area_light_error.is_none() {
             return Ok(None);
         }
         let shape = ImageShape::plain(plan.resolution_px);
         let half = || allocate.image("half of an area's light", shape);
-        let phasors = plan.tof.map(TofPlan::pair_count).map(|layers| ImageShape {
-            layers: Some(layers),
-            ..shape
-        });
+        let phasors = plan.tof.map(|tof| shape.with_layers(tof.pair_count()));
         let bytes = u64::from(group_count(plan)) * size_of::<[f32; 2]>() as u64;
         Ok(Some(AreaLightImages {
             halves: [half()?, half()?],
-            phasors: phasors
-                .map(|shape| allocate.image("phasors of an area's light", shape))
-                .transpose()?,
+            phasors: allocate.image_if("phasors of an area's light", phasors)?,
             differences: allocate.buffer("differences", bytes, BufferUse::Readback)?,
         }))
     }
@@ -64,7 +64,8 @@ impl AreaLightImages {
     pub fn merge(
         &self,
         context: &Context,
-        (gbuffer, light): (&GBuffer, &DeviceLight),
+        gbuffer: &GBuffer,
+        light: &DeviceLight,
         points: u32,
     ) -> Result<f64> {
         let [first, second] = &self.halves;
@@ -75,15 +76,14 @@ impl AreaLightImages {
             ("second_half", Resource::Image(second)),
             ("differences", Resource::Buffer(&self.differences)),
         ]);
-        context.submit(|recorder| {
-            let size_px = context.plan.resolution_px;
-            let parameters = AreaLightParameters {
-                point_count: points as f32,
-                ..AreaLightParameters::default()
-            };
-            let key = Key::AreaLightMerge {};
-            context.dispatch(recorder, key, &resources, &parameters, size_px)
-        })?;
+        let size_px = context.plan.resolution_px;
+        let parameters = AreaLightParameters {
+            point_count: points as f32,
+            ..AreaLightParameters::default()
+        };
+        let key = Key::AreaLightMerge {};
+        context.dispatch(key, &resources, &parameters, size_px)?;
+        context.finish()?;
         let found: &[[f32; 2]] = self
             .differences
             .mapped(group_count(context.plan) as usize)?;
@@ -95,16 +95,16 @@ impl AreaLightImages {
         })
     }
 
-    /// Adds the mean of the first half, which has so many points, to the images of direct light, with the weight `share`.
+    /// Adds the mean of the first half, which has so many points, to the images of direct light.
     pub fn add_to(
         &self,
-        recorder: &mut Recorder,
         context: &Context,
-        (gbuffer, light): (&GBuffer, &DeviceLight),
+        seen: SeenPoints,
+        light: &DeviceLight,
         direct: DirectImages,
-        (points, share): (u32, f64),
+        points: u32,
     ) -> Result<()> {
-        let mut resources = gbuffer.resources();
+        let mut resources = seen.gbuffer.resources();
         resources.extend([
             ("light", Resource::Buffer(&light.uniform)),
             ("first_half", Resource::Image(&self.halves[0])),
@@ -117,12 +117,12 @@ impl AreaLightImages {
             resources.push(("direct_phasors", Resource::Image(phasors)));
         }
         let parameters = AreaLightParameters {
-            share: share as f32,
+            share: seen.share.unwrap_or(1.0) as f32,
             point_count: points as f32,
             pair_count: context.plan.tof.map_or(0, TofPlan::pair_count),
         };
         let size_px = context.plan.resolution_px;
-        context.dispatch(recorder, key, &resources, &parameters, size_px)
+        context.dispatch(key, &resources, &parameters, size_px)
     }
 }
 

@@ -4,7 +4,7 @@ use super::Context;
 use crate::{
     Error, Result,
     vulkan::{
-        Allocate, BufferUse, Device, Recorder, Resource,
+        Allocate, BufferUse, Device, Resource,
         shaders::{Compaction, Key, ListLengths, constants::RUN_ITEMS},
     },
 };
@@ -54,7 +54,6 @@ impl Compactor {
     /// Records the three kernels of a pass, two of which are its own. `grid_stride` is for the receivers pass.
     pub fn record(
         &self,
-        recorder: &mut Recorder,
         context: &Context,
         [count, write]: [Key; 2],
         resources: &[(&str, Resource)],
@@ -80,7 +79,7 @@ impl Compactor {
             1,
             1,
         ];
-        recorder.pass(pass, |recorder| {
+        context.pass(pass, |recorder| {
             recorder.dispatch(&count, &all, &parameters, groups)?;
             recorder.barrier();
             recorder.dispatch(&scan, &all, &parameters, [1, 1, 1])?;

@@ -33,29 +33,30 @@ pub(crate) struct DirectImages<'i> {
     pub phasors: Option<&'i Image>,
 }
 
-/// Which points of the pixels a G-buffer shows.
+/// A G-buffer, and which points of the pixels it shows.
 #[derive(Clone, Copy)]
-pub(crate) enum SeenAt {
-    Centres,
-    /// `share` is the weight of each sample in its pixel.
-    Samples {
-        share: f64,
-    },
+pub(crate) struct SeenPoints<'g> {
+    pub gbuffer: &'g GBuffer,
+    /// Weight of each point in its pixel; `None`: the points are the pixels' centres.
+    pub share: Option<f64>,
 }
 
-/// Shades the G-buffer. For a light with an area, `point` is the uploaded point that shines.
+/// Shades the points. For a light with an area, `point_of_area` is the uploaded point that shines.
 pub(crate) fn shade(
     context: &Context,
     surfaces: &Surfaces,
-    (gbuffer, seen_at): (&GBuffer, SeenAt),
-    (light, point, occluders): (&DeviceLight, Option<&Buffer>, Occluders),
+    seen: SeenPoints,
+    light: &DeviceLight,
+    point_of_area: Option<&Buffer>,
+    occluders: Occluders,
     direct: DirectImages,
 ) -> Result<()> {
     let plan = context.plan;
     let emission = light.kernels;
-    let mut resources = gbuffer.resources();
+    let uniform = point_of_area.unwrap_or(&light.uniform);
+    let mut resources = seen.gbuffer.resources();
     resources.extend([
-        ("light", Resource::Buffer(point.unwrap_or(&light.uniform))),
+        ("light", Resource::Buffer(uniform)),
         ("direct_radiance", Resource::Image(direct.radiance)),
     ]);
     resources.extend(light.pattern_resource());
@@ -65,7 +66,7 @@ pub(crate) fn shade(
         phasors: phasors.is_some(),
         emission,
         brdf: plan.brdf(),
-        area: point.is_some(),
+        area: point_of_area.is_some(),
     };
     if let Some(phasors) = phasors {
         resources.push(("direct_phasors", Resource::Image(phasors)));
@@ -76,9 +77,9 @@ pub(crate) fn shade(
         share: 1.0,
         ..DirectParameters::default()
     };
-    let parameters = match seen_at {
-        SeenAt::Centres => centres,
-        SeenAt::Samples { share } => DirectParameters {
+    let parameters = match seen.share {
+        None => centres,
+        Some(share) => DirectParameters {
             share: share as f32,
             camera_turns: context.camera_turns(),
             has_way_to_camera: 1.0,
@@ -94,8 +95,7 @@ pub(crate) fn shade(
             ..parameters
         };
         let size = [width, row_end - first_row];
-        context
-            .record(|recorder| context.dispatch_image(recorder, key, resources, &parameters, size))
+        context.dispatch_image(key, resources, &parameters, size)
     };
     match occluders {
         Occluders::Map(map) => {

@@ -6,13 +6,12 @@ use super::{
     cost::WorkKind,
     gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
     gbuffer::GBuffer,
-    hits::HitSurfaces,
+    hits::HitScene,
     light::DeviceLight,
     light_rays::LightRays,
     packets::{Chunk, ChunkLimits, chunks},
     random::hash,
-    rays::RayTriangles,
-    receivers::{ReceiverRange, Receivers},
+    receivers::{ListedReceivers, ReceiverRange},
     refinement::RefinementImages,
     sample_counts::PACKET_SAMPLES,
     trace::{Find, no_list},
@@ -49,8 +48,7 @@ const PACKETS_OF_GROUP: u32 = 8;
 /// The state of the pass.
 pub(crate) struct FinalGather<'b> {
     pub context: &'b Context<'b>,
-    pub tree: &'b RayTriangles,
-    pub surfaces: &'b HitSurfaces,
+    scene: HitScene<'b>,
     lights: Vec<&'b DeviceLight>,
     light_list: TexelList,
     light_rays: LightRays,
@@ -143,14 +141,14 @@ fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
 impl<'b> FinalGather<'b> {
     pub fn new(
         context: &'b Context<'b>,
-        (tree, surfaces, lattice): (&'b RayTriangles, &'b HitSurfaces, &'b TexelList),
+        scene: HitScene<'b>,
+        lattice: &'b TexelList,
         lights: Vec<&'b DeviceLight>,
     ) -> Result<FinalGather<'b>> {
         let device = context.device;
         Ok(FinalGather {
             context,
-            tree,
-            surfaces,
+            scene,
             light_list: TexelList::new(context.commands, "lights", list_of(&lights)?)?,
             light_rays: LightRays::new(device, context.plan)?,
             sampling: [(); 2].map(|()| LightSampling::even(&lights)),
@@ -181,10 +179,11 @@ impl<'b> FinalGather<'b> {
         };
         let count = self.light_rays.trace(
             self.context,
-            (self.tree, self.surfaces),
-            (&self.lights, &self.light_list),
+            self.scene,
+            &self.lights,
+            &self.light_list,
             sampling.table.insert(table),
-            (wanted.set_count, wanted.seed),
+            wanted,
         )?;
         self.sent = Some(wanted);
         Ok(count)
@@ -208,7 +207,7 @@ impl<'b> FinalGather<'b> {
 
     /// Takes the samples of a chunk of packets.
     fn take(&self, gather: &Gather, chunk: &Chunk, lights_at_once: u32) -> Result<()> {
-        let (context, tree) = (self.context, self.tree);
+        let (context, tree) = (self.context, self.scene.tree);
         let device = context.device;
         let packets = Buffer::upload(device, "packets", &chunk.packets)?;
         let spans = Buffer::upload(device, "spans", &chunk.spans)?;
@@ -223,7 +222,6 @@ impl<'b> FinalGather<'b> {
             ..gather.parameters
         };
         let dispatch = |key: Key, parameters: &FinalGatherParameters, groups| {
-            let pipeline = context.pipelines.compute(key)?;
             let list = context.rays.borrow();
             let list = list.as_ref().ok_or_else(no_list)?;
             let mut resources = gather.resources.clone();
@@ -232,11 +230,7 @@ impl<'b> FinalGather<'b> {
                 ("packets", Resource::Buffer(&packets)),
                 ("spans", Resource::Buffer(&spans)),
             ]);
-            context.record(|recorder| {
-                recorder.pass(key.pass(), |recorder| {
-                    recorder.dispatch(&pipeline, &resources, parameters, groups)
-                })
-            })
+            context.dispatch_groups(key, &resources, parameters, groups)
         };
         let plan = context.plan;
         let (phasors, receiver) = (plan.has_phasors(), gather.receiver);
@@ -296,7 +290,7 @@ impl Gatherer for FinalGather<'_> {
         "final_gather"
     }
 
-    fn is_exact(&self) -> bool {
+    fn is_noiseless(&self) -> bool {
         false
     }
 
@@ -359,8 +353,8 @@ impl Gatherer for FinalGather<'_> {
         if vpl_count == 0 {
             return Ok(false);
         }
-        let vpls = (&self.light_rays.vpls, vpl_count);
-        unoccluded::fill(self.context, gbuffer, images, vpls, proceed)?;
+        let vpls = &self.light_rays.vpls;
+        unoccluded::fill(self.context, gbuffer, images, vpls, vpl_count, proceed)?;
         Ok(true)
     }
 
@@ -371,7 +365,7 @@ impl Gatherer for FinalGather<'_> {
     /// Gathers with packets of samples of each technique.
     fn gather(
         &mut self,
-        (gbuffer, receivers, range): (&GBuffer, &Receivers, ReceiverRange),
+        receivers: ListedReceivers,
         results: Results,
         samples: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
@@ -387,7 +381,7 @@ impl Gatherer for FinalGather<'_> {
             is_glossy,
             first,
             count,
-        } = range;
+        } = receivers.range;
         if count == 0 {
             return Ok(());
         }
@@ -403,9 +397,8 @@ impl Gatherer for FinalGather<'_> {
         let Some(table) = &self.sampling[light_rays.gathered_for as usize].table else {
             return Err(Error::internal("no rays were sent from the lights"));
         };
-        let mut resources = gbuffer.resources();
-        resources.extend(self.tree.resources());
-        resources.extend(self.surfaces.resources());
+        let mut resources = receivers.gbuffer.resources();
+        resources.extend(self.scene.resources());
         resources.extend(table.resources());
         resources.extend([
             ("lights", self.light_list.resource()),
@@ -415,7 +408,7 @@ impl Gatherer for FinalGather<'_> {
             ),
             ("vpls", Resource::Image(&self.light_rays.vpls)),
             ("lattice", self.lattice.resource()),
-            ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("receivers", Resource::Buffer(&receivers.list.pixels)),
             ("results", Resource::Buffer(results.buffer)),
         ]);
         resources.extend(self.context.modulation());
@@ -447,8 +440,8 @@ impl Gatherer for FinalGather<'_> {
             _ => room_of_packet,
         };
         let (packets_of_span, lights_at_once) = self.summed_at_once(lobes);
-        let ranges = counts.ranges(range)?;
-        let mut chunks = chunks(&ranges, (first, results));
+        let ranges = counts.ranges(receivers.range)?;
+        let mut chunks = chunks(&ranges, first, results);
         let most = self.context.plan.rays_at_once / room_of_packet;
         loop {
             let room = self.context.room_for(RAYS);

@@ -7,9 +7,8 @@ use super::{
     Context,
     cost::WorkKind,
     gatherer::{Gatherer, Results, Samples},
-    gbuffer::GBuffer,
     light::DeviceLight,
-    receivers::{ReceiverRange, Receivers},
+    receivers::ListedReceivers,
     vpl::VplLists,
 };
 use crate::{
@@ -89,11 +88,12 @@ impl<'g> Gather<'g> {
     fn add(
         &self,
         list: &VplList,
-        (gbuffer, receivers, range): (&GBuffer, &Receivers, ReceiverRange),
+        receivers: ListedReceivers,
         results: Results,
         is_first: bool,
         proceed: &mut dyn FnMut(u64) -> Result<()>,
     ) -> Result<()> {
+        let range = receivers.range;
         let plan = self.context.plan;
         let pipeline = self.context.pipelines.compute(Key::Gather {
             distribution: self.kernel.into(),
@@ -108,9 +108,9 @@ impl<'g> Gather<'g> {
         })?;
         let module = pipeline.module;
         let group_receivers = module.workgroup_size[0] * module.constant("RECEIVERS")?;
-        let mut resources = gbuffer.resources();
+        let mut resources = receivers.gbuffer.resources();
         resources.extend([
-            ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("receivers", Resource::Buffer(&receivers.list.pixels)),
             ("vpls", Resource::Image(list.image)),
             ("results", Resource::Buffer(results.buffer)),
             ("light", Resource::Buffer(&list.light.uniform)),
@@ -138,28 +138,26 @@ impl<'g> Gather<'g> {
             while summed < list.count {
                 let room = self.context.room_for(work);
                 let mut pairs = 0;
-                self.context.record(|recorder| {
-                    recorder.pass("gather", |recorder| {
-                        while summed < list.count && (pairs == 0 || (pairs as f64) < room) {
-                            let vpl_count = DISPATCH_VPLS.min(list.count - summed);
-                            let parameters = GatherParameters {
-                                camera_position: self.context.camera_position(),
-                                first_receiver: range.first + done,
-                                receiver_count,
-                                first_vpl: list.first + summed,
-                                vpl_count,
-                                first_result: results.first + done,
-                                is_first: (is_first && summed == 0).into(),
-                                ..GatherParameters::default()
-                            };
-                            // Successive dispatches add to the same results.
-                            recorder.barrier();
-                            recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
-                            summed += vpl_count;
-                            pairs += u64::from(receiver_count) * u64::from(vpl_count);
-                        }
-                        Ok(())
-                    })
+                self.context.pass("gather", |recorder| {
+                    while summed < list.count && (pairs == 0 || (pairs as f64) < room) {
+                        let vpl_count = DISPATCH_VPLS.min(list.count - summed);
+                        let parameters = GatherParameters {
+                            camera_position: self.context.camera_position(),
+                            first_receiver: range.first + done,
+                            receiver_count,
+                            first_vpl: list.first + summed,
+                            vpl_count,
+                            first_result: results.first + done,
+                            is_first: (is_first && summed == 0).into(),
+                            ..GatherParameters::default()
+                        };
+                        // Successive dispatches add to the same results.
+                        recorder.barrier();
+                        recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
+                        summed += vpl_count;
+                        pairs += u64::from(receiver_count) * u64::from(vpl_count);
+                    }
+                    Ok(())
                 })?;
                 self.context.add_work(work, pairs, 0)?;
                 if pairs == 0 {
@@ -179,7 +177,7 @@ impl Gatherer for Gather<'_> {
         "gather"
     }
 
-    fn is_exact(&self) -> bool {
+    fn is_noiseless(&self) -> bool {
         true
     }
 
@@ -192,19 +190,18 @@ impl Gatherer for Gather<'_> {
 
     fn gather(
         &mut self,
-        (gbuffer, receivers, range): (&GBuffer, &Receivers, ReceiverRange),
+        receivers: ListedReceivers,
         results: Results,
         _: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()> {
         let lists = self.lists();
         let vpl_count: u64 = lists.iter().map(|list| u64::from(list.count)).sum();
-        let total = vpl_count * u64::from(range.count);
+        let total = vpl_count * u64::from(receivers.range.count);
         let mut done = 0;
         for (index, list) in lists.iter().enumerate() {
             let is_first = index == 0;
-            let at = (gbuffer, receivers, range);
-            self.add(list, at, results, is_first, &mut |pairs| {
+            self.add(list, receivers, results, is_first, &mut |pairs| {
                 done += pairs;
                 proceed(done as f64 / total as f64)
             })?;

@@ -1,12 +1,8 @@
 //! The interface for gathering indirect light at a list of receivers, with one implementation per estimator.
 
 use super::{
-    gbuffer::GBuffer,
-    light_rays::MAX_RAYS,
-    receivers::{ReceiverRange, Receivers},
-    refinement::RefinementImages,
-    sample_counts::SampleCounts,
-    scatter,
+    gbuffer::GBuffer, receivers::ListedReceivers, refinement::RefinementImages,
+    sample_counts::SampleCounts, scatter,
 };
 use crate::{
     Result,
@@ -14,9 +10,11 @@ use crate::{
     vulkan::{Allocate, Buffer, BufferUse},
 };
 
+/// Most rays from the lights, of all sets together.
+pub(super) const MAX_LIGHT_RAYS: u32 = 1 << 18;
 /// Upper limits of the receivers that share a set of rays from the lights, and of their samples together.
 const MAX_SHARING_RECEIVERS: u32 = 4096;
-const MAX_SHARED_SAMPLES: u32 = 32 * MAX_RAYS;
+const MAX_SHARED_SAMPLES: u32 = 32 * MAX_LIGHT_RAYS;
 
 /// Rays from the lights per VPL sample of a receiver. With this many, the error that receivers share is small compared with
 /// the error of each receiver alone.
@@ -37,7 +35,7 @@ pub(crate) trait Gatherer {
     fn pass(&self) -> &'static str;
 
     /// Whether gathers have no noise, so that the number of samples makes no difference.
-    fn is_exact(&self) -> bool;
+    fn is_noiseless(&self) -> bool;
 
     /// Whether gathering few pixels can be faster than gathering all.
     fn may_interpolate(&self) -> bool {
@@ -68,11 +66,10 @@ pub(crate) trait Gatherer {
     /// From here on, gathers of the image send rays to VPLs, or only along directions. Those of estimates always do both.
     fn send_to_vpls(&mut self, _sends: bool) {}
 
-    /// Gathers at receivers of a list, which are pixels of a G-buffer. `proceed` is called between submissions with the share of
-    /// the work that is done; its error ends the gather.
+    /// Gathers at receivers. `proceed` is called between submissions with the share of the work that is done; its error ends the gather.
     fn gather(
         &mut self,
-        receivers: (&GBuffer, &Receivers, ReceiverRange),
+        receivers: ListedReceivers,
         results: Results,
         samples: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
@@ -97,7 +94,7 @@ impl Results<'_> {
 
     /// Result vectors per receiver.
     pub fn vectors(plan: &Plan) -> Result<u32> {
-        let scatter = scatter::key(plan, (false, false));
+        let scatter = scatter::key(plan, false, false);
         scatter.module().constant("RESULT_VECTORS")
     }
 }
@@ -150,7 +147,7 @@ impl LightRaySets {
         let set_size = self.samples.saturating_mul(per_sample);
         set_size
             .max(at_least.clamp(few, enough))
-            .min(MAX_RAYS / self.set_count)
+            .min(MAX_LIGHT_RAYS / self.set_count)
     }
 
     /// Most receivers that may share a set, with `samples` samples each. With more, the set's own noise would show.

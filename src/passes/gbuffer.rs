@@ -4,15 +4,13 @@ use super::{Context, surface::Surfaces};
 use crate::{
     Error, Result,
     plan::Plan,
-    vulkan::{
-        Allocate, Buffer, Device, Image, ImageShape, Recorder, Resource, Target, shaders::Key,
-    },
+    vulkan::{Allocate, Buffer, Device, Image, ImageShape, Resource, Target, shaders::Key},
 };
 
 /// The images of the G-buffer, at the camera's resolution.
 pub(crate) struct GBuffer<A: Allocate = Device> {
-    /// P, local; mesh id (0: no surface).
-    pub position_mesh: A::Image,
+    /// P, local; instance id (0: no surface).
+    pub position_instance: A::Image,
     /// n_P; the geometric normal, packed.
     pub normal_geometric: A::Image,
     /// k_d; material id.
@@ -26,18 +24,15 @@ pub(crate) struct GBuffer<A: Allocate = Device> {
 impl<A: Allocate> GBuffer<A> {
     pub fn new(allocate: &A, plan: &Plan) -> Result<GBuffer<A>> {
         let shape = ImageShape::plain(plan.resolution_px);
+        let depth = (!plan.has_primary_rays).then(|| shape.depth());
         let image = |name| allocate.image(name, shape);
         Ok(GBuffer {
-            position_mesh: image("G-buffer positions")?,
+            position_instance: image("G-buffer positions")?,
             normal_geometric: image("G-buffer normals")?,
             kd_material: image("G-buffer k_d")?,
-            lobe_parameters: plan
-                .is_specular
-                .then(|| image("G-buffer lobes"))
-                .transpose()?,
-            depth: (!plan.has_primary_rays)
-                .then(|| allocate.image("G-buffer depth", shape.depth()))
-                .transpose()?,
+            lobe_parameters: allocate
+                .image_if("G-buffer lobes", plan.is_specular.then_some(shape))?,
+            depth: allocate.image_if("G-buffer depth", depth)?,
         })
     }
 }
@@ -46,7 +41,7 @@ impl GBuffer {
     /// All images except the depth, with their names in the shaders.
     fn images(&self) -> impl Iterator<Item = (&'static str, &Image)> {
         let images = [
-            ("position_mesh", &self.position_mesh),
+            ("position_instance", &self.position_instance),
             ("normal_geometric", &self.normal_geometric),
             ("kd_material", &self.kd_material),
         ];
@@ -63,7 +58,7 @@ impl GBuffer {
     /// What the pixels' centres show, except k_d, with the names used next to the images of samples.
     pub fn resources_of_centres(&self) -> Vec<(&'static str, Resource<'_>)> {
         let images = [
-            ("centre_position_mesh", Some(&self.position_mesh)),
+            ("centre_position_instance", Some(&self.position_instance)),
             ("centre_normal_geometric", Some(&self.normal_geometric)),
             ("centre_lobe_parameters", self.lobe_parameters.as_ref()),
         ];
@@ -79,7 +74,6 @@ impl GBuffer {
 
 /// Fills the G-buffer with the surfaces as seen from `view`.
 pub(crate) fn draw(
-    recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     view: &Buffer,
@@ -88,8 +82,8 @@ pub(crate) fn draw(
     let colors = gbuffer.colors();
     let depth = gbuffer.depth.as_ref();
     let depth = depth.ok_or_else(|| Error::internal("the G-buffer is for rays"))?;
-    recorder.prepare_images(&colors);
-    recorder.prepare_images(&[depth]);
+    context.prepare_images(&colors)?;
+    context.prepare_images(&[depth])?;
     let target = Target {
         colors: &colors,
         depth,
@@ -102,7 +96,7 @@ pub(crate) fn draw(
         surface,
         cutout,
     };
-    recorder.pass("gbuffer", |recorder| {
+    context.pass("gbuffer", |recorder| {
         surfaces.draw(recorder, context, key, &target, view, &[])
     })
 }

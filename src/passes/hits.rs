@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{materials::Materials, textures::Textures};
+use super::{materials::Materials, rays::RayTriangles, textures::Textures};
 use crate::{
     Result, Scene,
     geometry::{Geometry, GeometrySize, PlacedMesh},
-    vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList},
+    vulkan::{Allocate, Buffer, CommandPool, Resource, TexelList},
 };
 
 /// The lists of `shaders/shared/hits.wgsl`.
@@ -15,17 +15,31 @@ pub(crate) struct HitSurfaces {
     triangles: TexelList,
     materials: Arc<Materials>,
     textures: Arc<Textures>,
-    /// For each mesh in the scene's space: the number of triangles up to its end, and its id.
+    /// For each mesh in the scene's space: the number of triangles up to its end, and its instance id.
     mesh_ends: Arc<Buffer>,
     placed_count: u32,
+}
+
+/// The triangles that rays hit, and their shading.
+#[derive(Clone, Copy)]
+pub(crate) struct HitScene<'s> {
+    pub tree: &'s RayTriangles,
+    pub surfaces: &'s HitSurfaces,
+}
+
+impl<'s> HitScene<'s> {
+    /// All lists with their names in the shaders.
+    pub fn resources(self) -> Vec<(&'static str, Resource<'s>)> {
+        let mut resources = self.tree.resources();
+        resources.extend(self.surfaces.resources());
+        resources
+    }
 }
 
 /// Declares the memory for a scene's triangles and materials.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
     let size = GeometrySize::of(scene);
-    let mesh_bytes = 8 * size.meshes;
-    allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Device)?;
-    allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Staging)?;
+    allocate.uploaded_buffer("ends of meshes", 8 * size.meshes)?;
     TexelList::declare(allocate, "shading of triangles", 4 * size.triangles)
 }
 

@@ -32,7 +32,8 @@ impl Instances {
         commands: &CommandPool,
         geometry: &Geometry,
         space: &LocalSpace,
-        (trees, node_count): (&[TreeInstance], u32),
+        trees: &[TreeInstance],
+        node_count: u32,
     ) -> Result<Instances> {
         let scene = TreeInstance {
             first_texel: 1,
@@ -64,15 +65,15 @@ fn instance_texels(
     to_scene: DAffine3,
     tree: &TreeInstance,
     first_hit: u32,
-    mesh_id: u32,
+    instance_id: u32,
 ) -> [[f32; 4]; INSTANCE_TEXELS as usize] {
     let [x, y, z] = rows_of(to_scene);
     let [back_x, back_y, back_z] = rows_of(to_scene.inverse());
-    let hit_offset = first_hit.saturating_sub(tree.first_triangle) * u32::from(mesh_id > 0);
+    let hit_offset = first_hit.saturating_sub(tree.first_triangle) * u32::from(instance_id > 0);
     let numbers = [tree.first_texel, tree.node_end, tree.next_node, hit_offset];
     let handedness = to_scene.matrix3.determinant().signum() as f32;
-    let [first_hit, mesh_id] = [first_hit, mesh_id].map(whole_number);
-    let more = [first_hit, mesh_id, handedness, 0.0];
+    let [first_hit, instance_id] = [first_hit, instance_id].map(whole_number);
+    let more = [first_hit, instance_id, handedness, 0.0];
     [
         x,
         y,

@@ -44,10 +44,10 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
         light_rays::shade_key(plan),
     ];
     let then = [
-        error_estimate::key(plan, (noisy, range)),
+        error_estimate::key(plan, noisy, range),
         sample_counts::key(plan),
-        scatter::key(plan, (noisy, range)),
-        predict::key(plan, (noisy, range)),
+        scatter::key(plan, noisy, range),
+        predict::key(plan, noisy, range),
         smooth::key(plan),
         smooth_residuals::key(plan),
         resolve::key(plan, noisy),

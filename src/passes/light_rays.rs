@@ -2,9 +2,9 @@
 
 use super::{
     Context,
-    hits::HitSurfaces,
+    gatherer::{LightRaySets, MAX_LIGHT_RAYS},
+    hits::HitScene,
     light::DeviceLight,
-    rays::RayTriangles,
     trace::{Find, no_list},
     vpl_sampler::RayTable,
 };
@@ -12,16 +12,13 @@ use crate::{
     Result,
     plan::Plan,
     vulkan::{
-        Allocate, BufferUse, Device, ImageShape, PixelKind, Resource, TexelList, groups_in_rows,
+        Allocate, BufferUse, Device, ImageShape, Resource, TexelList, groups_in_rows,
         shaders::{
             Key, LightRayParameters,
             constants::{RAYS_AT_ONCE, VPLS_PER_ROW},
         },
     },
 };
-
-/// Most rays of all sets together.
-pub(crate) const MAX_RAYS: u32 = 1 << 18;
 
 /// VPLs, one per ray, with one layer per member.
 pub(crate) struct LightRays<A: Allocate = Device> {
@@ -40,12 +37,9 @@ impl<A: Allocate> LightRays<A> {
             "VPL_LAYERS"
         };
         // Every light has at least one packet.
-        let rays = MAX_RAYS + 1024 * plan.lights.len() as u32;
-        let shape = ImageShape {
-            size_px: [columns, rays.div_ceil(columns)],
-            layers: Some(module.constant(layers)?),
-            pixel: PixelKind::Color,
-        };
+        let rays = MAX_LIGHT_RAYS + 1024 * plan.lights.len() as u32;
+        let shape = ImageShape::plain([columns, rays.div_ceil(columns)]);
+        let shape = shape.with_layers(module.constant(layers)?);
         let bytes = u64::from(rays) * size_of::<u32>() as u64;
         Ok(LightRays {
             vpls: allocate.image("VPLs", shape)?,
@@ -64,22 +58,23 @@ pub(super) fn shade_key(plan: &Plan) -> Key {
 }
 
 impl LightRays {
-    /// Traces rays from the lights as the table says, in `set_count` sets. Returns their number.
+    /// Traces rays from the lights as the table says. Returns their number.
     pub fn trace(
         &self,
         context: &Context,
-        (tree, surfaces): (&RayTriangles, &HitSurfaces),
-        (lights, light_list): (&[&DeviceLight], &TexelList),
+        scene: HitScene,
+        lights: &[&DeviceLight],
+        light_list: &TexelList,
         table: &RayTable,
-        (set_count, seed): (u32, u32),
+        sets: LightRaySets,
     ) -> Result<u64> {
         let plan = context.plan;
+        let LightRaySets {
+            seed, set_count, ..
+        } = sets;
         let count = u64::from(table.set_size) * u64::from(set_count);
         context.cost.borrow_mut().count_work("light_rays", count);
-        context.record(|recorder| {
-            recorder.prepare_images(&[&self.vpls]);
-            Ok(())
-        })?;
+        context.prepare_images(&[&self.vpls])?;
         for (light_index, rays) in (0..lights.len() as u32).zip(&table.lights) {
             let all_rays = rays.ray_count * set_count;
             for first in (0..all_rays).step_by(plan.rays_at_once as usize) {
@@ -98,11 +93,9 @@ impl LightRays {
                     end_in_list: end,
                 };
                 let dispatch = |key| {
-                    let pipeline = context.pipelines.compute(key)?;
                     let list = context.rays.borrow();
                     let mut resources = list.as_ref().ok_or_else(no_list)?.resources();
-                    resources.extend(tree.resources());
-                    resources.extend(surfaces.resources());
+                    resources.extend(scene.resources());
                     resources.extend(table.resources());
                     resources.extend([
                         ("lights", light_list.resource()),
@@ -112,14 +105,10 @@ impl LightRays {
                     resources.extend(context.modulation());
                     let per_group = 64 * RAYS_AT_ONCE;
                     let groups = groups_in_rows((end - first).div_ceil(per_group));
-                    context.record(|recorder| {
-                        recorder.pass("light_rays", |recorder| {
-                            recorder.dispatch(&pipeline, &resources, &parameters, groups)
-                        })
-                    })
+                    context.dispatch_groups(key, &resources, &parameters, groups)
                 };
                 dispatch(Key::LightRaysEmit {})?;
-                tree.trace(context, Find::Closest, 0..end - first)?;
+                scene.tree.trace(context, Find::Closest, 0..end - first)?;
                 dispatch(shade_key(plan))?;
             }
         }

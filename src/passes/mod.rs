@@ -9,8 +9,8 @@ use crate::{
     output::Layer,
     scene::MAX_FREQUENCIES,
     vulkan::{
-        Buffer, CommandPool, Device, Pipelines, Readback, Recorder, Resource, groups_in_rows,
-        shaders::Key,
+        Buffer, CommandPool, Device, Image, Pipelines, Readback, Recorder, Resource,
+        groups_in_rows, shaders::Key,
     },
 };
 
@@ -141,39 +141,62 @@ impl Context<'_> {
         }
     }
 
+    /// Records a pass.
+    pub fn pass(
+        &self,
+        name: &'static str,
+        record: impl FnOnce(&mut Recorder) -> Result<()>,
+    ) -> Result<()> {
+        self.record(|recorder| recorder.pass(name, record))
+    }
+
+    /// Transitions new images to the layout that they keep. Their contents are undefined.
+    pub fn prepare_images(&self, images: &[&Image]) -> Result<()> {
+        self.record(|recorder| {
+            recorder.prepare_images(images);
+            Ok(())
+        })
+    }
+
     /// Records a pass of one kernel, with one invocation per item, or per pixel of an image.
     pub fn dispatch<T: Pod>(
         &self,
-        recorder: &mut Recorder,
         key: Key,
         resources: &[(&str, Resource)],
         parameters: &T,
         [columns, rows]: [u32; 2],
     ) -> Result<()> {
         if rows > 1 {
-            return self.dispatch_image(recorder, key, resources, parameters, [columns, rows]);
+            return self.dispatch_image(key, resources, parameters, [columns, rows]);
         }
-        let pipeline = self.pipelines.compute(key)?;
-        let [x, ..] = pipeline.module.workgroup_size;
-        recorder.pass(key.pass(), |recorder| {
-            let groups = groups_in_rows(columns.div_ceil(x));
-            recorder.dispatch(&pipeline, resources, parameters, groups)
-        })
+        let [x, ..] = key.module().workgroup_size;
+        let groups = groups_in_rows(columns.div_ceil(x));
+        self.dispatch_groups(key, resources, parameters, groups)
     }
 
     /// The same for an image of any size.
     pub fn dispatch_image<T: Pod>(
         &self,
-        recorder: &mut Recorder,
         key: Key,
         resources: &[(&str, Resource)],
         parameters: &T,
         [columns, rows]: [u32; 2],
     ) -> Result<()> {
-        let pipeline = self.pipelines.compute(key)?;
-        let [x, y, _] = pipeline.module.workgroup_size;
+        let [x, y, _] = key.module().workgroup_size;
         let groups = [columns.div_ceil(x), rows.div_ceil(y), 1];
-        recorder.pass(key.pass(), |recorder| {
+        self.dispatch_groups(key, resources, parameters, groups)
+    }
+
+    /// The same for so many workgroups.
+    pub fn dispatch_groups<T: Pod>(
+        &self,
+        key: Key,
+        resources: &[(&str, Resource)],
+        parameters: &T,
+        groups: [u32; 3],
+    ) -> Result<()> {
+        let pipeline = self.pipelines.compute(key)?;
+        self.pass(key.pass(), |recorder| {
             recorder.dispatch(&pipeline, resources, parameters, groups)
         })
     }

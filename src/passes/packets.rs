@@ -32,7 +32,8 @@ pub(super) struct Chunks<'r> {
 /// Divides the packets of receivers from `first_receiver` on, each with the number of its first packet and of the one after the last.
 pub(super) fn chunks<'r>(
     ranges: &'r [(u32, u32)],
-    (first_receiver, results): (u32, Results),
+    first_receiver: u32,
+    results: Results,
 ) -> Chunks<'r> {
     Chunks {
         ranges,

@@ -5,13 +5,13 @@ use glam::DVec2;
 use super::{
     Context,
     gbuffer::GBuffer,
-    receivers::{ReceiverRange, Receivers},
+    receivers::{ListedReceivers, Receivers},
     sample_counts::SampleCounts,
 };
 use crate::{
     Result,
     vulkan::{
-        Buffer, Image, Recorder, Resource,
+        Buffer, Image, Resource,
         shaders::{Key, PixelFilterParameters},
     },
 };
@@ -62,29 +62,24 @@ impl PixelSample<'_> {
     }
 
     /// Adds the depth of the sample to the footprint.
-    pub fn add_depth(
-        &self,
-        recorder: &mut Recorder,
-        context: &Context,
-        footprint: &Image,
-    ) -> Result<()> {
+    pub fn add_depth(&self, context: &Context, footprint: &Image) -> Result<()> {
         let resources = [
             (
-                "position_mesh",
-                Resource::Image(&self.gbuffer.position_mesh),
+                "position_instance",
+                Resource::Image(&self.gbuffer.position_instance),
             ),
             ("footprint", Resource::Image(footprint)),
         ];
-        self.dispatch(recorder, context, Key::PixelFilterDepths {}, &resources)
+        self.dispatch(context, Key::PixelFilterDepths {}, &resources)
     }
 
     /// Adds what a sample reflects of the light that was gathered at pixels' centres. If the sample shows a surface that no centre
     /// around it shows, its pixel becomes a candidate receiver.
     pub fn interpolate(
         &self,
-        recorder: &mut Recorder,
         context: &Context,
-        (centres, gathered): (&GBuffer, &Image),
+        centres: &GBuffer,
+        gathered: &Image,
         receivers: &Receivers,
         images: FilteredImages,
     ) -> Result<()> {
@@ -100,35 +95,29 @@ impl PixelSample<'_> {
             phasors: plan.has_phasors(),
             brdf: plan.brdf(),
         };
-        self.dispatch(recorder, context, key, &resources)
+        self.dispatch(context, key, &resources)
     }
 
     /// Dispatches a kernel for each pixel.
-    fn dispatch(
-        &self,
-        recorder: &mut Recorder,
-        context: &Context,
-        key: Key,
-        resources: &[(&str, Resource)],
-    ) -> Result<()> {
+    fn dispatch(&self, context: &Context, key: Key, resources: &[(&str, Resource)]) -> Result<()> {
         let parameters = self.parameters(context);
         let size_px = context.plan.resolution_px;
-        context.dispatch(recorder, key, resources, &parameters, size_px)
+        context.dispatch(key, resources, &parameters, size_px)
     }
 
-    /// Adds the first results, which belong to a range of receivers.
+    /// Adds the first results, which belong to these receivers.
     pub fn add_gathered(
         &self,
-        recorder: &mut Recorder,
         context: &Context,
-        (receivers, range): (&Receivers, ReceiverRange),
-        (results, counts): (&Buffer, Option<&SampleCounts>),
+        receivers: ListedReceivers,
+        results: &Buffer,
+        counts: Option<&SampleCounts>,
         images: FilteredImages,
     ) -> Result<()> {
         let mut resources = self.gbuffer.resources();
         resources.extend(images.resources(context));
         resources.extend([
-            ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("receivers", Resource::Buffer(&receivers.list.pixels)),
             ("results", Resource::Buffer(results)),
         ]);
         resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
@@ -138,11 +127,12 @@ impl PixelSample<'_> {
             brdf: plan.brdf(),
             noisy: counts.is_some(),
         };
+        let range = receivers.range;
         let parameters = PixelFilterParameters {
             first_receiver: range.first,
             receiver_count: range.count,
             ..self.parameters(context)
         };
-        context.dispatch(recorder, key, &resources, &parameters, [range.count, 1])
+        context.dispatch(key, &resources, &parameters, [range.count, 1])
     }
 }

@@ -10,7 +10,7 @@ use crate::{
     Result,
     plan::{GridStep, Plan},
     vulkan::{
-        Recorder, Resource,
+        Resource,
         shaders::{
             Key, PredictParameters,
             constants::{CENTRES, EDGES},
@@ -18,7 +18,7 @@ use crate::{
     },
 };
 
-pub(super) fn key(plan: &Plan, (noisy, range): (bool, bool)) -> Key {
+pub(super) fn key(plan: &Plan, noisy: bool, range: bool) -> Key {
     Key::Predict {
         phasors: plan.has_phasors(),
         brdf: plan.brdf(),
@@ -30,7 +30,6 @@ pub(super) fn key(plan: &Plan, (noisy, range): (bool, bool)) -> Key {
 /// Interpolates pixels of a step. The others become candidates, unless they were gathered before.
 /// Does nothing for the coarsest grid, which has no neighbours to predict from.
 pub(crate) fn predict(
-    recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
@@ -44,7 +43,7 @@ pub(crate) fn predict(
         GridStep::Edges { reach } => (EDGES, reach),
     };
     let plan = context.plan;
-    let key = key(plan, (images.is_noisy(), images.has_range()));
+    let key = key(plan, images.is_noisy(), images.has_range());
     let [columns, rows] = step.extent(plan.resolution_px);
     let parameters = PredictParameters {
         reach,
@@ -59,5 +58,5 @@ pub(crate) fn predict(
     resources.extend(images.resources());
     resources.push(("candidates", Resource::Buffer(&receivers.candidates)));
     let size = [columns * rows, 1];
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    context.dispatch(key, &resources, &parameters, size)
 }

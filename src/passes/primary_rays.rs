@@ -7,8 +7,7 @@ use glam::DVec2;
 use super::{
     Context,
     gbuffer::GBuffer,
-    hits::HitSurfaces,
-    rays::RayTriangles,
+    hits::HitScene,
     trace::{Find, no_list},
 };
 use crate::{
@@ -17,7 +16,7 @@ use crate::{
     plan::Plan,
     scene::Camera,
     vulkan::{
-        Allocate, Buffer, BufferUse, CommandPool, Resource,
+        Allocate, Buffer, CommandPool, Resource,
         shaders::{Key, PrimaryRayParameters},
     },
 };
@@ -27,8 +26,7 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
     if plan.has_distortion {
         let pixels: u64 = plan.resolution_px.map(u64::from).iter().product();
         let bytes = pixels * size_of::<[f32; 4]>() as u64;
-        allocate.buffer("rays of the lens", bytes, BufferUse::Device)?;
-        allocate.buffer("rays of the lens", bytes, BufferUse::Staging)?;
+        allocate.uploaded_buffer("rays of the lens", bytes)?;
     }
     Ok(())
 }
@@ -48,8 +46,10 @@ pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc
 /// Fills the G-buffer with the surfaces as seen from `view`, through points at `offset_px` from the pixels' centres.
 pub(crate) fn draw(
     context: &Context,
-    (tree, surfaces): (&RayTriangles, &HitSurfaces),
-    (view, lens, offset_px): (&Buffer, Option<&Buffer>, DVec2),
+    scene: HitScene,
+    view: &Buffer,
+    lens: Option<&Buffer>,
+    offset_px: DVec2,
     gbuffer: &GBuffer,
 ) -> Result<()> {
     let plan = context.plan;
@@ -64,16 +64,12 @@ pub(crate) fn draw(
     };
     let mut resources = vec![("view", Resource::Buffer(view))];
     resources.extend(lens.map(|lens| ("lens_rays", Resource::Buffer(lens))));
-    resources.extend(tree.resources());
-    resources.extend(surfaces.resources());
-    let (mesh_ends, mesh_count) = surfaces.mesh_ends();
+    resources.extend(scene.resources());
+    let (mesh_ends, mesh_count) = scene.surfaces.mesh_ends();
     resources.push(("mesh_ends", mesh_ends));
     resources.extend(gbuffer.resources());
     let [width, _] = plan.resolution_px;
-    context.record(|recorder| {
-        recorder.prepare_images(&gbuffer.colors());
-        Ok(())
-    })?;
+    context.prepare_images(&gbuffer.colors())?;
     for [first_row, row_end] in context.row_ranges() {
         let parameters = PrimaryRayParameters {
             resolution_px: plan.resolution_px,
@@ -88,12 +84,12 @@ pub(crate) fn draw(
             let mut resources = resources.clone();
             resources.extend(list.as_ref().ok_or_else(no_list)?.resources());
             let size = [width, row_end - first_row];
-            context.record(|recorder| {
-                context.dispatch_image(recorder, key, &resources, &parameters, size)
-            })
+            context.dispatch_image(key, &resources, &parameters, size)
         };
         dispatch(emit)?;
-        tree.trace(context, Find::Closest, 0..width * (row_end - first_row))?;
+        scene
+            .tree
+            .trace(context, Find::Closest, 0..width * (row_end - first_row))?;
         dispatch(shade)?;
     }
     Ok(())

@@ -5,7 +5,7 @@ use crate::{
     Result,
     scene::MAX_FREQUENCIES,
     vulkan::{
-        Image, Recorder, Resource,
+        Image, Resource,
         shaders::{Key, RangeWeightParameters},
     },
 };
@@ -13,10 +13,10 @@ use crate::{
 /// Fills the weights. `least_squares` is the least |Z|² of a pixel that counts, of each frequency. Without `indirect_phasors` there is no
 /// image yet.
 pub(crate) fn fill(
-    recorder: &mut Recorder,
     context: &Context,
     images: &RefinementImages,
-    (direct_phasors, indirect_phasors): (&Image, Option<&Image>),
+    direct_phasors: &Image,
+    indirect_phasors: Option<&Image>,
     least_squares: [f32; MAX_FREQUENCIES],
 ) -> Result<()> {
     let mut resources = images.resources();
@@ -34,5 +34,5 @@ pub(crate) fn fill(
     };
     let key = Key::RangeWeights {};
     let size = context.plan.resolution_px;
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    context.dispatch(key, &resources, &parameters, size)
 }

@@ -122,7 +122,8 @@ fn by_tree(
     geometry: &Geometry,
     space: &LocalSpace,
     cutouts: &[u32],
-    (trees, host_cutouts): (&mut MeshTrees, Option<Cutouts>),
+    trees: &mut MeshTrees,
+    host_cutouts: Option<Cutouts>,
     is_for_host: bool,
 ) -> Result<Made> {
     let to_local = geometry.shared.iter().map(|mesh| placements(mesh, space));
@@ -219,7 +220,8 @@ impl RayTriangles {
         geometry: &Geometry,
         space: &LocalSpace,
         textures: &Arc<Textures>,
-        (tracer, trees): (Tracer, &mut MeshTrees),
+        tracer: Tracer,
+        trees: &mut MeshTrees,
     ) -> Result<RayTriangles> {
         let (cutouts, cutout_texels) = cutouts_of(scene, geometry, textures);
         let alpha_textures = (!cutout_texels.is_empty()).then(|| textures.clone());
@@ -228,9 +230,16 @@ impl RayTriangles {
             Tracer::Host | Tracer::Kernel => {
                 let host_cutouts = || Cutouts::of(scene, geometry);
                 let host_cutouts = (!cutout_texels.is_empty()).then(host_cutouts);
-                let trees = (trees, host_cutouts);
-                let is_for_host = tracer == Tracer::Host;
-                by_tree(commands, geometry, space, &cutouts, trees, is_for_host)?
+                let for_host = tracer == Tracer::Host;
+                by_tree(
+                    commands,
+                    geometry,
+                    space,
+                    &cutouts,
+                    trees,
+                    host_cutouts,
+                    for_host,
+                )?
             }
         };
         let triangle_count = made.triangles.len() / TRIANGLE_TEXELS;
@@ -239,9 +248,10 @@ impl RayTriangles {
         }
         made.triangles.extend(cutout_texels);
         let instances = &made.instances;
-        let in_trees = (&instances[..], made.node_count);
+        let node_count = made.node_count;
+        let list = Instances::upload(commands, geometry, space, instances, node_count)?;
         Ok(RayTriangles {
-            instances: Arc::new(Instances::upload(commands, geometry, space, in_trees)?),
+            instances: Arc::new(list),
             triangles: TexelList::new(commands, "triangles for rays", made.triangles)?,
             is_instanced: !instances.is_empty(),
             found_by: made.found_by,

@@ -4,7 +4,7 @@ use super::{Context, compact::Compactor, gbuffer::GBuffer};
 use crate::{
     Result,
     vulkan::{
-        Allocate, Buffer, BufferUse, Device, Recorder, Resource,
+        Allocate, Buffer, BufferUse, Device, Resource,
         shaders::{Key, ListLengths},
     },
 };
@@ -85,10 +85,17 @@ impl ReceiverRange {
     }
 }
 
+/// Receivers to gather at: a range of a list of a G-buffer's pixels.
+#[derive(Clone, Copy)]
+pub(crate) struct ListedReceivers<'r> {
+    pub gbuffer: &'r GBuffer,
+    pub list: &'r Receivers,
+    pub range: ReceiverRange,
+}
+
 /// Lists the receivers among the candidates. These are every `grid_stride`-th pixel of each row and column, or those of the list
 /// if there is no `grid_stride`.
 pub(crate) fn list(
-    recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
     receivers: &Receivers,
@@ -101,7 +108,6 @@ pub(crate) fn list(
         ("receivers", Resource::Buffer(&receivers.pixels)),
     ]);
     receivers.compactor.record(
-        recorder,
         context,
         [Key::ReceiversCount { brdf }, Key::ReceiversWrite { brdf }],
         &resources,

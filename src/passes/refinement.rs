@@ -29,35 +29,25 @@ pub(crate) fn gathered_shape(plan: &Plan) -> ImageShape {
         Some(tof) => lobes * tof.pair_count() * tof.band_count,
         None => 0,
     };
-    ImageShape {
-        layers: Some(lobes + phasors),
-        ..ImageShape::plain(plan.resolution_px)
-    }
+    ImageShape::plain(plan.resolution_px).with_layers(lobes + phasors)
 }
 
 impl<A: Allocate> RefinementImages<A> {
     pub fn new(allocate: &A, plan: &Plan, is_noisy: bool) -> Result<RefinementImages<A>> {
         let lobes = 1 + u32::from(plan.is_specular);
-        let image = |name, layers| {
-            let shape = ImageShape {
-                layers: Some(layers),
-                ..ImageShape::plain(plan.resolution_px)
-            };
-            allocate.image(name, shape)
-        };
+        let plain = ImageShape::plain(plan.resolution_px);
         let gathered = gathered_shape(plan);
         let phasors = gathered.layer_count() - lobes;
         // One layer for the variances from the pixels around, and one per lobe for squares.
         let of_phasor_samples = if phasors > 0 { 1 + lobes } else { 0 };
-        let samples = || image("sums over samples", 3 + lobes + phasors + of_phasor_samples);
-        let modelled = || allocate.image("models of gathered light", gathered);
-        let weights = || allocate.image("range weights", ImageShape::plain(plan.resolution_px));
+        let samples = plain.with_layers(3 + lobes + phasors + of_phasor_samples);
         let has_weights = is_noisy && plan.target_range_error_m().is_some();
         Ok(RefinementImages {
             gathered: allocate.image("gathered light", gathered)?,
-            samples: is_noisy.then(samples).transpose()?,
-            modelled: is_noisy.then(modelled).transpose()?,
-            range_weights: has_weights.then(weights).transpose()?,
+            samples: allocate.image_if("sums over samples", is_noisy.then_some(samples))?,
+            modelled: allocate
+                .image_if("models of gathered light", is_noisy.then_some(gathered))?,
+            range_weights: allocate.image_if("range weights", has_weights.then_some(plain))?,
             modulation: None,
         })
     }
@@ -66,7 +56,6 @@ impl<A: Allocate> RefinementImages<A> {
 impl RefinementImages {
     /// Clears what is known of the pixels, except how they were sampled.
     pub fn clear(&self, recorder: &mut Recorder) {
-        recorder.prepare_images(&[&self.gathered]);
         recorder.clear_image(&self.gathered);
     }
 
@@ -78,11 +67,10 @@ impl RefinementImages {
     /// Clears how the pixels were sampled.
     pub fn clear_samples(&self, recorder: &mut Recorder) {
         if let (Some(samples), Some(modelled)) = (&self.samples, &self.modelled) {
-            recorder.prepare_images(&[samples, modelled]);
+            recorder.prepare_images(&[modelled]);
             recorder.clear_image(samples);
         }
         if let Some(weights) = &self.range_weights {
-            recorder.prepare_images(&[weights]);
             recorder.clear_image(weights);
         }
     }

@@ -9,7 +9,7 @@ use crate::{
     Result,
     plan::Plan,
     vulkan::{
-        Image, Recorder, Resource,
+        Image, Resource,
         shaders::{Key, ResolveParameters},
     },
 };
@@ -24,11 +24,11 @@ pub(super) fn key(plan: &Plan, noisy: bool) -> Key {
 
 /// Computes L_{P→C} of the bounce for every pixel with a surface, and its expected error; with time of flight also Z.
 pub(crate) fn resolve(
-    recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
-    (indirect_radiance, indirect_phasors): (&Image, Option<&Image>),
+    indirect_radiance: &Image,
+    indirect_phasors: Option<&Image>,
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();
@@ -44,5 +44,5 @@ pub(crate) fn resolve(
         least_radiance: criteria.least_radiance(),
         own_share: criteria.own_share(),
     };
-    context.dispatch(recorder, key, &resources, &parameters, plan.resolution_px)
+    context.dispatch(key, &resources, &parameters, plan.resolution_px)
 }

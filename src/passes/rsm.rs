@@ -4,7 +4,7 @@ use super::{Context, light::DeviceLight, surface::Surfaces};
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Allocate, Device, Image, ImageShape, Recorder, Resource, Target, shaders::Key},
+    vulkan::{Allocate, Device, Image, ImageShape, Resource, Target, shaders::Key},
 };
 
 /// A pixel of a position image that shows no surface.
@@ -29,13 +29,13 @@ impl<A: Allocate> Rsm<A> {
         let Some(rsm_size) = plan.rsm_size() else {
             return Ok(None);
         };
-        let shape = ImageShape::layers(rsm_size, plan.max_faces());
+        let shape = ImageShape::plain([rsm_size; 2]).with_layers(plan.max_faces());
         let image = |name| allocate.image(name, shape);
         Ok(Some(Rsm {
             position: image("RSM positions")?,
             normal: image("RSM normals")?,
             kd_irradiance: image("RSM k_d and irradiance")?,
-            lobe_parameters: plan.is_specular.then(|| image("RSM lobes")).transpose()?,
+            lobe_parameters: allocate.image_if("RSM lobes", plan.is_specular.then_some(shape))?,
             depth: allocate.image("RSM depth", shape.depth())?,
         }))
     }
@@ -67,15 +67,14 @@ impl Rsm {
 
 /// Draws the surfaces as seen through each of the light's faces.
 pub(crate) fn draw(
-    recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     light: &DeviceLight,
     rsm: &Rsm,
 ) -> Result<()> {
     let colors = rsm.colors();
-    recorder.prepare_images(&colors);
-    recorder.prepare_images(&[&rsm.depth]);
+    context.prepare_images(&colors)?;
+    context.prepare_images(&[&rsm.depth])?;
     let brdf = context.plan.brdf();
     let key = |surface, cutout| Key::Rsm {
         brdf,
@@ -83,7 +82,7 @@ pub(crate) fn draw(
         cutout,
     };
     let emission = [("emission", Resource::Buffer(&light.emission))];
-    recorder.pass("rsm", |recorder| {
+    context.pass("rsm", |recorder| {
         for (layer, view) in light.rsm_views.iter().enumerate() {
             let target = Target {
                 colors: &colors,

@@ -10,7 +10,7 @@ use crate::{
     Result,
     plan::Plan,
     vulkan::{
-        Allocate, Buffer, BufferUse, Device, Recorder, Resource,
+        Allocate, Buffer, BufferUse, Device, Resource,
         shaders::{Key, SampleCountParameters},
     },
 };
@@ -74,9 +74,12 @@ impl SampleCounts {
     }
 
     /// Gives each of the first receivers this many packets, in all passes that are recorded from here on.
-    pub fn set_even(&mut self, recorder: &mut Recorder, count: u32, packets: u32) -> Result<()> {
+    pub fn set_even(&mut self, context: &Context, count: u32, packets: u32) -> Result<()> {
         let range = packets << 16;
-        recorder.fill_words(&self.ranges, count, range);
+        context.record(|recorder| {
+            recorder.fill_words(&self.ranges, count, range);
+            Ok(())
+        })?;
         let known = self.readback.mapped_mut::<u32>(count as usize)?;
         known.fill(range);
         Ok(())
@@ -85,7 +88,6 @@ impl SampleCounts {
     /// Computes what each receiver of a list takes, from the variances that the image knows. The host can read it after the submission.
     pub fn count(
         &self,
-        recorder: &mut Recorder,
         context: &Context,
         gbuffer: &GBuffer,
         images: &RefinementImages,
@@ -117,10 +119,12 @@ impl SampleCounts {
         };
         let key = key(context.plan);
         let size = [receivers.candidate_count(), 1];
-        context.dispatch(recorder, key, &resources, &parameters, size)?;
-        recorder.barrier();
-        recorder.copy_buffer(&self.ranges, &self.readback, 4 * u64::from(self.capacity));
-        Ok(())
+        context.dispatch(key, &resources, &parameters, size)?;
+        context.record(|recorder| {
+            recorder.barrier();
+            recorder.copy_buffer(&self.ranges, &self.readback, 4 * u64::from(self.capacity));
+            Ok(())
+        })
     }
 
     /// The packets that each receiver takes, as the host has read them back: the first one, and the one after the last.

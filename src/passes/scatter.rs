@@ -2,8 +2,7 @@
 
 use super::{
     Context,
-    gbuffer::GBuffer,
-    receivers::{ReceiverRange, Receivers},
+    receivers::ListedReceivers,
     refinement::{RefinementCriteria, RefinementImages},
     sample_counts::SampleCounts,
 };
@@ -11,12 +10,12 @@ use crate::{
     Result,
     plan::Plan,
     vulkan::{
-        Buffer, Recorder, Resource,
+        Buffer, Resource,
         shaders::{Key, ScatterParameters},
     },
 };
 
-pub(super) fn key(plan: &Plan, (noisy, range): (bool, bool)) -> Key {
+pub(super) fn key(plan: &Plan, noisy: bool, range: bool) -> Key {
     Key::Scatter {
         phasors: plan.has_phasors(),
         brdf: plan.brdf(),
@@ -25,33 +24,32 @@ pub(super) fn key(plan: &Plan, (noisy, range): (bool, bool)) -> Key {
     }
 }
 
-/// Takes the first results for the receivers of a range. With noise, and where pixels may be interpolated, a gather changes its
+/// Takes the first results for the receivers. With noise, and where pixels may be interpolated, a gather changes its
 /// prediction only as far as it differs from it by more than noise.
 pub(crate) fn scatter(
-    recorder: &mut Recorder,
     context: &Context,
-    gbuffer: &GBuffer,
     images: &RefinementImages,
-    (receivers, range): (&Receivers, ReceiverRange),
-    (results, counts): (&Buffer, Option<&SampleCounts>),
+    receivers: ListedReceivers,
+    results: &Buffer,
+    counts: Option<&SampleCounts>,
     criteria: RefinementCriteria,
 ) -> Result<()> {
-    let mut resources = gbuffer.resources();
+    let mut resources = receivers.gbuffer.resources();
     resources.extend(images.resources());
     resources.extend([
-        ("receivers", Resource::Buffer(&receivers.pixels)),
+        ("receivers", Resource::Buffer(&receivers.list.pixels)),
         ("results", Resource::Buffer(results)),
     ]);
     resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
     let parameters = ScatterParameters {
-        first_receiver: range.first,
-        receiver_count: range.count,
+        first_receiver: receivers.range.first,
+        receiver_count: receivers.range.count,
         least_radiance: criteria.least_radiance(),
         own_share: criteria.own_share(),
         evenness: criteria.noise.evenness as f32,
         variance_rate: criteria.noise.rate as f32,
     };
-    let key = key(context.plan, (images.is_noisy(), images.has_range()));
-    let size = [range.count, 1];
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    let key = key(context.plan, images.is_noisy(), images.has_range());
+    let size = [receivers.range.count, 1];
+    context.dispatch(key, &resources, &parameters, size)
 }

@@ -4,7 +4,7 @@ use super::Context;
 use crate::{
     Result,
     vulkan::{
-        Image, Recorder, Resource,
+        Image, Resource,
         shaders::{Key, Seen, SensorParameters},
     },
 };
@@ -21,11 +21,7 @@ pub(crate) struct Exposure<'e> {
 }
 
 /// Computes sum = (direct + indirect) · factor; behind an aperture, also times cos⁴ of the angle to the axis.
-pub(crate) fn expose(
-    recorder: &mut Recorder,
-    context: &Context,
-    exposure: &Exposure,
-) -> Result<()> {
+pub(crate) fn expose(context: &Context, exposure: &Exposure) -> Result<()> {
     let Exposure {
         factor,
         seen,
@@ -50,7 +46,7 @@ pub(crate) fn expose(
         forward: forward.as_vec3().to_array(),
         ..SensorParameters::default()
     };
-    recorder.prepare_images(&[sum]);
+    context.prepare_images(&[sum])?;
     let size = context.plan.resolution_px;
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    context.dispatch(key, &resources, &parameters, size)
 }

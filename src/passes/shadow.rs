@@ -3,7 +3,7 @@
 use super::{Context, light::DeviceLight, surface::Surfaces};
 use crate::{
     Plan, Result,
-    vulkan::{Allocate, Device, ImageShape, Recorder, Target, shaders::Key},
+    vulkan::{Allocate, Device, ImageShape, Target, shaders::Key},
 };
 
 /// Position and triangle of what the light sees, one layer per face of the light.
@@ -18,7 +18,7 @@ impl<A: Allocate> ShadowMap<A> {
         let Some(size) = plan.own_map_size() else {
             return Ok(None);
         };
-        let shape = ImageShape::layers(size, plan.max_faces());
+        let shape = ImageShape::plain([size; 2]).with_layers(plan.max_faces());
         Ok(Some(ShadowMap {
             position: allocate.image("shadow map", shape)?,
             depth: allocate.image("shadow map depth", shape.depth())?,
@@ -28,14 +28,13 @@ impl<A: Allocate> ShadowMap<A> {
 
 /// Draws the surfaces as seen through each of the light's faces.
 pub(crate) fn draw(
-    recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     light: &DeviceLight,
     map: &ShadowMap,
 ) -> Result<()> {
-    recorder.prepare_images(&[&map.position, &map.depth]);
-    recorder.pass("shadow", |recorder| {
+    context.prepare_images(&[&map.position, &map.depth])?;
+    context.pass("shadow", |recorder| {
         for (layer, view) in light.shadow_views.iter().enumerate() {
             let target = Target {
                 colors: &[&map.position],

@@ -8,10 +8,7 @@ use super::{
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{
-        Recorder,
-        shaders::{Key, SmoothParameters},
-    },
+    vulkan::shaders::{Key, SmoothParameters},
 };
 
 pub(super) fn key(plan: &Plan) -> Key {
@@ -24,11 +21,11 @@ pub(super) fn key(plan: &Plan) -> Key {
 /// Models what was gathered at every `stride_px`-th pixel of each row and column. With `by_ratio`, the model is of the light over that of
 /// VPLs without occlusion.
 pub(crate) fn smooth(
-    recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
-    (stride_px, by_ratio): (u32, bool),
+    stride_px: u32,
+    by_ratio: bool,
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let [columns, rows] = context.plan.resolution_px.map(|px| px.div_ceil(stride_px));
@@ -44,5 +41,5 @@ pub(crate) fn smooth(
     resources.extend(images.resources());
     let key = key(context.plan);
     let size = [parameters.item_count, 1];
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    context.dispatch(key, &resources, &parameters, size)
 }

@@ -4,10 +4,7 @@ use super::{Context, gbuffer::GBuffer, refinement::RefinementImages};
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{
-        Recorder,
-        shaders::{Key, SmoothResidualsParameters},
-    },
+    vulkan::shaders::{Key, SmoothResidualsParameters},
 };
 
 pub(super) fn key(plan: &Plan) -> Key {
@@ -19,7 +16,6 @@ pub(super) fn key(plan: &Plan) -> Key {
 
 /// Replaces what was gathered at every `stride_px`-th pixel of each row and column that has a model.
 pub(crate) fn smooth(
-    recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
@@ -35,5 +31,5 @@ pub(crate) fn smooth(
     resources.extend(images.resources());
     let key = key(context.plan);
     let size = [parameters.item_count, 1];
-    context.dispatch(recorder, key, &resources, &parameters, size)
+    context.dispatch(key, &resources, &parameters, size)
 }

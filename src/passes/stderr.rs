@@ -4,14 +4,13 @@ use super::Context;
 use crate::{
     Result,
     vulkan::{
-        Image, Recorder, Resource,
+        Image, Resource,
         shaders::{Key, StderrParameters},
     },
 };
 
 /// Multiplies the error that the resolve pass expects by a factor for gathered pixels and one for interpolated pixels.
 pub(crate) fn fill(
-    recorder: &mut Recorder,
     context: &Context,
     indirect_radiance: &Image,
     stderr: &Image,
@@ -26,5 +25,5 @@ pub(crate) fn fill(
         interpolated_factor: interpolated_factor as f32,
     };
     let size_px = context.plan.resolution_px;
-    context.dispatch(recorder, Key::Stderr {}, &resources, &parameters, size_px)
+    context.dispatch(Key::Stderr {}, &resources, &parameters, size_px)
 }

@@ -16,7 +16,7 @@ use crate::{
     plan::{Plan, is_detailed, surface_axis},
     scene::{Mesh, Scene, TextureLookup},
     vulkan::{
-        Allocate, Buffer, BufferUse, CommandPool, Device, Recorder, Resource, Target,
+        Allocate, Buffer, CommandPool, Device, Recorder, Resource, Target,
         shaders::{self, Draw, Key, View},
     },
 };
@@ -53,12 +53,7 @@ struct Range {
 
 /// Declares the memory for a scene's surfaces, except their textures.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> Result<()> {
-    let list = |name, count: u64, bytes| {
-        allocate.buffer(name, count * bytes, BufferUse::Device)?;
-        allocate
-            .buffer(name, count * bytes, BufferUse::Staging)
-            .map(|_| ())
-    };
+    let list = |name, count: u64, bytes| allocate.uploaded_buffer(name, count * bytes);
     let GeometrySize {
         vertices,
         triangles,
@@ -84,7 +79,8 @@ impl SurfaceLists {
         scene: &Scene,
         plan: &Plan,
         space: &LocalSpace,
-        (textures, materials): (&Arc<Textures>, Option<&Arc<Materials>>),
+        textures: &Arc<Textures>,
+        materials: Option<&Arc<Materials>>,
         geometry: &Geometry,
     ) -> Result<SurfaceLists> {
         let mut lists = Lists::default();
@@ -95,14 +91,13 @@ impl SurfaceLists {
             materials: materials.map(|materials| &**materials),
         };
         for PlacedMesh { index, mesh, .. } in &geometry.placed {
-            lists.add(&shading, space, (*index, [0, 1]), mesh);
+            lists.add(&shading, space, *index, [0, 1], mesh);
         }
         let mut first = 1;
         for shared in &geometry.shared {
             let count = shared.instances.len() as u32;
             // The indices of these instances are in the list of instances.
-            let index = (0, [first, count]);
-            lists.add(&shading, &shared.space, index, &shared.mesh);
+            lists.add(&shading, &shared.space, 0, [first, count], &shared.mesh);
             first += count;
         }
         Ok(SurfaceLists {
@@ -196,7 +191,8 @@ impl Lists {
         &mut self,
         shading: &Shading,
         space: &LocalSpace,
-        (mesh_index, instances): (usize, [u32; 2]),
+        instance_index: usize,
+        instances: [u32; 2],
         mesh: &Mesh,
     ) {
         let Shading {
@@ -249,7 +245,7 @@ impl Lists {
                 has_cutouts: material.alpha_texture.filter(shown).is_some(),
                 draw: Draw {
                     kd: kd.map(|kd| kd as f32),
-                    mesh_id: (mesh_index + 1) as f32,
+                    instance_id: (instance_index + 1) as f32,
                     lobe: lobe.texel(),
                     material_id: (material_index + 1) as f32,
                     material: material_texel,

@@ -173,7 +173,6 @@ impl RayTriangles {
         }
         let list = context.rays.borrow();
         let list = list.as_ref().ok_or_else(no_list)?;
-        let pipeline = context.pipelines.compute(self.key(find))?;
         let mut resources = self.resources();
         resources.extend(list.resources());
         let parameters = TraceParameters {
@@ -181,11 +180,7 @@ impl RayTriangles {
             ray_count: rays.end - rays.start,
         };
         let groups = groups_in_rows(parameters.ray_count.div_ceil(64));
-        context.record(|recorder| {
-            recorder.pass("trace", |recorder| {
-                recorder.dispatch(&pipeline, &resources, &parameters, groups)
-            })
-        })
+        context.dispatch_groups(self.key(find), &resources, &parameters, groups)
     }
 }
 

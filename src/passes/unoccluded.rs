@@ -22,7 +22,8 @@ pub(crate) fn fill(
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
-    (vpls, vpl_count): (&Image, u32),
+    vpls: &Image,
+    vpl_count: u32,
     proceed: &mut dyn FnMut() -> Result<()>,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();
@@ -43,9 +44,7 @@ pub(crate) fn fill(
             vpl_count,
             first_pixel,
         };
-        context.record(|recorder| {
-            context.dispatch(recorder, key, &resources, &parameters, [count, 1])
-        })?;
+        context.dispatch(key, &resources, &parameters, [count, 1])?;
         let pairs = u64::from(count) * u64::from(vpl_count);
         context.add_work(PAIRS, pairs, 0)?;
         first_pixel += count;

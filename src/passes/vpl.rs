@@ -5,7 +5,7 @@ use crate::{
     Result,
     plan::Plan,
     vulkan::{
-        Allocate, Device, ImageShape, PixelKind, Recorder, Resource,
+        Allocate, Device, ImageShape, Recorder, Resource,
         shaders::{Key, ListLengths, constants::VPLS_PER_ROW},
     },
 };
@@ -33,12 +33,8 @@ impl<A: Allocate> VplLists<A> {
         let columns = VPLS_PER_ROW;
         let rows_per_light = texel_count.div_ceil(columns);
         let list = |what, layers| {
-            let shape = ImageShape {
-                size_px: [columns, light_count * rows_per_light],
-                layers: Some(module.constant(layers)?),
-                pixel: PixelKind::Color,
-            };
-            allocate.image(what, shape)
+            let shape = ImageShape::plain([columns, light_count * rows_per_light]);
+            allocate.image(what, shape.with_layers(module.constant(layers)?))
         };
         Ok(Some(VplLists {
             matte: list("VPLs", "VPL_LAYERS")?,
@@ -59,7 +55,6 @@ impl VplLists {
             .into_iter()
             .flatten()
         {
-            recorder.prepare_images(&[list]);
             recorder.clear_image(list);
         }
     }
@@ -77,7 +72,6 @@ impl VplLists {
 
 /// Lists the VPLs of an RSM, in the light's place in the lists of all lights.
 pub(crate) fn extract(
-    recorder: &mut Recorder,
     context: &Context,
     light: &DeviceLight,
     rsm: &Rsm,
@@ -97,7 +91,6 @@ pub(crate) fn extract(
         return Ok(());
     };
     vpls.compactor.record(
-        recorder,
         context,
         [
             Key::VplCount { brdf },

@@ -76,7 +76,7 @@ pub struct Plan {
     /// `None` without time of flight.
     pub tof: Option<TofPlan>,
     /// Requested relRMSE of the direct light of lights with an area; `None` without such lights.
-    pub area_light_error: Option<f64>,
+    pub target_area_light_error: Option<f64>,
     /// Images on the device are laid out in whole blocks of this many rows.
     pub(crate) image_block_rows: u32,
 }
@@ -290,7 +290,7 @@ impl Plan {
                 .filter(|sensor| sensor.f_number.is_some())
                 .map(|sensor| sensor.irradiance_per_radiance(1.0)),
             tof,
-            area_light_error: (scene.has_area_light() && !scene.is_dark()).then(|| {
+            target_area_light_error: (scene.has_area_light() && !scene.is_dark()).then(|| {
                 let target = scene.indirect.and_then(|indirect| indirect.target_error());
                 target.unwrap_or(DEFAULT_TARGET_ERROR)
             }),

@@ -93,8 +93,7 @@ impl HostTracer {
             hit: NOTHING_HIT,
         };
         let is_hole = |triangle: u32, ray: &Ray| self.is_hole(triangle, ray);
-        self.scene
-            .closest(lanes, ray, &mut met, (0, &is_hole), stack);
+        self.scene.closest(lanes, ray, &mut met, 0, &is_hole, stack);
         if let Some(nodes) = &self.over_instances {
             let mut visitor = ClosestOfInstances {
                 tracer: self,
@@ -167,13 +166,7 @@ impl<L: Lanes> Visit<L> for ClosestOfInstances<'_> {
         let placed = &self.tracer.instances[leaf as usize];
         let ray = placed.ray_in_mesh(self.ray);
         let mesh = &self.tracer.meshes[placed.mesh];
-        mesh.closest(
-            lanes,
-            &ray,
-            &mut self.met,
-            (placed.first_hit, &whole),
-            stack,
-        );
+        mesh.closest(lanes, &ray, &mut self.met, placed.first_hit, &whole, stack);
         *t_max = 1.0 / self.met.inverse_t;
         false
     }

@@ -382,7 +382,8 @@ impl WideTree {
         lanes: L,
         ray: &Ray,
         met: &mut Met,
-        (first_hit, is_hole): (u32, &impl Fn(u32, &Ray) -> bool),
+        first_hit: u32,
+        is_hole: &impl Fn(u32, &Ray) -> bool,
         stack: &mut Stack,
     ) {
         let mut visitor = Closest {

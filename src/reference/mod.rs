@@ -348,7 +348,7 @@ impl Reference {
             (Layer::Normal, self.floats(normal)),
             (Layer::Depth, self.floats(|pixel| [pixel.depth_m])),
             (Layer::Range, self.floats(|pixel| [pixel.range_m])),
-            (Layer::InstanceId, self.ids(|pixel| pixel.mesh_id)),
+            (Layer::InstanceId, self.ids(|pixel| pixel.instance_id)),
             (Layer::MaterialId, self.ids(|pixel| pixel.material_id)),
             (Layer::Edge, self.ids(|pixel| pixel.is_edge.into())),
         ];
@@ -423,8 +423,14 @@ impl Reference {
                 indirect: pixel.indirect_phasor(frequency),
             });
             let phasors: Vec<PixelPhasors> = phasors.collect();
-            let lit = (&*phasors, &*radiances, &*half_paths_m);
-            layers.extend(camera.layers(frequency, lit, &lens_factors, &mut wanted));
+            layers.extend(camera.layers(
+                frequency,
+                &phasors,
+                &radiances,
+                &half_paths_m,
+                &lens_factors,
+                &mut wanted,
+            ));
             if self.rounds >= 2 {
                 let variances = self.variances(&|pixel| pixel.phasor_moments(frequency));
                 let values = variances

@@ -17,7 +17,7 @@ pub struct Pixel {
     /// P; `None`: background.
     pub point: Option<Receiver>,
     /// 1 + index; 0: background.
-    pub mesh_id: u32,
+    pub instance_id: u32,
     pub material_id: u32,
     /// Depth is along the view axis, range along the ray; infinite for the background.
     pub depth_m: f64,
@@ -82,7 +82,7 @@ impl Pixel {
         });
         let background = Pixel {
             point: None,
-            mesh_id: 0,
+            instance_id: 0,
             material_id: 0,
             depth_m: f64::INFINITY,
             range_m: f64::INFINITY,
@@ -102,7 +102,7 @@ impl Pixel {
         let range_m = hit.distance * transport.metres_per_unit;
         Pixel {
             point: Some(receiver),
-            mesh_id: 1 + mesh,
+            instance_id: 1 + mesh,
             material_id: 1 + material,
             depth_m: range_m / per_depth,
             range_m,

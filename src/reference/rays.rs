@@ -79,7 +79,8 @@ impl Triangles {
         let mut nearest: Option<Hit> = None;
         let test = |_: &BoxRay, leaf: usize| {
             let end = nearest.map_or(ray.end, |hit| hit.distance);
-            let hit = search.hit(&self.triangles[leaf], end);
+            let (corners, triangle) = &self.triangles[leaf];
+            let hit = search.hit(corners, *triangle, end);
             let Some(hit) = hit.filter(&is_there) else {
                 return f32::INFINITY;
             };
@@ -97,7 +98,8 @@ impl Triangles {
             return true;
         };
         let test = |_: &BoxRay, leaf: usize| {
-            let hit = search.hit(&self.triangles[leaf], ray.end);
+            let (corners, triangle) = &self.triangles[leaf];
+            let hit = search.hit(corners, *triangle, ray.end);
             match hit.filter(&is_there) {
                 Some(_) => f32::NEG_INFINITY,
                 None => f32::INFINITY,
@@ -207,7 +209,7 @@ impl Search<'_> {
     }
 
     /// Hit of the ray with a triangle before `end`.
-    fn hit(&self, (corners, triangle): &([[f64; 3]; 3], u32), end: f64) -> Option<Hit> {
+    fn hit(&self, corners: &[[f64; 3]; 3], triangle: u32, end: f64) -> Option<Hit> {
         let [x, y, z] = self.axes;
         let depths = corners.map(|corner| corner[z] - self.origin[2]);
         let [a, b, c] = [0, 1, 2].map(|i| {
@@ -221,7 +223,7 @@ impl Search<'_> {
         // On an edge, both of its triangles are hit.
         let is_inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
         let determinant = u + v + w;
-        let is_own = [self.ray.from_triangle, self.ray.to_triangle].contains(triangle);
+        let is_own = [self.ray.from_triangle, self.ray.to_triangle].contains(&triangle);
         if !is_inside || determinant == 0.0 || is_own {
             return None;
         }
@@ -230,7 +232,7 @@ impl Search<'_> {
         let distance = depth * inverse / self.main_slope;
         (distance > 0.0 && distance < end).then(|| Hit {
             distance,
-            triangle: *triangle,
+            triangle,
             weights: weights.map(|weight| weight * inverse),
         })
     }

@@ -108,7 +108,8 @@ impl TextureSource {
     pub fn from_pixels<C: Component>(
         name: String,
         size_px: [u32; 2],
-        (pixels, channels): (&[C], usize),
+        pixels: &[C],
+        channels: usize,
         encoding: Option<Encoding>,
     ) -> Result<Self> {
         let pixels = pixels.chunks_exact(channels);

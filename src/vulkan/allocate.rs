@@ -20,6 +20,18 @@ pub(crate) trait Allocate {
     fn image(&self, name: &str, shape: ImageShape) -> Result<Self::Image>;
 
     fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<Self::Buffer>;
+
+    /// Declares a buffer that is filled from a staging buffer.
+    fn uploaded_buffer(&self, name: &str, bytes: u64) -> Result<()> {
+        self.buffer(name, bytes, BufferUse::Device)?;
+        self.buffer(name, bytes, BufferUse::Staging)?;
+        Ok(())
+    }
+
+    /// An image, only if there is a shape.
+    fn image_if(&self, name: &str, shape: Option<ImageShape>) -> Result<Option<Self::Image>> {
+        shape.map(|shape| self.image(name, shape)).transpose()
+    }
 }
 
 impl Allocate for Device {

@@ -8,7 +8,7 @@ use std::{
 use ash::vk;
 use bytemuck::Pod;
 
-use super::{Buffer, BufferUse, Device, Image, Recorder, lock, pipeline::Pipeline};
+use super::{Buffer, BufferUse, Device, Image, lock, pipeline::Pipeline};
 use crate::Result;
 
 /// Passes of a command buffer that get timestamps. Further passes run untimed.
@@ -63,17 +63,16 @@ impl CommandPool {
         &self.shared.device
     }
 
-    /// Begins a command buffer. It starts with the waiting uploads, and each pass starts with those added since.
-    pub fn begin(&self) -> Result<Recorder> {
+    /// A command buffer without commands.
+    pub(super) fn take(&self) -> Result<CommandBuffer> {
         let idle = lock(&self.shared.idle).pop();
-        let commands = match idle {
+        match idle {
             Some(mut commands) => {
                 commands.reset()?;
-                commands
+                Ok(commands)
             }
-            None => CommandBuffer::new(&self.shared.device)?,
-        };
-        Recorder::begin(self, commands)
+            None => CommandBuffer::new(&self.shared.device),
+        }
     }
 
     /// An unused descriptor set. Repeated calls get the same one if it was given back.

@@ -13,7 +13,9 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 #[cfg(feature = "test-hooks")]
 use super::{Fault, FaultCount};
 use super::{
-    MemoryUse, failed,
+    MemoryUse,
+    device_choice::DeviceChoice,
+    failed,
     faults::Faults,
     host::{HostVulkan, QueueLock},
     instance::{DeviceInfo, Instance, RAY_QUERY_EXTENSIONS},
@@ -23,51 +25,6 @@ use super::{
     pipeline::Pipelines,
 };
 use crate::{Error, Result};
-
-/// Which device to open.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub enum DeviceChoice {
-    /// The best device: a discrete GPU before an integrated one, and that before a CPU driver.
-    #[default]
-    Best,
-    /// Index in [`Device::list`].
-    Index(usize),
-    /// Part of the device's name; case does not matter.
-    Name(String),
-    /// [`DeviceInfo::uuid`], with or without hyphens.
-    Uuid(String),
-    /// [`DeviceInfo::pci`], with or without its domain.
-    Pci(String),
-}
-
-impl From<&str> for DeviceChoice {
-    /// Recognises the text's form: an index, a UUID, a PCI address, or else a name.
-    fn from(text: &str) -> DeviceChoice {
-        if let Ok(index) = text.parse() {
-            return DeviceChoice::Index(index);
-        }
-        let is_hex = |text: &str, count: usize| {
-            text.len() == count && text.bytes().all(|byte| byte.is_ascii_hexdigit())
-        };
-        if is_hex(&text.replace('-', ""), 32) {
-            return DeviceChoice::Uuid(text.into());
-        }
-        let parts: Vec<&str> = text.rsplit([':', '.']).collect();
-        let is_pci = match parts[..] {
-            [function, device, bus] => [(function, 1), (device, 2), (bus, 2)]
-                .iter()
-                .all(|&(part, count)| is_hex(part, count)),
-            [function, device, bus, domain] => [(function, 1), (device, 2), (bus, 2), (domain, 4)]
-                .iter()
-                .all(|&(part, count)| is_hex(part, count)),
-            _ => false,
-        };
-        if is_pci {
-            return DeviceChoice::Pci(text.into());
-        }
-        DeviceChoice::Name(text.into())
-    }
-}
 
 /// How to open a device.
 #[derive(Debug, Clone, Default)]
@@ -126,56 +83,6 @@ impl Device {
         Ok(list)
     }
 
-    /// The device in a list that a [`DeviceChoice`] names.
-    ///
-    /// # Errors
-    /// [`Error::NoDevice`] if no device matches, or if the matching device lacks something camlux needs.
-    pub fn choose<'l>(list: &'l [DeviceInfo], choice: &DeviceChoice) -> Result<&'l DeviceInfo> {
-        let none = |problem: String| {
-            let name = |info: &DeviceInfo| format!("{} \"{}\"", info.index, info.name);
-            let names: Vec<String> = list.iter().map(name).collect();
-            no_device(problem, format!("choose one of: {}", names.join(", ")))
-        };
-        let chosen = match choice {
-            DeviceChoice::Best => list
-                .iter()
-                .filter(|info| info.unusable.is_none())
-                .min_by_key(|info| info.kind)
-                .ok_or_else(|| {
-                    let lack = |info: &DeviceInfo| {
-                        Some(format!("{} lacks {}", info.name, info.unusable.as_ref()?))
-                    };
-                    let lacks: Vec<String> = list.iter().filter_map(lack).collect();
-                    no_device(lacks.join(", "), "update the driver, or install a CPU driver, on Debian: apt-get install mesa-vulkan-drivers")
-                })?,
-            DeviceChoice::Index(index) => list
-                .iter()
-                .find(|info| info.index == *index)
-                .ok_or_else(|| none(format!("there is no device {index}")))?,
-            DeviceChoice::Name(name) => list
-                .iter()
-                .find(|info| info.name.to_lowercase().contains(&name.to_lowercase()))
-                .ok_or_else(|| none(format!("no device is called \"{name}\"")))?,
-            DeviceChoice::Uuid(uuid) => {
-                let digits = |uuid: &str| uuid.replace('-', "").to_lowercase();
-                list.iter()
-                    .find(|info| digits(&info.uuid) == digits(uuid))
-                    .ok_or_else(|| none(format!("no device has the UUID {uuid}")))?
-            }
-            DeviceChoice::Pci(pci) => {
-                let wanted = pci.to_lowercase();
-                let is_at = |at: &String| *at == wanted || at.strip_prefix("0000:") == Some(&wanted);
-                list.iter()
-                    .find(|info| info.pci.as_ref().is_some_and(is_at))
-                    .ok_or_else(|| none(format!("no device is at the PCI address {pci}")))?
-            }
-        };
-        match &chosen.unusable {
-            None => Ok(chosen),
-            Some(lack) => Err(none(format!("{} lacks {lack}", chosen.name))),
-        }
-    }
-
     /// Opens a device. For [`DeviceChoice::Best`], the environment variable `CAMLUX_DEVICE` chooses if it is set: an index, a name, a UUID
     /// or a PCI address.
     ///
@@ -188,9 +95,10 @@ impl Device {
             .ok()
             .filter(|text| options.choice == DeviceChoice::Best && !text.is_empty());
         let info = match of_environment {
-            None => Device::choose(&list, &options.choice)?,
+            None => options.choice.among(&list)?,
             Some(text) => {
-                Device::choose(&list, &text.as_str().into()).map_err(|error| match error {
+                let choice = DeviceChoice::from(text.as_str());
+                choice.among(&list).map_err(|error| match error {
                     Error::NoDevice { problem, hint } => {
                         no_device(format!("CAMLUX_DEVICE is {text:?}: {problem}"), hint)
                     }
@@ -240,7 +148,7 @@ impl Device {
             .map_err(failed("vkCreateDevice"))?;
         // SAFETY: one queue of this family was requested.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
-        Device::new(instance, physical, raw, (queue, queue_family, None), info)
+        Device::new(instance, physical, raw, queue, queue_family, None, info)
     }
 
     /// Uses a host's device.
@@ -263,15 +171,31 @@ impl Device {
             let problem = format!("{} lacks {lack}", info.name);
             return Err(no_device(problem, "choose another device"));
         }
-        let queue = (host.queue, host.queue_family, host.queue_lock.clone());
-        Device::new(instance, host.physical_device, raw, queue, info)
+        let HostVulkan {
+            physical_device,
+            queue,
+            queue_family,
+            ..
+        } = *host;
+        let queue_lock = host.queue_lock.clone();
+        Device::new(
+            instance,
+            physical_device,
+            raw,
+            queue,
+            queue_family,
+            queue_lock,
+            info,
+        )
     }
 
     fn new(
         instance: Arc<Instance>,
         physical: vk::PhysicalDevice,
         raw: ash::Device,
-        (queue, queue_family, queue_lock): (vk::Queue, u32, Option<Arc<dyn QueueLock>>),
+        queue: vk::Queue,
+        queue_family: u32,
+        queue_lock: Option<Arc<dyn QueueLock>>,
         info: DeviceInfo,
     ) -> Result<Device> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
@@ -555,30 +479,6 @@ impl Drop for Shared {
             if !self.instance.is_hosts() {
                 self.raw.destroy_device(None);
             }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_text_chooses_by_what_it_looks_like() {
-        for (text, choice) in [
-            ("0", DeviceChoice::Index(0)),
-            ("12", DeviceChoice::Index(12)),
-            ("llvmpipe", DeviceChoice::Name("llvmpipe".into())),
-            ("65:00", DeviceChoice::Name("65:00".into())),
-            ("65:00.0", DeviceChoice::Pci("65:00.0".into())),
-            ("0000:65:00.0", DeviceChoice::Pci("0000:65:00.0".into())),
-        ] {
-            assert_eq!(DeviceChoice::from(text), choice);
-        }
-        let uuid = "6d657361-3232-2e33-2e36-000000000000";
-        for text in [uuid.to_owned(), uuid.replace('-', "")] {
-            let choice = DeviceChoice::from(text.as_str());
-            assert_eq!(choice, DeviceChoice::Uuid(text));
         }
     }
 }

@@ -1,16 +1,16 @@
 //! The macros in which `build.rs` writes what it knows of `shaders/`: axes, keys, structs, and the module of each key.
 
-/// A choice among words of a permutation.
+/// A choice among flags of a permutation.
 pub(crate) trait Axis: Copy {
-    /// The chosen words. `field` is the word of an axis that is on or off.
-    fn words(self, field: &'static str) -> Vec<&'static str>;
+    /// The chosen flags. `field` is the flag of an axis that is on or off.
+    fn flags(self, field: &'static str) -> Vec<&'static str>;
 
     #[cfg(test)]
     fn all() -> Vec<Self>;
 }
 
 impl Axis for bool {
-    fn words(self, field: &'static str) -> Vec<&'static str> {
+    fn flags(self, field: &'static str) -> Vec<&'static str> {
         self.then_some(field).into_iter().collect()
     }
 
@@ -21,8 +21,8 @@ impl Axis for bool {
 }
 
 impl<A: Axis> Axis for Option<A> {
-    fn words(self, field: &'static str) -> Vec<&'static str> {
-        self.map_or(Vec::new(), |choice| choice.words(field))
+    fn flags(self, field: &'static str) -> Vec<&'static str> {
+        self.map_or(Vec::new(), |choice| choice.flags(field))
     }
 
     #[cfg(test)]
@@ -34,14 +34,14 @@ impl<A: Axis> Axis for Option<A> {
 
 /// Enums of the named axes.
 macro_rules! axes {
-    ($($axis:ident { $($choice:ident $words:literal),* })*) => {$(
+    ($($axis:ident { $($choice:ident $flags:literal),* })*) => {$(
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum $axis { $($choice),* }
 
         impl Axis for $axis {
-            fn words(self, _: &'static str) -> Vec<&'static str> {
-                let words = match self { $($axis::$choice => $words),* };
-                words.split(' ').collect()
+            fn flags(self, _: &'static str) -> Vec<&'static str> {
+                let flags = match self { $($axis::$choice => $flags),* };
+                flags.split(' ').collect()
             }
 
             #[cfg(test)]
@@ -60,12 +60,12 @@ macro_rules! keys {
         pub enum Key { $($key { $($field: $axis),* }),* }
 
         impl Key {
-            /// The words that are chosen, in the order of the axes.
-            fn words(self) -> Vec<&'static str> {
+            /// The flags that are chosen, in the order of the axes.
+            fn flags(self) -> Vec<&'static str> {
                 match self {$(
                     Key::$key { $($field),* } => {
-                        let words: [Vec<&'static str>; _] = [$($field.words(stringify!($field))),*];
-                        words.concat()
+                        let flags: [Vec<&'static str>; _] = [$($field.flags(stringify!($field))),*];
+                        flags.concat()
                     }
                 )*}
             }

@@ -193,11 +193,11 @@ impl ImageShape {
         }
     }
 
-    pub fn layers(size: u32, layers: u32) -> Self {
+    /// The same with layers.
+    pub fn with_layers(self, layers: u32) -> Self {
         ImageShape {
-            size_px: [size, size],
             layers: Some(layers),
-            pixel: PixelKind::Color,
+            ..self
         }
     }
 

@@ -8,6 +8,7 @@ mod acceleration_structure;
 mod allocate;
 mod command_pool;
 mod device;
+mod device_choice;
 #[cfg(feature = "test-hooks")]
 mod faults;
 #[cfg(not(feature = "test-hooks"))]
@@ -22,6 +23,7 @@ mod pipeline;
 mod pipeline_cache;
 mod pipeline_file;
 mod quirks;
+mod raster;
 mod readback;
 mod recorder;
 pub(crate) mod shaders;
@@ -34,7 +36,8 @@ mod word_list;
 pub(crate) use acceleration_structure::{AccelerationStructure, InstancedTriangles};
 pub(crate) use allocate::{Allocate, Declarations, GrowsWith, Requirements};
 pub(crate) use command_pool::CommandPool;
-pub use device::{Device, DeviceChoice, DeviceOptions};
+pub use device::{Device, DeviceOptions};
+pub use device_choice::DeviceChoice;
 #[cfg(feature = "test-hooks")]
 #[doc(hidden)]
 pub use faults::{Fault, FaultCount};
@@ -45,8 +48,9 @@ pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape, PixelKind};
 pub(crate) use pipeline::Pipelines;
 pub use quirks::Quirks;
+pub(crate) use raster::Target;
 pub(crate) use readback::Readback;
-pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, Target, groups_in_rows};
+pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, groups_in_rows};
 
 pub use shaders::engine_hash;
 pub use shared_memory::{SharedMemory, SharedMemoryInfo};

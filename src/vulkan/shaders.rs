@@ -14,10 +14,10 @@ use crate::{Error, Result};
 /// A compiled module.
 #[derive(Debug)]
 pub(crate) struct Module {
-    /// Pass and words: `gather_tile_lambert_matte`.
+    /// Pass and flags: `gather_tile_lambert_matte`.
     pub name: &'static str,
     pub pass: &'static str,
-    /// Words that are decided when a pipeline is made: specialisation constants, whose ids are the indices.
+    /// Flags that are decided when a pipeline is made: specialisation constants, whose ids are the indices.
     switches: &'static [&'static str],
     pub entry: &'static CStr,
     /// Zero except for compute modules.
@@ -53,7 +53,7 @@ impl Key {
 
     /// The module with its switches decided.
     pub fn kernel(self) -> Kernel {
-        let (module, chosen) = (self.module(), self.words());
+        let (module, chosen) = (self.module(), self.flags());
         let switches = module.switches.iter();
         let is_on: Vec<bool> = switches.map(|switch| chosen.contains(switch)).collect();
         let Specialised { words, bindings } = specialise(&module.words(), &is_on);
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn every_kernel_is_valid_vulkan_1_3() {
         let folder = tempfile::tempdir().expect("a folder");
-        // Keys that differ in words of no `#if` have the same kernel.
+        // Keys that differ in flags of no `#if` have the same kernel.
         let mut kernels = BTreeMap::new();
         for key in Key::all() {
             let kernel = key.kernel();

@@ -4,7 +4,7 @@ use ash::vk::{self, AccessFlags2 as Access, PipelineStageFlags2 as On};
 
 use super::{
     Buffer, CommandPool, Device, Image, PixelKind, Recorder, SharedMemory,
-    command_pool::UploadTarget, recorder::cleared,
+    command_pool::UploadTarget, raster::cleared,
 };
 use crate::Result;
 
@@ -17,7 +17,7 @@ impl Recorder {
                     let bytes = upload.staging.bytes.min(to.bytes);
                     self.copy_buffer(&upload.staging, to, bytes);
                 }
-                UploadTarget::Image(to) => self.copy_to_new_image(&upload.staging, to),
+                UploadTarget::Image(to) => self.copy_to_image(&upload.staging, to),
             }
             self.uploads.push(upload);
         }
@@ -62,9 +62,9 @@ impl Recorder {
         self.barrier();
     }
 
-    /// Sets every pixel to zero. It renders nothing to clear, because CPU drivers clear a rendering's images on all their threads.
+    /// Sets every pixel of a new image to zero. It renders nothing to clear, because CPU drivers clear a rendering's images on all their threads.
     pub fn clear_image(&mut self, image: &Image) {
-        self.kept.push(image.keep());
+        self.prepare_images(&[image]);
         for &view in &image.handles().layer_views {
             let color = [cleared(view, [0.0; 4])];
             self.begin_rendering(image.shape.size_px, &color, None);
@@ -81,14 +81,8 @@ impl Recorder {
         unsafe { raw.cmd_fill_buffer(self.commands, buffer.raw, 0, bytes, word) };
     }
 
-    /// Overwrites an image with a buffer's first bytes.
-    #[cfg(feature = "internals")]
+    /// Overwrites a whole image with a buffer's first bytes and transitions it to its layout.
     pub fn copy_to_image(&mut self, from: &Buffer, to: &Image) {
-        self.copy_to_new_image(from, to);
-    }
-
-    /// Copies a buffer's first bytes into a whole new image and transitions the image to its layout.
-    fn copy_to_new_image(&mut self, from: &Buffer, to: &Image) {
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         self.transition(to, vk::ImageLayout::UNDEFINED, layout);
         self.copy_region(from, to, image_copy(to));

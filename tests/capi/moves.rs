@@ -4,7 +4,7 @@ use crate::host::*;
 use camlux::{
     capi::*,
     glam::{DQuat, DVec3},
-    scene::{IndirectLight, Light, Mesh, VplSum},
+    scene::{IndirectLight, Mesh, VplSum},
 };
 
 const SIZE_PX: [u32; 2] = [24, 20];

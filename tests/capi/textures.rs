@@ -107,7 +107,7 @@ fn gloss_and_cutoff_are_those_of_the_engine() {
     let renderer = device.renderer();
     let greys = [64_u8, 128, 192, 255];
     let source =
-        TextureSource::from_pixels("four".into(), [2, 2], (&greys, 1), None).expect("a texture");
+        TextureSource::from_pixels("four".into(), [2, 2], &greys, 1, None).expect("a texture");
     let mut expected = untextured();
     for material in &mut expected.materials {
         (material.kd, material.ks, material.shininess) = ([0.3; 3], [0.5; 3], 8.0);

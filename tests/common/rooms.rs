@@ -1,6 +1,6 @@
 //! Scenes made in code, and the normal and material at a point of them, in f64.
 
-pub use camlux::doctor::scenes::{moved, quad};
+pub use camlux::hard_cases::scenes::{moved, quad};
 use camlux::{
     Scene,
     internals::SurfacePoint,

@@ -2,7 +2,7 @@
 //!
 //! A pixel is at a shadow edge if a ray from the light that passes [`EDGE_TEXELS`] beside P gives another V.
 
-use camlux::doctor::scenes::cuboid;
+use camlux::hard_cases::scenes::cuboid;
 use camlux::{
     RenderOptions, Scene,
     emission::{EmissionDomain, EmissionFace, Projection},

@@ -9,7 +9,7 @@ use crate::common::rooms::{quad, scene_of};
 use crate::tof::phasors;
 use camlux::{
     Scene,
-    doctor::scenes::with_tof,
+    hard_cases::scenes::with_tof,
     metrics::range_error_m,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
     output::{Frame, Layer, StopReason, TofQuantity},

@@ -7,11 +7,11 @@ use crate::common::reference_frame::{add_rounds, values};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Scene,
-    doctor::torture::visible_strip,
+    hard_cases::torture::visible_strip,
     metrics::{self, Comparison, Pixels},
     output::{Frame, Layer, StopReason},
     reference::Reference,
-    scene::{ErrorNorm, FinalGather, IndirectLight, Light, SpotCone},
+    scene::{ErrorNorm, IndirectLight, Light, SpotCone},
 };
 use glam::DVec3;
 

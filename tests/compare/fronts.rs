@@ -5,7 +5,7 @@ use crate::common::reference_frame::{error_off_edges, reference_frame, values};
 use crate::common::rooms::scene_of;
 use camlux::{
     Scene,
-    doctor::scenes::grid,
+    hard_cases::scenes::grid,
     output::{Frame, Layer},
     scene::{
         Encoding, IndirectLight, Instance, Lens, Light, Mesh, Shadow, Shared, Texels, Texture,

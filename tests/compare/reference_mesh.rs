@@ -10,7 +10,7 @@ use camlux::{
     Scene, model,
     output::Layer,
     reference::Reference,
-    scene::{Bands, Intrinsics, Lens, Light},
+    scene::{Bands, Intrinsics, Lens},
 };
 use glam::DVec3;
 
@@ -91,7 +91,7 @@ fn fine_meshes_agree_with_plain_sampling() {
     add_rounds(&mut reference, 4);
     let frame = reference.frame();
     let indirect = frame.values(Layer::Indirect).expect("it is there");
-    let mesh_ids = frame.ids(Layer::InstanceId).expect("it is there");
+    let instance_ids = frame.ids(Layer::InstanceId).expect("it is there");
     let caster = RayCaster::new(&scene);
     let mut numbers = Numbers(1);
     for (mesh, name, step) in [(0, "room", 4), (1, "knot", 1)] {
@@ -99,7 +99,7 @@ fn fine_meshes_agree_with_plain_sampling() {
         for index in (0..width * height).step_by(step) {
             let (x, y) = (index % width, index / width);
             let (hit, _) = PixelRay::of_camera(&scene, x, y).cast(&caster);
-            let is_same = mesh_ids[index as usize] == 1 + mesh as u32;
+            let is_same = instance_ids[index as usize] == 1 + mesh as u32;
             let Some(hit) = hit.filter(|hit| is_same && hit.mesh == mesh) else {
                 continue;
             };

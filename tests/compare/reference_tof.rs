@@ -8,7 +8,7 @@ use crate::common::rooms::{quad, scene_of};
 use crate::reference::{lamp, lit_sphere};
 use camlux::{
     Scene,
-    doctor::scenes::with_tof,
+    hard_cases::scenes::with_tof,
     model::{Phasor, SPEED_OF_LIGHT_M_S, multipath_error_m, range_m},
     output::{Frame, Layer, LayeredImage, OutputFile, TofQuantity, write_exr},
     reference::Reference,

@@ -8,7 +8,7 @@ use crate::common::rooms::{quad, scene_of};
 use crate::geometry::{camera_errors, compare, render, with_rsm};
 use camlux::{
     Scene,
-    doctor::scenes::grid,
+    hard_cases::scenes::grid,
     output::{Frame, Layer},
     scene::{
         Encoding, Filter, IndirectLight, Light, Material, Mesh, Shadow, Shared, Texels, Texture,

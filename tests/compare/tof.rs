@@ -5,7 +5,7 @@ use crate::common::rooms::{quad, scene_of};
 use crate::reference::lamp;
 use camlux::{
     RenderOptions, Scene,
-    doctor::scenes::{moved, with_tof},
+    hard_cases::scenes::{moved, with_tof},
     model::{Phasor, SPEED_OF_LIGHT_M_S, range_m},
     output::{Frame, Layer, LayerData, TofQuantity},
     reference::Reference,

@@ -8,7 +8,7 @@ use crate::reference::lit_sphere;
 use crate::tof::{modulated_demo_scene, phasors};
 use camlux::{
     RenderOptions, Scene,
-    doctor::scenes::with_tof,
+    hard_cases::scenes::with_tof,
     internals::f64_kernels,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
     output::{Frame, Layer, StopReason, TofQuantity},

@@ -1,6 +1,6 @@
 //! The cases of `camlux doctor` as tests, one test per case, under the Khronos validation layer.
 
-use camlux::doctor::{Case, Examiner, Part};
+use camlux::hard_cases::{Case, Examiner, Part};
 
 use crate::common::gpu::Gpu;
 

@@ -1,8 +1,8 @@
-//! Hard cases: `src/doctor/geometry.rs`.
+//! Hard cases: `src/hard_cases/geometry.rs`.
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::geometry::CASES;
+    camlux::hard_cases::geometry::CASES;
     corner_of_two_walls_down_to_a_millionth,
     light_that_follows_into_the_corner,
     receiver_inside_the_texel_of_its_own_vpl,

@@ -13,8 +13,8 @@ use ash::{ext, khr, vk};
 use crate::common::gpu::demo_scene;
 use crate::common::rows::assert_says;
 use camlux::{
-    Device, DeviceFrame, DeviceImage, DeviceKind, DeviceOptions, HostVulkan, QueueLock, Renderer,
-    Scene, SharedMemory, SharedMemoryInfo,
+    Device, DeviceChoice, DeviceFrame, DeviceImage, DeviceKind, DeviceOptions, HostVulkan,
+    QueueLock, Renderer, Scene, SharedMemory, SharedMemoryInfo,
     output::Layer,
     scene::{IndirectLight, VplSum},
 };
@@ -110,7 +110,9 @@ impl Host {
         use_it: impl FnOnce(&Host, HostVulkan) -> T,
     ) -> T {
         let list = Device::list().expect("there are devices");
-        let chosen = Device::choose(&list, &Default::default()).expect("one can be used");
+        let chosen = DeviceChoice::default()
+            .among(&list)
+            .expect("one can be used");
         // SAFETY: the instance is live, and the physical device belongs to it.
         let (physical, families) = unsafe {
             let found = instance.enumerate_physical_devices();

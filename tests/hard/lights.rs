@@ -1,8 +1,8 @@
-//! Hard cases: `src/doctor/lights.rs`.
+//! Hard cases: `src/hard_cases/lights.rs`.
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::lights::CASES;
+    camlux::hard_cases::lights::CASES;
     light_a_millimetre_above_a_surface,
     light_on_a_surface_along_the_axes,
     light_on_a_tilted_surface,

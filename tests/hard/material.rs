@@ -1,8 +1,8 @@
-//! Hard cases: `src/doctor/material.rs`.
+//! Hard cases: `src/hard_cases/material.rs`.
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::material::CASES;
+    camlux::hard_cases::material::CASES;
     diffuse_reflectance_of_zero_and_one,
     mirror_like_reflectance_of_one,
     shininess_of_zero,

@@ -1,8 +1,8 @@
-//! Hard cases: `src/doctor/scale.rs`.
+//! Hard cases: `src/hard_cases/scale.rs`.
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::scale::CASES;
+    camlux::hard_cases::scale::CASES;
     scene_of_a_millimetre,
     scene_of_ten_kilometres,
     scene_a_hundred_kilometres_away,

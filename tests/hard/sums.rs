@@ -1,10 +1,10 @@
-//! Hard cases: `src/doctor/sums.rs`.
+//! Hard cases: `src/hard_cases/sums.rs`.
 #![cfg(feature = "reference")]
 
 use crate::common::gpu::{Gpu, gather_kernels};
 
 hard_cases! {
-    camlux::doctor::sums::CASES;
+    camlux::hard_cases::sums::CASES;
     vpls_shuffled,
     lights_in_another_order,
     one_light_as_sixteen,

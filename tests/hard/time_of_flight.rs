@@ -1,8 +1,8 @@
-//! Hard cases: `src/doctor/time_of_flight.rs`.
+//! Hard cases: `src/hard_cases/time_of_flight.rs`.
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::time_of_flight::CASES;
+    camlux::hard_cases::time_of_flight::CASES;
     range_just_below_and_above_its_period,
     two_lights_in_antiphase,
     pixels_that_see_the_bounce_alone,

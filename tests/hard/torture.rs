@@ -1,7 +1,7 @@
-//! Hard cases: `src/doctor/torture`.
+//! Hard cases: `src/hard_cases/torture`.
 #![cfg(feature = "reference")]
 
-use camlux::doctor::{
+use camlux::hard_cases::{
     Examiner,
     torture::{CASES, Settings},
 };

@@ -1,8 +1,8 @@
-//! Hard cases: `src/doctor/transport.rs`.
+//! Hard cases: `src/hard_cases/transport.rs`.
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::transport::CASES;
+    camlux::hard_cases::transport::CASES;
     sphere_lit_from_its_centre,
     no_vpl_above_the_horizon,
     no_vpl_at_all,

@@ -10,7 +10,7 @@ use camlux::{
     Scene,
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Bands, FinalGather, IndirectLight, Light, PixelFilter, PixelSampling, VplSum},
+    scene::{Bands, IndirectLight, Light, PixelFilter, PixelSampling, VplSum},
 };
 
 /// Rounding of sums in another order. Measured on lavapipe: 0 almost everywhere, 4.3e-7 for half lights on glossy surfaces.

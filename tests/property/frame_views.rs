@@ -1,7 +1,6 @@
 //! What a frame tells of itself: its warnings, and its preview.
 
 use camlux::output::{Frame, Layer, LayerData, OutputFile, PngView, StopReason, write_png};
-use camlux::scene::Light;
 
 use crate::common::gather::gather;
 use crate::output::{HEIGHT, WIDTH, frame, set};

@@ -9,9 +9,7 @@ use camlux::{
     Device, DeviceOptions, Error, RenderOptions, Renderer, Scene,
     glam::{DAffine3, DVec3},
     output::{Frame, Layer, StopReason, TofQuantity},
-    scene::{
-        FinalGather, IndirectLight, Light, Mesh, RsmAverage, SensorNoise, Shadow, Shared, VplSum,
-    },
+    scene::{IndirectLight, Light, Mesh, RsmAverage, SensorNoise, Shadow, Shared, VplSum},
 };
 
 fn final_gather(mut scene: Scene) -> Scene {

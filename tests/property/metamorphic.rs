@@ -10,8 +10,8 @@ use crate::relations::{
 };
 use camlux::{
     Scene,
-    doctor::scenes::{moved, turned, with_sum},
     glam::DVec3,
+    hard_cases::scenes::{moved, turned, with_sum},
     output::Layer,
     scene::{Bands, VplSum},
 };

@@ -10,8 +10,8 @@ use crate::relations::{
     with_light_in_two, with_meshes_reversed, with_triangles_in_four, with_triangles_in_two,
 };
 use camlux::{
-    doctor::scenes::{moved, turned},
     glam::DVec3,
+    hard_cases::scenes::{moved, turned},
 };
 
 /// Every decision uses a share of the image's light, and powers of two round nothing.

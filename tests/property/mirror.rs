@@ -3,8 +3,8 @@
 
 use camlux::{
     DeviceKind, RenderOptions, Scene,
-    doctor::scenes::{point_light, quad},
     glam::DVec3,
+    hard_cases::scenes::{point_light, quad},
     internals::{Intermediates, SurfacePoint},
     output::Layer,
     scene::{Camera, Direct, IndirectLight, Instance, Lens, Material, VplSum},

@@ -335,7 +335,7 @@ fn the_header_has_the_requested_error_and_the_estimated_one() {
         estimated_interpolation_error: Some(0.015),
         ..FrameStats::default()
     };
-    let interpolated = IndirectLight::RsmAverage(RsmAverage {
+    let interpolated = IndirectLight::RsmAverage(camlux::scene::RsmAverage {
         rsm_size: 48,
         interpolation_error: Some(0.1),
     });

@@ -5,11 +5,11 @@ use std::cell::{Cell, RefCell};
 
 use camlux::{
     Scene,
-    doctor::scenes::{
+    glam::{DMat3, DQuat, DVec3},
+    hard_cases::scenes::{
         COLOURED, GLOSSY, GREY, amplified, cuboid, point_light, scene_of, spot_light, with_rays,
         with_sum,
     },
-    glam::{DMat3, DQuat, DVec3},
     output::{Frame, Layer},
     reference::Reference,
     scene::{Bands, Light, Mesh, VplSum},

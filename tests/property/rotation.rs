@@ -6,7 +6,7 @@
 use crate::common::gpu::{Gpu, demo_scene};
 use camlux::{
     DeviceKind, Scene,
-    doctor::scenes::turned,
+    hard_cases::scenes::turned,
     output::{Frame, Layer},
     scene::{IndirectLight, VplSum},
 };

@@ -3,9 +3,9 @@
 use crate::common::gather::gather;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, Filter, FinalGather, IndirectLight, Lens,
-    Light, PixelFilter, PixelSampling, RsmAverage, Scene, Shadow, SpotCone, Texels, TextureLookup,
-    VplSum, Wrap,
+    AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, Filter, IndirectLight, Lens, Light,
+    PixelFilter, PixelSampling, RsmAverage, Scene, Shadow, SpotCone, Texels, TextureLookup, VplSum,
+    Wrap,
 };
 use glam::DVec3;
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use camlux::doctor::{Case, Examiner, GROUPS, Measurement, Part, torture::CASES};
+use camlux::hard_cases::{Case, Examiner, GROUPS, Measurement, Part, torture::CASES};
 use camlux::output::{OutputFile, PngView, write_png};
 use camlux::{Device, RenderOptions, Renderer};
 

@@ -18,7 +18,7 @@ pub fn text(run: &RunSummary) -> String {
         Vec::from_iter(times)
     };
     let of_frame = || run.frame.layers.iter().map(|(layer, _)| *layer).collect();
-    let layers = run.args.layers.clone().unwrap_or_else(of_frame);
+    let layers = run.layers.map_or_else(of_frame, <[Layer]>::to_vec);
     let files = run
         .written
         .iter()
@@ -28,13 +28,13 @@ pub fn text(run: &RunSummary) -> String {
     let mut object = json!({
         "camlux_version": env!("CARGO_PKG_VERSION"),
         "scene": {
-            "path": run.args.scene.to_string_lossy(),
+            "path": run.scene.to_string_lossy(),
             "hash": description.scene_hash,
         },
         "settings": {
             "resolution_px": run.frame.resolution_px,
             "estimator": indirect.map(|i| i.name()),
-            "half": run.args.half,
+            "half": run.half,
             "layers": Vec::from_iter(layers.into_iter().map(Layer::name)),
         },
         "device": { "name": stats.device, "driver": stats.driver },

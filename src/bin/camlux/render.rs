@@ -152,7 +152,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         written.push(("JSON".to_owned(), file.path().to_owned()));
     }
     let run = RunSummary {
-        args,
+        scene: &args.scene,
+        layers: args.layers.as_deref(),
+        half: args.half,
         frame: &frame,
         wall,
         written,
@@ -163,7 +165,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None if args.stats.is_some() => print(&json::text(&run))?,
         None => {}
     }
-    tell(summary::text(&run).trim_end());
+    tell(summary::text(&run, args.verbose).trim_end());
     Ok(())
 }
 

@@ -1,16 +1,19 @@
 //! The result of a run, for readers.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use camlux::output::Frame;
+use camlux::output::{Frame, Layer};
 
 use crate::numbers::count;
-use crate::render::Args;
 
 /// A finished run.
 pub struct RunSummary<'run> {
-    pub args: &'run Args,
+    pub scene: &'run Path,
+    /// The layers that were requested; `None`: all.
+    pub layers: Option<&'run [Layer]>,
+    /// Whether light and normals are stored as 16-bit floats.
+    pub half: bool,
     pub frame: &'run Frame,
     /// Name and milliseconds of the program's own steps, in the order of execution.
     pub wall: Vec<(&'static str, f64)>,
@@ -20,8 +23,8 @@ pub struct RunSummary<'run> {
     pub warnings: Vec<String>,
 }
 
-/// Files, time and error; on request also passes, counts and the device.
-pub fn text(run: &RunSummary) -> String {
+/// Files, time and error; if `is_verbose`, also passes, counts and the device.
+pub fn text(run: &RunSummary, is_verbose: bool) -> String {
     let stats = &run.frame.stats;
     let mut text = String::new();
     let mut line = |label: &str, content: String| {
@@ -71,7 +74,7 @@ pub fn text(run: &RunSummary) -> String {
         );
         line("error", text);
     }
-    if !run.args.verbose {
+    if !is_verbose {
         return text;
     }
     for (label, times) in [("passes", &stats.passes), ("host", &stats.host_steps)] {

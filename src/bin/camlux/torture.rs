@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use camlux::doctor::torture::{
+use camlux::hard_cases::torture::{
     BIAS_SHARE, CASES, FAR_OVER_REQUESTED, OVER_REQUESTED, OVER_UPPER_BOUND, Row, Settings,
 };
-use camlux::doctor::{Case, Examiner};
+use camlux::hard_cases::{Case, Examiner};
 
 use crate::numbers::{count, duration, percent, with_uncertainty};
 use crate::{Failure, print, tell};

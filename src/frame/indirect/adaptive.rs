@@ -1,7 +1,7 @@
 //! Gathers until the target error is met.
 //!
-//! Pilots at a sample of pixels show how bright the image is, how noisy gathers are, and where the lights' rays should go. They
-//! determine the samples of a gather and the tolerance of interpolation. The image's error is then estimated on the sample, with
+//! Pilots at probe pixels show how bright the image is, how noisy gathers are, and where the lights' rays should go. They
+//! determine the samples of a gather and the tolerance of interpolation. The image's error is then estimated at such pixels, with
 //! gathers that share no samples with the image's. If the upper bound is too large, more pixels are sampled if that may decide it;
 //! else another attempt follows.
 
@@ -10,9 +10,9 @@ use super::{
     error_estimate::ErrorEstimate,
     image_estimate::ImageEstimate,
     judge::Judge,
-    limits::{Limits, Spent, pixels_for, rays_of_pixel},
+    limits::{FEW_PROBE_PIXELS, Limits, PROBE_PIXELS, Spent, pixels_for, rays_of_pixel},
     listed_pixels::ScatteredPixels,
-    pixel_sample::{FEW_PIXELS, PixelSample, SAMPLE_PIXELS},
+    probe_pixels::ProbePixels,
     refine::{Attempt, Refiner},
     sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, SampleBudget, next_aim},
 };
@@ -75,7 +75,7 @@ const FIRST_AIM: f64 = 1.3;
 /// Fills the indirect radiance and estimates its relRMSE. There is no estimate if every pixel is gathered, or if the light is too
 /// dark to be estimated. If it is too dark, final gathering leaves the image as it is.
 pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<ErrorEstimates> {
-    let is_exact = refiner.gatherer.is_exact();
+    let is_noiseless = refiner.gatherer.is_noiseless();
     let may_interpolate = refiner.gatherer.may_interpolate();
     let Some(target) = plan.target_error.filter(|_| may_interpolate) else {
         gather_every_pixel(refiner)?;
@@ -85,14 +85,14 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     let mut resources = refiner.resources(plan.coarsest_stride)?;
     let before = Spent::so_far(refiner.context);
     refiner.context.begin_step("pilot");
-    let (mut sample, mut pilot) = pilot(refiner, &resources.images, plan, &limits)?;
+    let (mut probes, mut pilot) = pilot(refiner, &resources.images, plan, &limits)?;
     let pilots = Spent::so_far(refiner.context).since(&before);
     if pilot.is_dark() {
-        if is_exact {
+        if is_noiseless {
             gather_every_pixel(refiner)?;
         }
         // Further pilots might have found light.
-        let is_cut_short = !is_exact && limits.room_for_pilots(&pilots) < LEAST_ROOM_FOR_PILOTS;
+        let is_cut_short = !is_noiseless && limits.room_for_pilots(&pilots) < LEAST_ROOM_FOR_PILOTS;
         return Ok(ErrorEstimates {
             stop: is_cut_short.then(|| limits.reason()),
             ..ErrorEstimates::default()
@@ -100,19 +100,24 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     }
     refiner.scale_errors(&mut resources, pilot.error_scales(), pilot.turning_shares())?;
     // The pilot of directions alone, while the image is gathered with them.
-    let mut alone = match is_exact {
+    let mut alone = match is_noiseless {
         true => None,
         false => try_directions_alone(
             refiner,
             &resources.images,
-            &mut sample,
-            (FIRST_AIM * target, &pilot),
+            &mut probes,
+            FIRST_AIM * target,
+            &pilot,
             &limits,
         )?,
     };
-    let mut judge = Judge::new(is_exact.then_some(sample));
+    let mut judge = Judge::new(is_noiseless.then_some(probes));
     let mut found = ErrorEstimates::default();
-    let mut aim = if is_exact { target } else { FIRST_AIM * target };
+    let mut aim = if is_noiseless {
+        target
+    } else {
+        FIRST_AIM * target
+    };
     if limits.are_set() {
         // Go from coarse to fine, so that there is an image at any time.
         aim = aim.max(SampleBudget::coarsest_aim(pilot.hardest()));
@@ -121,7 +126,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
     // The last estimate, and how much of its error is to remain.
     let mut last: Option<(ImageEstimate, f64)> = None;
     loop {
-        let most = if is_exact {
+        let most = if is_noiseless {
             MAX_ATTEMPTS
         } else {
             MAX_ATTEMPTS_OF_RAYS
@@ -131,15 +136,15 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         refiner.context.begin_step("allocate_samples");
         let of_image = alone.as_ref().unwrap_or(&pilot);
         let budget = match &last {
-            _ if is_exact => SampleBudget::for_sums(aim, is_last),
+            _ if is_noiseless => SampleBudget::for_sums(aim, is_last),
             None => SampleBudget::for_rays(aim, of_image.hardest()),
             Some((estimate, shrink)) => {
                 let estimate = of_image.hardest_of(estimate);
-                SampleBudget::for_more_rays((aim, *shrink), of_image.hardest(), estimate)
+                SampleBudget::for_more_rays(aim, *shrink, of_image.hardest(), estimate)
             }
         };
         let spent_before = Spent::so_far(refiner.context);
-        let (of_estimate, packets_of_estimate) = match is_exact {
+        let (of_estimate, packets_of_estimate) = match is_noiseless {
             true => (SampleAllocation::default(), 0.0),
             false => allocation_of_estimate(aim.max(target), pilot.hardest(), &limits),
         };
@@ -155,31 +160,25 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
         refiner.weigh_ranges(&resources, squares, attempt == 0)?;
         let criteria = budget.criteria(pilot.light().radiance, plan.error_norm, of_estimate);
         refiner.context.begin_step("gather");
-        let took_all_samples = refiner.refine(
-            &mut resources,
-            Attempt {
-                samples: budget.samples(),
-                criteria,
-                number: attempt,
-                limits: &limits,
-                reserve,
-            },
-        )?;
+        let of_attempt = Attempt {
+            samples: budget.samples(),
+            criteria,
+            number: attempt,
+            limits: &limits,
+            reserve,
+        };
+        let took_all_samples = refiner.refine(&mut resources, &of_attempt)?;
         let is_cut_short = !took_all_samples && attempt > 0;
         let pixels_to_judge = limits.pixels_to_judge(planned, packets_of_estimate);
         refiner.context.begin_step("error_estimate");
-        let mut estimate = judge.judge(
-            refiner,
-            (plan, attempt, pixels_to_judge),
-            &resources.images,
-            (criteria, budget.samples()),
-        )?;
-        let of_attempt = Spent::so_far(refiner.context).since(&spent_before);
-        limits.learn(&of_attempt);
+        let images = &resources.images;
+        let mut estimate = judge.judge(refiner, plan, &of_attempt, pixels_to_judge, images)?;
+        let spent = Spent::so_far(refiner.context).since(&spent_before);
+        limits.learn(&spent);
         // Worth its time where more samples would follow.
         let tries_ratio = attempt == 0
             && estimate.upper_bound() > target
-            && limits.room(&of_attempt, packets_of_estimate) > LEAST_ROOM_FOR_RATIO
+            && limits.room(&spent, packets_of_estimate) > LEAST_ROOM_FOR_RATIO
             && refiner.gathers_most_pixels()
             && refiner.fill_unoccluded(&resources)?;
         if tries_ratio {
@@ -194,14 +193,14 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
             }
         }
         let (error, upper) = (estimate.relative_error(), estimate.upper_bound());
-        if is_exact {
+        if is_noiseless {
             if error <= target || is_last {
                 return Ok(ErrorEstimates {
                     interpolation_error: Some(error),
                     ..found
                 });
             }
-            aim = next_aim(aim, target, error, is_exact);
+            aim = next_aim(aim, target, error, is_noiseless);
         } else {
             refiner.fill_stderr(estimate.light().error_factors())?;
             found.least = Some(limits.least());
@@ -232,7 +231,7 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 alone = None;
                 refiner.gatherer.send_to_vpls(true);
             }
-            let next = next_aim(aim, target, upper.min(4.0 * error), is_exact);
+            let next = next_aim(aim, target, upper.min(4.0 * error), is_noiseless);
             let mut shrink = next / aim;
             if limits.are_set() {
                 let spent = Spent::so_far(refiner.context).since(&spent_before);
@@ -244,8 +243,8 @@ pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<Erro
                 // The samples taken so far still count.
                 let most_packets = budget.mean_packets * (1.0 + room);
                 let of_image = alone.as_ref().unwrap_or(&pilot);
-                let pilots = (of_image.hardest(), of_image.hardest_of(&estimate));
-                shrink = SampleBudget::shrink_within(shrink, most_packets, pilots);
+                let (pilot, last) = (of_image.hardest(), of_image.hardest_of(&estimate));
+                shrink = SampleBudget::shrink_within(shrink, most_packets, pilot, last);
             }
             aim *= shrink;
             let caution = match attempt >= CAUTIOUS_FROM {
@@ -269,7 +268,7 @@ fn allocation_of_estimate(
     loop {
         let allocation = SampleBudget::of_estimate(error, pilot);
         let packets = pilot.mean_packets_of(&allocation);
-        let is_enough = packets <= 1.0 || limits.estimate_pixels(packets) >= FEW_PIXELS;
+        let is_enough = packets <= 1.0 || limits.estimate_pixels(packets) >= FEW_PROBE_PIXELS;
         if is_enough || error > COARSEST_ESTIMATE {
             return (allocation, packets);
         }
@@ -277,33 +276,35 @@ fn allocation_of_estimate(
     }
 }
 
-/// Gathers at a sample of pixels, and lets the gatherer learn from the result. Begins with few pixels, which are enough for a rough image.
+/// Gathers at probe pixels, and lets the gatherer learn from the result. Begins with few pixels, which are enough for a rough image.
 fn pilot(
     refiner: &mut Refiner,
     images: &RefinementImages,
     plan: RefinementPlan,
     limits: &Limits,
-) -> Result<(PixelSample, ImageEstimate)> {
+) -> Result<(ProbePixels, ImageEstimate)> {
     let aim = FIRST_AIM * plan.target_error.unwrap_or_default();
     let for_both = [GatheredFor::Image, GatheredFor::Estimate];
-    if refiner.gatherer.is_exact() {
-        let mut sample = PixelSample::new(refiner, plan.error_norm, (SAMPLE_PIXELS, 0))?;
-        let pilot = sample.pilot(refiner, images, (0, for_both))?;
-        return Ok((sample, pilot));
+    if refiner.gatherer.is_noiseless() {
+        let mut probes = ProbePixels::new(refiner, plan.error_norm, PROBE_PIXELS, 0)?;
+        let pilot = probes.pilot(refiner, images, 0, for_both)?;
+        return Ok((probes, pilot));
     }
-    let few = limits.pilot_pixels(pixels_for(plan, FEW_PIXELS));
+    let few = limits.pilot_pixels(pixels_for(plan, FEW_PROBE_PIXELS));
     // The device lists these along with the few, because the host waits for it.
     let pixels: u32 = refiner.context.plan.resolution_px.iter().product();
-    let listed = |refiner: &Refiner| ScatteredPixels::list(refiner, (SAMPLE_PIXELS, 0));
-    let mut more = (pixels > FEW_PIXELS).then(|| listed(refiner)).transpose()?;
-    let mut sample = PixelSample::new(refiner, plan.error_norm, (few, ROUGH_SEED))?;
+    let listed = |refiner: &Refiner| ScatteredPixels::list(refiner, PROBE_PIXELS, 0);
+    let mut more = (pixels > FEW_PROBE_PIXELS)
+        .then(|| listed(refiner))
+        .transpose()?;
+    let mut probes = ProbePixels::new(refiner, plan.error_norm, few, ROUGH_SEED)?;
     // One pilot finds a narrow feature; those that follow find its shape.
     let mut variances = [f64::INFINITY; 3];
     let mut round = 0;
     loop {
         round += 1;
         let is_in_the_dark = variances[0].is_infinite();
-        let results = 2 * sample.count;
+        let results = 2 * probes.count;
         let before = Spent::so_far(refiner.context);
         let is_last = match is_in_the_dark {
             true => round == MAX_PILOTS_IN_THE_DARK,
@@ -318,7 +319,7 @@ fn pilot(
         if packets == PILOT_PACKETS {
             refiner.gatherer.begin_pilot(results)?;
         }
-        let pilot = sample.pilot(refiner, images, (packets, for_both))?;
+        let pilot = probes.pilot(refiner, images, packets, for_both)?;
         let moved = refiner.gatherer.learn(results)?;
         variances = [
             pilot.light().relative_variance(),
@@ -333,8 +334,8 @@ fn pilot(
         let room = limits.room_for_pilots(&Spent::so_far(refiner.context).since(&before));
         let needs_more = mean_packets > MAX_PACKETS_OF_ROUGH_IMAGE && room >= LEAST_ROOM_FOR_MORE;
         if let Some(more) = more.take_if(|_| needs_more) {
-            let more = PixelSample::scattered(refiner, plan.error_norm, more)?;
-            sample = more.after(&sample);
+            let more = ProbePixels::scattered(refiner, plan.error_norm, more)?;
+            probes = more.after(&probes);
             continue;
         }
         let image_packets = mean_packets * f64::from(pixels);
@@ -342,18 +343,19 @@ fn pilot(
         let is_learning = variances[0] > SCATTERED && saved > LEAST_GAIN * f64::from(2 * results);
         let is_settled = !pilot.is_dark() && moved < MAX_MOVED_SHARE && !is_learning;
         if round >= 2 && is_settled || is_last || room < LEAST_ROOM_FOR_PILOTS {
-            return Ok((sample, pilot));
+            return Ok((probes, pilot));
         }
     }
 }
 
-/// Gathers at the sample along directions alone. If they reach the same noise with less work, and miss no light, the image is gathered
+/// Gathers at the probe pixels along directions alone. If they reach the same noise with less work, and miss no light, the image is gathered
 /// with them from now on, and this is their pilot. Estimates keep both techniques, so they see what directions miss.
 fn try_directions_alone(
     refiner: &mut Refiner,
     images: &RefinementImages,
-    sample: &mut PixelSample,
-    (aim, both): (f64, &ImageEstimate),
+    probes: &mut ProbePixels,
+    aim: f64,
+    both: &ImageEstimate,
     limits: &Limits,
 ) -> Result<Option<ImageEstimate>> {
     let plan = refiner.context.plan;
@@ -362,12 +364,12 @@ fn try_directions_alone(
     let pixels: u32 = plan.resolution_px.iter().product();
     let packets = mean_packets(both) * f64::from(pixels);
     let fitting = limits.rays_left(1.0) / rays_of_pixel(plan);
-    if packets.min(fitting) < TRIAL_SHARE * f64::from(2 * sample.count) {
+    if packets.min(fitting) < TRIAL_SHARE * f64::from(2 * probes.count) {
         return Ok(None);
     }
     refiner.gatherer.send_to_vpls(false);
-    let for_image = (PILOT_PACKETS, [GatheredFor::Image; 2]);
-    let alone = sample.pilot(refiner, images, for_image)?;
+    let for_image = [GatheredFor::Image; 2];
+    let alone = probes.pilot(refiner, images, PILOT_PACKETS, for_image)?;
     let rays_along = f64::from(1 + u32::from(plan.is_specular)) * (1 + plan.lights.len()) as f64;
     let work_of_both = mean_packets(both) * (rays_along + WORK_OF_VPL_RAY);
     let finds_all = alone.light().radiance >= LEAST_FOUND * both.light().radiance;
@@ -392,5 +394,5 @@ fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
         limits: &limits,
         reserve: 0.0,
     };
-    refiner.refine(&mut resources, attempt).map(|_| ())
+    refiner.refine(&mut resources, &attempt).map(|_| ())
 }

@@ -71,7 +71,7 @@ struct Scatter {
     variance: f64,
     /// The variance of a sample over the square of the radiance that errors are relative to.
     relative: f64,
-    /// Packets of a gather; 0 if gathers are exact.
+    /// Packets of a gather; 0 if gathers have no noise.
     packets: f64,
 }
 

@@ -60,14 +60,14 @@ impl<'r> ExpectedErrors<'r> {
             of_range.extend(readback.copied(weights)?.iter().map(worst));
         }
         let image = readback.copied(radiance)?;
-        Ok(ExpectedErrors::new(
-            (image, of_range, context.plan.resolution_px),
-            tile_px,
-        ))
+        let size_px = context.plan.resolution_px;
+        Ok(ExpectedErrors::new(image, of_range, size_px, tile_px))
     }
 
     fn new(
-        (image, weights, size_px): (&'r [[f32; 4]], Vec<f32>, [u32; 2]),
+        image: &'r [[f32; 4]],
+        weights: Vec<f32>,
+        size_px: [u32; 2],
         tile_px: Option<u32>,
     ) -> ExpectedErrors<'r> {
         let [width, height] = size_px;
@@ -214,7 +214,7 @@ mod tests {
         image[..900].fill([0.0; 4]);
         let pixels = image.len() as f64 - 900.0;
         for tile in [None, Some(9)] {
-            let chosen = ExpectedErrors::new((&image, Vec::new(), size), tile).choose(1024, 5);
+            let chosen = ExpectedErrors::new(&image, Vec::new(), size, tile).choose(1024, 5);
             assert_eq!(chosen.len(), 1024);
             let of = |pixel: u32| image[((pixel >> 16) * 90 + (pixel & 0xffff)) as usize][3];
             assert!(chosen.iter().all(|&(pixel, _)| of(pixel) != 0.0));
@@ -226,7 +226,7 @@ mod tests {
             let mean = chosen.iter().map(|(_, weight)| weight).sum::<f64>() / chosen.len() as f64;
             assert!((mean - 1.0).abs() < 0.05, "{mean}");
         }
-        let none = ExpectedErrors::new((&image[..900], Vec::new(), [90, 10]), None);
+        let none = ExpectedErrors::new(&image[..900], Vec::new(), [90, 10], None);
         assert!(none.choose(1024, 5).is_empty());
     }
 }

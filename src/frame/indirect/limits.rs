@@ -1,6 +1,5 @@
 //! The limits of a frame, counted in rays: what is left, and how many pixels that is worth.
 
-use super::pixel_sample::{GROUPS, SAMPLE_PIXELS};
 use crate::{
     output::StopReason,
     passes::{
@@ -22,6 +21,11 @@ const ESTIMATE_SHARE: f64 = 0.2;
 const GRID_SHARE: f64 = 0.9;
 /// Share of an attempt's passes that belong to its estimate.
 const SHARE_OF_JUDGING: f64 = 0.3;
+/// Probe pixels: how many there are, and how many are enough for a rough image.
+pub(super) const PROBE_PIXELS: u32 = 1024;
+pub(super) const FEW_PROBE_PIXELS: u32 = 256;
+/// Groups of probe pixels that have no samples in common.
+pub(super) const GROUPS: u32 = 16;
 /// Fewest pixels of a pilot, and of an estimate: a few for each group of pixels that share no samples.
 const MIN_PILOT_PIXELS: u32 = 16;
 const MIN_ESTIMATE_PIXELS: u32 = 32;
@@ -180,7 +184,7 @@ impl<'c> Limits<'c> {
     pub fn pixels_to_judge(&self, planned: u32, packets: f64) -> u32 {
         let left = self.rays_left(SHARE_OF_JUDGING);
         let fits = |pixels: &u32| self.rays_of_estimate(*pixels, packets) <= left;
-        let most = 2 * planned.min(SAMPLE_PIXELS);
+        let most = 2 * planned.min(PROBE_PIXELS);
         if fits(&most) {
             return planned;
         }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{expected_errors::ExpectedErrors, pixel_sample::GROUPS, refine::Refiner};
+use super::{expected_errors::ExpectedErrors, limits::GROUPS, refine::Refiner};
 use crate::{
     Result,
     passes::{
@@ -25,21 +25,23 @@ pub(super) struct ScatteredPixels {
 
 impl ScatteredPixels {
     /// Chooses about `at_least` pixels. Another `seed` gives other pixels.
-    pub fn list(refiner: &Refiner, (at_least, seed): (u32, u32)) -> Result<ScatteredPixels> {
-        ScatteredPixels::try_pixels(refiner, (at_least, seed), (at_least, 1))
+    pub fn list(refiner: &Refiner, at_least: u32, seed: u32) -> Result<ScatteredPixels> {
+        ScatteredPixels::try_pixels(refiner, at_least, seed, at_least, 1)
     }
 
     fn try_pixels(
         refiner: &Refiner,
-        (at_least, seed): (u32, u32),
-        (tried, copies): (u32, u32),
+        at_least: u32,
+        seed: u32,
+        tried: u32,
+        copies: u32,
     ) -> Result<ScatteredPixels> {
         let (context, gbuffer) = (refiner.context, refiner.gbuffer);
         let own_seed = seed ^ random::hash(context.seed);
         let pixels = scattered(context.plan.resolution_px, tried, own_seed);
         let pixels = pixels.repeat(copies as usize);
         let receivers = Receivers::with_candidates(context.device, &pixels)?;
-        context.record(|r| receivers::list(r, context, gbuffer, &receivers, None))?;
+        receivers::list(context, gbuffer, &receivers, None)?;
         Ok(ScatteredPixels {
             receivers,
             at_least,
@@ -65,7 +67,7 @@ impl ScatteredPixels {
             // If little of the image shows a surface, more places are tried.
             (self.tried.saturating_mul(4), self.copies)
         };
-        ScatteredPixels::try_pixels(refiner, (self.at_least, self.seed), (tried, copies)).map(Some)
+        ScatteredPixels::try_pixels(refiner, self.at_least, self.seed, tried, copies).map(Some)
     }
 }
 
@@ -73,7 +75,7 @@ impl ScatteredPixels {
 pub(super) struct ListedPixels {
     pub receivers: Receivers,
     pub counts: SampleCounts,
-    /// As those of a [`PixelSample`].
+    /// As those of a [`ProbePixels`].
     pub weights: HashMap<u32, f64>,
 }
 
@@ -85,7 +87,8 @@ impl ListedPixels {
         images: &RefinementImages,
         expected: &ExpectedErrors,
         criteria: RefinementCriteria,
-        (wanted, seed): (u32, u32),
+        wanted: u32,
+        seed: u32,
     ) -> Result<Option<ListedPixels>> {
         let (context, gbuffer) = (refiner.context, refiner.gbuffer);
         let chosen = expected.choose(wanted, seed ^ random::hash(context.seed));
@@ -95,10 +98,8 @@ impl ListedPixels {
         let pixels: Vec<u32> = chosen.iter().map(|&(pixel, _)| pixel).collect();
         let receivers = Receivers::with_candidates(context.device, &pixels)?;
         let counts = SampleCounts::of_estimate(context, pixels.len() as u32)?;
-        context.record(|recorder| {
-            receivers::list(recorder, context, gbuffer, &receivers, None)?;
-            counts.count(recorder, context, gbuffer, images, &receivers, criteria)
-        })?;
+        receivers::list(context, gbuffer, &receivers, None)?;
+        counts.count(context, gbuffer, images, &receivers, criteria)?;
         Ok(Some(ListedPixels {
             receivers,
             counts,
@@ -129,18 +130,18 @@ fn scattered([width, height]: [u32; 2], count: u32, seed: u32) -> Vec<u32> {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::pixel_sample::SAMPLE_PIXELS, *};
+    use super::{super::limits::PROBE_PIXELS, *};
 
     #[test]
     fn scattered_pixels_lie_in_the_image_each_in_a_cell_of_its_own() {
         for size in [[1, 1], [2, 3], [70, 1], [96, 96], [800, 600]] {
-            let chosen = scattered(size, SAMPLE_PIXELS, 0);
+            let chosen = scattered(size, PROBE_PIXELS, 0);
             let [width, height] = size;
             let inside = |&pixel: &u32| pixel & 0xffff < width && pixel >> 16 < height;
             assert!(chosen.iter().all(inside));
             let different: std::collections::BTreeSet<u32> = chosen.iter().copied().collect();
             assert_eq!(different.len(), chosen.len());
-            let due = (width * height).min(SAMPLE_PIXELS) as usize;
+            let due = (width * height).min(PROBE_PIXELS) as usize;
             assert!(
                 chosen.len() >= due * 9 / 10 && chosen.len() <= due * 5 / 4,
                 "{size:?}: {}",

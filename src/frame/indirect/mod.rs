@@ -1,22 +1,23 @@
 //! Indirect light of a frame.
 
 mod adaptive;
+mod antialiased_bounce;
 mod error_estimate;
 mod expected_errors;
 mod image_estimate;
 mod judge;
 mod limits;
 mod listed_pixels;
-mod pixel_sample;
-mod pixel_samples;
+mod probe_pixels;
 mod refine;
+mod resources;
 mod sample_budget;
 mod shared_light_rays;
 mod smoothed;
 
-pub(crate) use pixel_samples::SampleResources;
-pub(crate) use refine::RefinementResources;
+pub(crate) use antialiased_bounce::AntialiasedBounceResources;
 use refine::Refiner;
+pub(crate) use resources::RefinementResources;
 use shared_light_rays::SharedLightRays;
 
 use super::{FrameImages, ProgressReport, lights::Lights, scene_resources::SceneResources};
@@ -86,8 +87,8 @@ pub(super) fn gather(
         let estimates = adaptive::gather(&mut refiner, plan.refinement)?;
         let gathered_at = limits::Spent::so_far(context).seconds;
         context.cost.borrow_mut().gathered_at = gathered_at;
-        if let Some(averaged) = gathered.zip(images.indirect.as_ref()) {
-            pixel_samples::average(&mut refiner, scene, images, averaged)?;
+        if let Some((gathered, indirect)) = gathered.zip(images.indirect.as_ref()) {
+            antialiased_bounce::average(&mut refiner, scene, images, gathered, indirect)?;
         }
         Ok(estimates)
     };
@@ -119,10 +120,13 @@ pub(super) fn gather(
             })
         }
         GatherPlan::FinalGather => {
-            let rays = (scene.ray_tree()?, scene.hit_surfaces()?, scene.lattice()?);
-            let lights = lights.on_device();
-            let mut gatherer = FinalGather::new(context, rays, lights)?;
-            run(&mut gatherer)
+            let (scene, lattice) = (scene.hit_scene()?, scene.lattice()?);
+            run(&mut FinalGather::new(
+                context,
+                scene,
+                lattice,
+                lights.on_device(),
+            )?)
         }
     }
 }

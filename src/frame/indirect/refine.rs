@@ -5,6 +5,7 @@
 
 use super::{
     limits::{self, Limits, rays_of_pixel},
+    resources::RefinementResources,
     shared_light_rays::SharedLightRays,
 };
 use crate::{
@@ -16,15 +17,13 @@ use crate::{
         gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
         gbuffer::GBuffer,
         modulation, predict, range_weights,
-        receivers::{self, Receivers},
-        refinement::{RefinementCriteria, RefinementImages},
-        resolve,
-        sample_counts::SampleCounts,
-        scatter, smooth, smooth_residuals, stderr,
+        receivers::{self, ListedReceivers},
+        refinement::RefinementCriteria,
+        resolve, scatter, smooth, smooth_residuals, stderr,
     },
-    plan::{GridStep, Plan},
+    plan::GridStep,
     scene::MAX_FREQUENCIES,
-    vulkan::{Allocate, Device, Image, Recorder},
+    vulkan::Image,
 };
 
 /// Steps whose pixels are gathered for any light. The coarsest grid and the first refinement between its pixels show what to
@@ -36,8 +35,6 @@ const RELAXATIONS: [f64; 3] = [1.0, 2.0, 6.0];
 const MAX_EXCESS: f64 = 5.0;
 /// Least |Z| of a pixel over the root mean square of |Z|, before its bounce is known.
 const LEAST_FIRST_SIGNAL: f64 = 0.1;
-/// Most vectors of results that there is room for.
-pub(super) const MAX_RESULT_VECTORS: u32 = 1 << 21;
 
 /// Fills the indirect radiance from what a gatherer gathers.
 pub(super) struct Refiner<'a, 'p> {
@@ -82,74 +79,27 @@ pub(super) struct Attempt<'l> {
 /// A step has light rays of its own if all its rays are this many times as many.
 const OWN_LIGHT_RAYS: f64 = 16.0;
 
-/// The images, lists and buffers of the refinement.
-pub(crate) struct RefinementResources<A: Allocate = Device> {
-    steps: Vec<GridStep>,
-    pub images: RefinementImages<A>,
-    receivers: Receivers<A>,
-    results: A::Buffer,
-    /// Number of receivers whose results fit.
-    max_results: u32,
-    /// Only if gathers have noise.
-    counts: Option<SampleCounts<A>>,
-}
-
-impl<A: Allocate> RefinementResources<A> {
-    pub fn new(
-        allocate: &A,
-        plan: &Plan,
-        coarsest_stride: u32,
-        is_exact: bool,
-    ) -> Result<RefinementResources<A>> {
-        let steps = GridStep::all(coarsest_stride);
-        let counts = steps
-            .iter()
-            .map(|step| step.pixel_count(plan.resolution_px));
-        let most = counts.clone().max().unwrap_or(1);
-        // The coarsest grid needs no list of candidates.
-        let most_candidates = counts.skip(1).max().unwrap_or(0);
-        let max_results = most.min(MAX_RESULT_VECTORS / Results::vectors(plan)?);
-        Ok(RefinementResources {
-            images: RefinementImages::new(allocate, plan, !is_exact)?,
-            receivers: Receivers::new(allocate, most, most_candidates)?,
-            counts: (!is_exact)
-                .then(|| SampleCounts::new(allocate, most))
-                .transpose()?,
-            results: Results::room(allocate, plan, max_results)?,
-            max_results,
-            steps,
-        })
-    }
-}
-
-impl<A: Allocate> RefinementResources<A> {
-    /// From here on, begins with another stride, no less than the one that there is room for.
-    pub fn begin_with(&mut self, stride: u32) {
-        self.steps = GridStep::all(stride);
-    }
-}
-
 impl Refiner<'_, '_> {
     /// Fills the layer of standard errors, if it was requested.
     pub fn fill_stderr(&self, factors: [f64; 2]) -> Result<()> {
         let Some(layer) = self.indirect_stderr else {
             return Ok(());
         };
-        let (context, radiance) = (self.context, self.indirect_radiance);
-        context.record(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
+        stderr::fill(self.context, self.indirect_radiance, layer, factors)
     }
 
     /// Allocates the resources. No pixel has samples. The device lists those of the coarsest grid with the next submission.
     pub fn resources(&self, coarsest_stride: u32) -> Result<RefinementResources> {
         let Context { device, plan, .. } = *self.context;
-        let is_exact = self.gatherer.is_exact();
-        let mut resources = RefinementResources::new(device, plan, coarsest_stride, is_exact)?;
+        let is_noiseless = self.gatherer.is_noiseless();
+        let mut resources = RefinementResources::new(device, plan, coarsest_stride, is_noiseless)?;
         let turning_shares = [modulation::USUAL_TURNING_SHARE; MAX_FREQUENCIES];
         self.scale_errors(&mut resources, [1.0; MAX_FREQUENCIES], turning_shares)?;
         self.context.record(|recorder| {
             resources.images.clear_samples(recorder);
-            self.list_candidates(recorder, &mut resources, 0)
+            Ok(())
         })?;
+        self.list_candidates(&mut resources, 0)?;
         Ok(resources)
     }
 
@@ -186,25 +136,23 @@ impl Refiner<'_, '_> {
             false => LEAST_RANGE_SIGNAL,
         };
         let least_squares = squares.map(|square| (least.powi(2) * square) as f32);
-        let phasors = (direct, self.indirect_phasors.filter(|_| !is_first));
+        let indirect = self.indirect_phasors.filter(|_| !is_first);
         let (context, images) = (self.context, &resources.images);
-        context.record(|recorder| {
-            range_weights::fill(recorder, context, images, phasors, least_squares)
-        })
+        range_weights::fill(context, images, direct, indirect, least_squares)
     }
 
-    /// Gathers and interpolates all pixels. Samples of earlier attempts still count; exact gathers are kept.
+    /// Gathers and interpolates all pixels. Samples of earlier attempts still count; gathers without noise are kept.
     ///
     /// Returns whether all samples were taken. A step that does not fit the limits gathers what fits, and the others are interpolated.
     pub fn refine(
         &mut self,
         resources: &mut RefinementResources,
-        attempt: Attempt,
+        attempt: &Attempt,
     ) -> Result<bool> {
         let criteria = attempt.criteria;
         let context = self.context;
         let is_first = attempt.number == 0;
-        let starts_anew = is_first || !self.gatherer.is_exact();
+        let starts_anew = is_first || !self.gatherer.is_noiseless();
         if starts_anew {
             context.record(|recorder| {
                 resources.images.clear(recorder);
@@ -221,10 +169,10 @@ impl Refiner<'_, '_> {
         for index in usize::from(!starts_anew)..resources.steps.len() {
             let mut of_step = criteria;
             of_step.tolerance = criteria.tolerance.filter(|_| index >= grid_steps);
-            let listed = self.list_what_fits(resources, index, of_step, &attempt)?;
+            let listed = self.list_what_fits(resources, index, of_step, attempt)?;
             took_all &= listed == Listed::All;
             if listed != Listed::None {
-                took_all &= self.gather(resources, index, criteria, (&attempt, true))?;
+                took_all &= self.gather(resources, index, criteria, attempt, true)?;
             }
             let is_grid = index + 1 == grid_steps;
             let is_last = index + 1 == resources.steps.len();
@@ -273,8 +221,7 @@ impl Refiner<'_, '_> {
         let criteria = criteria.without_rays();
         if attempt.number == 0 && step > 0 {
             // No pixel of the step has samples.
-            self.context
-                .record(|recorder| self.predict(recorder, resources, step, criteria))?;
+            self.predict(resources, step, criteria)?;
             return Ok(Listed::None);
         }
         self.list(resources, step, criteria)?;
@@ -301,15 +248,9 @@ impl Refiner<'_, '_> {
 
     fn resolve(&self, resources: &RefinementResources, criteria: RefinementCriteria) -> Result<()> {
         let (context, images) = (self.context, &resources.images);
+        let (radiance, phasors) = (self.indirect_radiance, self.indirect_phasors);
+        resolve::resolve(context, self.gbuffer, images, radiance, phasors, criteria)?;
         context.record(|recorder| {
-            resolve::resolve(
-                recorder,
-                context,
-                self.gbuffer,
-                images,
-                (self.indirect_radiance, self.indirect_phasors),
-                criteria,
-            )?;
             if let Some(kept) = self.gathered {
                 images.copy_gathered(recorder, kept);
             }
@@ -341,7 +282,7 @@ impl Refiner<'_, '_> {
         self.resolve(resources, criteria)
     }
 
-    /// Lowers the noise on the grid that a step completes. Does nothing if gathers are exact.
+    /// Lowers the noise on the grid that a step completes. Does nothing if gathers have no noise.
     fn smooth(
         &self,
         resources: &RefinementResources,
@@ -349,21 +290,18 @@ impl Refiner<'_, '_> {
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let stride_px = resources.steps[step].completed_stride_px();
-        let Some(stride_px) = stride_px.filter(|_| !self.gatherer.is_exact()) else {
+        let Some(stride_px) = stride_px.filter(|_| !self.gatherer.is_noiseless()) else {
             return Ok(());
         };
         let (context, gbuffer, images) = (self.context, self.gbuffer, &resources.images);
-        context.record(|recorder| {
-            let how = (stride_px, self.smooths_ratio);
-            smooth::smooth(recorder, context, gbuffer, images, how, criteria)?;
-            smooth_residuals::smooth(recorder, context, gbuffer, images, stride_px)
-        })
+        let by_ratio = self.smooths_ratio;
+        smooth::smooth(context, gbuffer, images, stride_px, by_ratio, criteria)?;
+        smooth_residuals::smooth(context, gbuffer, images, stride_px)
     }
 
     /// Interpolates the pixels of a step that may be interpolated; the others become candidates.
     fn predict(
         &self,
-        recorder: &mut Recorder,
         resources: &RefinementResources,
         step: usize,
         criteria: RefinementCriteria,
@@ -373,18 +311,11 @@ impl Refiner<'_, '_> {
         } = resources;
         let step = resources.steps[step];
         let (context, gbuffer) = (self.context, self.gbuffer);
-        predict::predict(
-            recorder, context, gbuffer, images, receivers, step, criteria,
-        )
+        predict::predict(context, gbuffer, images, receivers, step, criteria)
     }
 
     /// Lists the candidates of a step that show a surface.
-    fn list_candidates(
-        &self,
-        recorder: &mut Recorder,
-        resources: &mut RefinementResources,
-        step: usize,
-    ) -> Result<()> {
+    fn list_candidates(&self, resources: &mut RefinementResources, step: usize) -> Result<()> {
         let grid_step = resources.steps[step];
         let count = grid_step.pixel_count(self.context.plan.resolution_px);
         resources.receivers.set_candidate_count(count)?;
@@ -393,13 +324,7 @@ impl Refiner<'_, '_> {
             GridStep::Centres { .. } | GridStep::Edges { .. } => None,
         };
         let (context, gbuffer) = (self.context, self.gbuffer);
-        receivers::list(
-            recorder,
-            context,
-            gbuffer,
-            &resources.receivers,
-            grid_stride,
-        )
+        receivers::list(context, gbuffer, &resources.receivers, grid_stride)
     }
 
     /// Interpolates the pixels of a step that may be interpolated, and lists the others with the samples that they take.
@@ -410,15 +335,13 @@ impl Refiner<'_, '_> {
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let (context, gbuffer) = (self.context, self.gbuffer);
-        context.submit(|recorder| {
-            self.predict(recorder, resources, step, criteria)?;
-            self.list_candidates(recorder, resources, step)?;
-            let (images, receivers) = (&resources.images, &resources.receivers);
-            if let Some(counts) = &resources.counts {
-                counts.count(recorder, context, gbuffer, images, receivers, criteria)?;
-            }
-            Ok(())
-        })
+        self.predict(resources, step, criteria)?;
+        self.list_candidates(resources, step)?;
+        let (images, receivers) = (&resources.images, &resources.receivers);
+        if let Some(counts) = &resources.counts {
+            counts.count(context, gbuffer, images, receivers, criteria)?;
+        }
+        context.finish()
     }
 
     /// The same for the coarsest grid of the first attempt, without waiting: its pixels are listed, and nothing is known of any.
@@ -430,10 +353,10 @@ impl Refiner<'_, '_> {
         let listed = resources.receivers.ranges()?;
         let count = listed.iter().map(|range| range.count).sum();
         let packets = criteria.allocation.packets_of_unknown();
-        self.context.record(|recorder| match &mut resources.counts {
-            Some(counts) => counts.set_even(recorder, count, packets),
+        match &mut resources.counts {
+            Some(counts) => counts.set_even(self.context, count, packets),
             None => Ok(()),
-        })
+        }
     }
 
     /// Gathers at the receivers and scatters the results to their pixels. Returns whether all fit the limits. Those that do not keep their
@@ -443,7 +366,8 @@ impl Refiner<'_, '_> {
         resources: &mut RefinementResources,
         step: usize,
         criteria: RefinementCriteria,
-        (attempt, may_stop): (&Attempt, bool),
+        attempt: &Attempt,
+        may_stop: bool,
     ) -> Result<bool> {
         let (context, gbuffer) = (self.context, self.gbuffer);
         let RefinementResources {
@@ -467,7 +391,7 @@ impl Refiner<'_, '_> {
         for range in ranges.into_iter().flat_map(|range| range.split(most)) {
             if may_stop && self.rays_for(attempt, step, resources) <= 0.0 {
                 self.list(resources, step, criteria.without_rays())?;
-                self.gather(resources, step, criteria, (attempt, false))?;
+                self.gather(resources, step, criteria, attempt, false)?;
                 return Ok(false);
             }
             self.gathered_pixels += range.count;
@@ -495,15 +419,14 @@ impl Refiner<'_, '_> {
                 let steps = resources.steps.len() as f64;
                 progress.report_attempt(pass, (step as f64 + of_step) / steps)
             };
-            self.gatherer
-                .gather((gbuffer, receivers, range), results, samples, &mut proceed)?;
-            context.record(|recorder| {
-                let receivers = (receivers, range);
-                let results = (&resources.results, counts.as_ref());
-                scatter::scatter(
-                    recorder, context, gbuffer, images, receivers, results, criteria,
-                )
-            })?;
+            let at = ListedReceivers {
+                gbuffer,
+                list: receivers,
+                range,
+            };
+            self.gatherer.gather(at, results, samples, &mut proceed)?;
+            let (results, counts) = (&resources.results, counts.as_ref());
+            scatter::scatter(context, images, at, results, counts, criteria)?;
         }
         Ok(true)
     }

@@ -56,7 +56,8 @@ impl SampleBudget {
 
     /// The budget for an image whose error is `shrink` times that of the last one.
     pub fn for_more_rays(
-        (aim, shrink): (f64, f64),
+        aim: f64,
+        shrink: f64,
         pilot: &ErrorEstimate,
         last: &ErrorEstimate,
     ) -> SampleBudget {
@@ -115,7 +116,8 @@ impl SampleBudget {
     pub fn shrink_within(
         shrink: f64,
         most_packets: f64,
-        (pilot, last): (&ErrorEstimate, &ErrorEstimate),
+        pilot: &ErrorEstimate,
+        last: &ErrorEstimate,
     ) -> f64 {
         let falloff = VarianceFalloff::new(pilot.variance_rate(), MAX_PACKETS);
         let with = |scale| Distribution::new(scale, pilot.packet_variance(), &falloff);
@@ -178,8 +180,8 @@ fn scale_for(is_enough: impl Fn(f64) -> bool) -> f64 {
 }
 
 /// The error to aim at after an attempt with the error `error`.
-pub(super) fn next_aim(aim: f64, target: f64, error: f64, is_exact: bool) -> f64 {
-    let shrink = if is_exact {
+pub(super) fn next_aim(aim: f64, target: f64, error: f64, is_noiseless: bool) -> f64 {
+    let shrink = if is_noiseless {
         // The error falls more slowly than the error aimed at, and what was gathered is kept.
         (0.9 * target / error).powi(2)
     } else {

@@ -297,7 +297,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             let white = white(&mut keys)?;
             // A projector's lens is described like a camera's.
             let lens = lens(&mut keys, "[[light]]")?;
-            let (image, unused) = ProjectedImage::load(&path, (encoding, white), lens, &named.at)?;
+            let (image, unused) = ProjectedImage::load(&path, encoding, white, lens, &named.at)?;
             warning = unused;
             let position_m = keys.need("position", POSITION)?.vec3()?;
             let direction = keys.need("direction", DIRECTION)?.vec3()?;

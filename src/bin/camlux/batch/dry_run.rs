@@ -9,8 +9,9 @@ use camlux::output::write_exr_files;
 
 use serde_json::json;
 
+use super::engine::Engine;
 use super::frames::Frames;
-use super::work::{Engine, frames_in_flight};
+use super::work::frames_in_flight;
 use crate::{Failure, counted, print, tell};
 
 /// Number of frames that are tried besides the first. The time of the first includes one-off work.

@@ -269,7 +269,8 @@ impl Frames {
                 None => exposed.frame = moments(0.0),
                 Some(tof) => {
                     for image in timing::images(tof) {
-                        let name = format!("tof{}.phase{}.start_s", image.0, image.1);
+                        let timing::Image { frequency, phase } = image;
+                        let name = format!("tof{frequency}.phase{phase}.start_s");
                         let start_s = timing.start_s(tof, exposure_s, image);
                         phase_starts_s.push((name, start_s));
                         exposed.phase_images.push((image, moments(start_s)));

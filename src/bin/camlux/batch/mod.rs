@@ -6,6 +6,7 @@ mod contact_sheet;
 mod dataset;
 mod draws;
 mod dry_run;
+mod engine;
 mod flow;
 mod frames;
 mod job;

@@ -88,8 +88,8 @@ impl Timing {
     }
 
     /// Time from the beginning of the frame to the beginning of an exposure, seconds.
-    pub fn start_s(&self, tof: &TimeOfFlight, exposure_s: f64, (frequency, phase): Image) -> f64 {
-        let before = frequency as u32 * tof.phase_count + phase;
+    pub fn start_s(&self, tof: &TimeOfFlight, exposure_s: f64, image: Image) -> f64 {
+        let before = image.frequency as u32 * tof.phase_count + image.phase;
         f64::from(before) * (exposure_s + self.readout_time_s)
     }
 
@@ -103,11 +103,17 @@ impl Timing {
     }
 }
 
-/// A phase image: the index of its frequency, and its own index within that frequency.
-pub type Image = (usize, u32);
+/// A phase image.
+#[derive(Clone, Copy)]
+pub struct Image {
+    pub frequency: usize,
+    /// The index within that frequency.
+    pub phase: u32,
+}
 
 /// The phase images of a camera, in the order of time.
 pub fn images(tof: &TimeOfFlight) -> impl Iterator<Item = Image> + '_ {
     let frequencies = 0..tof.frequencies_hz.len();
-    frequencies.flat_map(|frequency| (0..tof.phase_count).map(move |phase| (frequency, phase)))
+    frequencies
+        .flat_map(|frequency| (0..tof.phase_count).map(move |phase| Image { frequency, phase }))
 }

@@ -3,19 +3,15 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use camlux::output::{Exposure, ExrOptions, Frame, FrameDescription, StopReason, write_exr_files};
-use camlux::scene::ChargeUnit;
-use camlux::{
-    Device, DeviceInfo, DeviceKind, DeviceOptions, Error, Plan, RenderOptions, Renderer, Scene,
-};
+use camlux::output::{ExrOptions, Frame, StopReason, write_exr_files};
+use camlux::{Device, DeviceInfo, DeviceKind, DeviceOptions, Error, Plan};
 use serde_json::json;
 
-use super::blur;
-use super::flow;
+use super::engine::{Engine, EngineDevice};
 use super::frames::{Frames, Planned};
 use super::manifest::Journal;
 use super::progress::FrameProgress;
@@ -46,165 +42,6 @@ pub struct Done {
     pub writing: Duration,
     /// Whether all frames were processed. False if a signal or a failed frame ended the work early.
     pub is_whole: bool,
-}
-
-/// A renderer, and what the engines of a job share.
-pub struct Engine {
-    renderer: Renderer,
-    /// How often the device had been lost when the renderer was made.
-    losses: u32,
-    shared: Arc<EngineDevice>,
-}
-
-/// The device of all engines of a job. On it, their renderers share the scene.
-struct EngineDevice {
-    options: DeviceOptions,
-    /// The device, and how often it has been lost. An engine that renders reads it, and one that renders alone writes it.
-    opened: RwLock<(Device, u32)>,
-}
-
-impl Engine {
-    pub fn open(options: &DeviceOptions) -> Result<Engine, Error> {
-        Engine::on(&EngineDevice::new(Device::open(options)?, options))
-    }
-
-    fn on(shared: &Arc<EngineDevice>) -> Result<Engine, Error> {
-        let (device, losses) = &*shared.read();
-        Ok(Engine {
-            renderer: Renderer::new(device)?,
-            losses: *losses,
-            shared: shared.clone(),
-        })
-    }
-
-    pub fn device_info(&self) -> DeviceInfo {
-        self.shared.read().0.info().clone()
-    }
-
-    pub fn render(&mut self, planned: &Planned) -> Result<Frame, Error> {
-        let shared = self.shared.clone();
-        let is_one_of_several = Arc::strong_count(&shared) > 2;
-        let opened = shared.read();
-        self.follow(&opened)?;
-        let rendered = self.try_to_render(planned);
-        drop(opened);
-        if !is_device_lost(&rendered) {
-            return rendered;
-        }
-        // A lost device cannot be used again; the remaining frames need a new one.
-        let mut opened = shared
-            .opened
-            .write()
-            .unwrap_or_else(PoisonError::into_inner);
-        self.replace_lost(&mut opened)?;
-        if !is_one_of_several {
-            return rendered;
-        }
-        // The frame of another engine may have lost it. So this one renders again, alone.
-        let again = self.try_to_render(planned);
-        if is_device_lost(&again) {
-            self.replace_lost(&mut opened)?;
-        }
-        again
-    }
-
-    /// Opens another device unless another engine has.
-    fn replace_lost(&mut self, opened: &mut (Device, u32)) -> Result<(), Error> {
-        if self.losses == opened.1 {
-            *opened = (Device::open(&self.shared.options)?, opened.1 + 1);
-        }
-        self.follow(opened)
-    }
-
-    /// Renders on the device that is open now.
-    fn follow(&mut self, (device, losses): &(Device, u32)) -> Result<(), Error> {
-        if self.losses != *losses {
-            self.renderer = Renderer::new(device)?;
-            self.losses = *losses;
-        }
-        Ok(())
-    }
-
-    fn try_to_render(&mut self, planned: &Planned) -> Result<Frame, Error> {
-        let begin = planned.begin.scene();
-        let samples = &planned.exposed.frame;
-        let scene = Scene {
-            // With motion blur, the light of this frame itself is not used.
-            indirect: begin.indirect.filter(|_| samples.is_empty()),
-            ..begin.clone()
-        };
-        let layers = planned.layers_to_read(&scene);
-        let mut options = RenderOptions {
-            frame_index: Some(planned.index as u32),
-            layers: layers.as_deref(),
-            repeat_unchanged: true,
-            ..RenderOptions::default()
-        };
-        let mut frame = self.renderer.render(&scene, &mut options)?;
-        let mut mean = blur::Mean::default();
-        for moment in samples {
-            let scene = moment.scene();
-            let sample = self
-                .renderer
-                .render(&scene, &mut RenderOptions::default())?;
-            mean.add(&sample);
-            frame.stats.include(&sample.stats);
-            self.renderer.return_buffers(sample);
-        }
-        if !samples.is_empty() {
-            mean.put_into(&mut frame);
-            frame.description = FrameDescription {
-                key: frame.description.key,
-                ..FrameDescription::new(&begin, begin.hash())
-            };
-        }
-        let images = &planned.exposed.phase_images;
-        for of_frequency in images.chunk_by(|((a, _), _), ((b, _), _)| a == b) {
-            let mut exposures = Vec::new();
-            for ((frequency, _), moments) in of_frequency {
-                let mut exposure = Exposure::default();
-                for moment in moments {
-                    let mut scene = moment.scene();
-                    if let Some(tof) = &mut scene.tof {
-                        tof.keep_frequency(*frequency);
-                        tof.noise = None;
-                        tof.output = ChargeUnit::Electrons;
-                    }
-                    let sample = self
-                        .renderer
-                        .render(&scene, &mut RenderOptions::default())?;
-                    exposure.add(&sample, 0)?;
-                    frame.stats.include(&sample.stats);
-                    self.renderer.return_buffers(sample);
-                }
-                exposures.push(exposure);
-            }
-            if let Some(((frequency, _), _)) = of_frequency.first() {
-                frame.expose(*frequency, &exposures)?;
-            }
-        }
-        if planned.has_flow {
-            flow::add(&mut frame, &planned.begin, planned.next.as_ref());
-        }
-        Ok(frame)
-    }
-}
-
-impl EngineDevice {
-    fn new(device: Device, options: &DeviceOptions) -> Arc<EngineDevice> {
-        Arc::new(EngineDevice {
-            options: options.clone(),
-            opened: RwLock::new((device, 0)),
-        })
-    }
-
-    fn read(&self) -> RwLockReadGuard<'_, (Device, u32)> {
-        self.opened.read().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-fn is_device_lost(rendered: &Result<Frame, Error>) -> bool {
-    matches!(rendered, Err(Error::DeviceLost { .. }))
 }
 
 /// A rendered frame that waits to be written.
@@ -257,12 +94,13 @@ pub fn render(
     let engines = (0..in_flight).map(|_| Engine::on(&device));
     let engines = engines.collect::<Result<Vec<_>, Error>>()?;
     drop(device);
-    render_by((engines, writers), frames, indices, journal, options)
+    render_by(engines, writers, frames, indices, journal, options)
 }
 
 /// Renders frames; each engine renders one at a time, and each writer writes one.
 fn render_by(
-    (engines, writers): (Vec<Engine>, usize),
+    engines: Vec<Engine>,
+    writers: usize,
     frames: &Frames,
     indices: &[u64],
     journal: Journal,
@@ -318,8 +156,7 @@ fn render_by(
     let write_all = |rendered: Arc<Mutex<Receiver<Rendered>>>, give_back: Sender<_>| {
         let next = || lock(&rendered).recv().ok();
         while let Some(next) = next() {
-            let (folder, exr) = (options.folder, &frames.job.exr);
-            let written = write(next, (folder, exr), &record);
+            let written = write(next, options.folder, &frames.job.exr, &record);
             let written = written.inspect_err(|_| is_stopped.store(true, Ordering::Relaxed))?;
             // The rendering threads may have ended already.
             let _ = give_back.send(written);
@@ -366,7 +203,8 @@ struct Record {
 /// Writes a frame and records it. Returns the frame unless it failed.
 fn write(
     rendered: Rendered,
-    (folder, exr): (&Path, &ExrOptions),
+    folder: &Path,
+    exr: &ExrOptions,
     record: &Mutex<Record>,
 ) -> Result<Option<Frame>, Error> {
     let Rendered {
@@ -421,8 +259,7 @@ fn write(
             line["warnings"] = json!(warnings);
             record.done.written += 1;
             record.done.bytes += written.bytes;
-            let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
-            record.done.gpu += Duration::from_secs_f64(gpu_ms * 1e-3);
+            record.done.gpu += Duration::from_secs_f64(frame.stats.gpu_milliseconds() * 1e-3);
             record.done.writing += start.elapsed();
             Some(frame)
         }
@@ -487,7 +324,7 @@ mod tests {
         let journal = Journal::begin(&folder.path().join("manifest.jsonl"), &Default::default());
         let device = DeviceOptions::default();
         let engines = engines(engine_count);
-        engines[0].shared.read().0.inject(fault);
+        engines[0].shared.read().device.inject(fault);
         let options = WorkOptions {
             folder: folder.path(),
             device: &device,
@@ -496,7 +333,7 @@ mod tests {
         };
         let indices: Vec<u64> = (0..frames.count()).collect();
         let journal = journal.expect("a manifest");
-        let done = render_by((engines, writers), &frames, &indices, journal, options);
+        let done = render_by(engines, writers, &frames, &indices, journal, options);
         let (done, _) = done.expect("frames");
         let files = indices
             .iter()
@@ -554,8 +391,7 @@ mod tests {
                 fail_fast: false,
             };
             let indices: Vec<u64> = (0..frames.count()).collect();
-            let by = (engines(2), writers);
-            let ended = render_by(by, &frames, &indices, journal, options);
+            let ended = render_by(engines(2), writers, &frames, &indices, journal, options);
             assert!(ended.is_err(), "{writers} writers");
         }
     }
@@ -570,7 +406,7 @@ mod tests {
         // The same frame again would come back without a pass.
         engine.render(&frames.plan(1)).expect("a frame");
         let fault = Fault::DeviceLostIn { pass: "gbuffer" };
-        engine.shared.read().0.inject(Some(fault));
+        engine.shared.read().device.inject(Some(fault));
         let lost = engine.render(&planned).err();
         assert!(matches!(lost, Some(Error::DeviceLost { .. })), "{lost:?}");
         let after = engine.render(&planned).expect("a frame");

@@ -18,10 +18,10 @@ pub struct Labels {
 
 impl Labels {
     /// Labels for a plot area of these columns and rows.
-    pub fn new((x, y): (Range<i32>, Range<i32>)) -> Self {
-        let corners = (Point::new(x.start, y.start), Point::new(x.end, y.end));
+    pub fn new(x: Range<i32>, y: Range<i32>) -> Self {
+        let (start, end) = (Point::new(x.start, y.start), Point::new(x.end, y.end));
         Labels {
-            field: Rectangle::with_corners(corners.0, corners.1),
+            field: Rectangle::with_corners(start, end),
             taken: Vec::new(),
         }
     }
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn labels_of_a_row_of_points_stay_apart() {
         let points: Vec<(i32, i32)> = (0..5).map(|i| (100 + 22 * i, 100)).collect();
-        let mut labels = Labels::new((0..400, 0..200));
+        let mut labels = Labels::new(0..400, 0..200);
         for &point in &points {
             labels.avoid_point(point);
         }
@@ -101,14 +101,14 @@ mod tests {
 
     #[test]
     fn a_label_stays_in_the_field() {
-        let mut labels = Labels::new((0..100, 0..100));
+        let mut labels = Labels::new(0..100, 0..100);
         let (_, y) = labels.place((50, 2), "64²");
         assert!(y > 2);
     }
 
     #[test]
     fn a_label_keeps_off_a_line() {
-        let mut labels = Labels::new((0..100, 0..100));
+        let mut labels = Labels::new(0..100, 0..100);
         labels.avoid_line(&[(0, 34), (100, 34)]);
         let (_, y) = labels.place((50, 50), "64²");
         assert!(y > 50);

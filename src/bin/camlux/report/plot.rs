@@ -132,7 +132,8 @@ impl Plot<'_> {
             .draw()?;
 
         let field = chart.plotting_area();
-        let mut labels = Labels::new(field.get_pixel_range());
+        let (x, y) = field.get_pixel_range();
+        let mut labels = Labels::new(x, y);
         self.draw_floor(area, field, &mut labels)?;
         for front in 0..FRONTS.len() {
             self.draw_front(area, field, front, &mut labels)?;

@@ -87,13 +87,9 @@ pub fn obtain(
 
 impl ReferenceImage {
     fn new(frame: Frame) -> Result<ReferenceImage, Failure> {
-        let are_set = |layer: Layer| -> Vec<bool> {
-            let ids = frame.ids(layer).unwrap_or_default();
-            ids.iter().map(|&id| id > 0).collect()
-        };
         Ok(ReferenceImage {
-            valid: are_set(Layer::InstanceId),
-            edges: are_set(Layer::Edge),
+            valid: frame.mask(Layer::InstanceId),
+            edges: frame.mask(Layer::Edge),
             white: white_radiance(values(&frame, Layer::Indirect)?),
             frame,
         })

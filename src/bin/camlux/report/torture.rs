@@ -1,8 +1,8 @@
 //! The torture set as a part of the report: checks the engine's estimates of its own error.
 
 use camlux::Device;
-use camlux::doctor::Examiner;
-use camlux::doctor::torture::{CASES, Row, Settings};
+use camlux::hard_cases::Examiner;
+use camlux::hard_cases::torture::{CASES, Row, Settings};
 use serde::{Deserialize, Serialize};
 
 use super::html::table_of_cells;

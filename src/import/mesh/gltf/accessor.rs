@@ -116,7 +116,7 @@ impl GltfFile {
             }
         };
         if let Some(sparse) = &accessor.sparse {
-            self.replace(&mut elements, (index, sparse), size, read)?;
+            self.replace(&mut elements, index, sparse, size, read)?;
         }
         Ok(elements)
     }
@@ -125,7 +125,8 @@ impl GltfFile {
     fn replace<T>(
         &self,
         elements: &mut [T],
-        (accessor, sparse): (usize, &Sparse),
+        accessor: usize,
+        sparse: &Sparse,
         size: usize,
         read: impl Fn(&[u8]) -> T,
     ) -> Result<()> {

@@ -61,7 +61,7 @@ impl Loader<'_> {
             };
             let count = polygons.positions.len() - first;
             let face_count = corners.len() / 3;
-            file.append_triangles(&mut corners, part.primitive, (first, count))?;
+            file.append_triangles(&mut corners, part.primitive, first, count)?;
             let added = corners.len() / 3 - face_count;
             polygons.materials.resize(face_count + added, part.material);
         }
@@ -271,7 +271,8 @@ impl GltfFile {
         &self,
         corners: &mut Vec<u32>,
         primitive: &Primitive,
-        (first, count): (usize, usize),
+        first: usize,
+        count: usize,
     ) -> Result<()> {
         let mut indices = match primitive.indices {
             Some(indices) => self.indices(indices, "a primitive")?,

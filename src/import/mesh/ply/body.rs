@@ -3,7 +3,7 @@
 use std::io::{BufRead, Read};
 use std::path::Path;
 
-use super::header::{Element, Format, Header, Type};
+use super::header::{Element, Format, Header, Property, Type};
 use crate::import::lines::Lines;
 use crate::import::words::Words;
 use crate::input_file::Stream;
@@ -77,6 +77,14 @@ impl<'f> Body<'f> {
                 }
                 Ok(binary_value(bytes, kind))
             }
+        }
+    }
+
+    /// Reads a property: a list into `list`, a number to nowhere.
+    pub fn list_or_nothing(&mut self, property: &Property, list: &mut Vec<f64>) -> Result<()> {
+        match property.length {
+            Some(length) => self.list(length, property.kind, list),
+            None => self.value(property.kind).map(|_| ()),
         }
     }
 

@@ -104,7 +104,8 @@ impl Assets {
             false => material_of_face,
             true => self.materials_of_ply(
                 &header,
-                (material, &texture_of_face),
+                material,
+                &texture_of_face,
                 !corners.texcoords.is_empty() || !polygons.texcoords.is_empty(),
                 request,
                 &mut unused,
@@ -133,7 +134,8 @@ impl Assets {
     fn materials_of_ply(
         &mut self,
         header: &Header,
-        (given, texture_of_face): (u32, &[f64]),
+        given: u32,
+        texture_of_face: &[f64],
         has_texcoords: bool,
         request: &MeshRequest,
         unused: &mut Unused,
@@ -410,12 +412,7 @@ impl<'h> Reader<'h> {
         for index in 0..element.count {
             body.begin(element, index)?;
             for (at, property) in element.properties.iter().enumerate() {
-                match property.length {
-                    Some(length) => body.list(length, property.kind, &mut list)?,
-                    None => {
-                        body.value(property.kind)?;
-                    }
-                }
+                body.list_or_nothing(property, &mut list)?;
                 if at == indices {
                     self.strip(&list, body)?;
                 }
@@ -517,12 +514,7 @@ impl<'h> Reader<'h> {
         for index in 0..element.count {
             body.begin(element, index)?;
             for property in &element.properties {
-                match property.length {
-                    Some(length) => body.list(length, property.kind, &mut list)?,
-                    None => {
-                        body.value(property.kind)?;
-                    }
-                }
+                body.list_or_nothing(property, &mut list)?;
             }
         }
         Ok(())

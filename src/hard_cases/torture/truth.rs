@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Subject, openings::BehindOpenings};
 use crate::{
     Error, Result, Scene,
-    doctor::examiner::values,
+    hard_cases::examiner::values,
     metrics::{Comparison, Pixels},
     output::{ExrOptions, Frame, Layer, OutputFile, write_exr},
     reference::{Goal, Reference},
@@ -57,11 +57,7 @@ impl Truth {
             let reference = sampled(&lit_inside, standard_error, folder)?;
             reference.with_sub_pixel_bits(sub_pixel_bits).frame()
         };
-        let is_set = |layer: Layer| -> Vec<bool> {
-            let ids = frame.ids(layer).unwrap_or_default();
-            ids.iter().map(|&id| id != 0).collect()
-        };
-        let valid = is_set(Layer::InstanceId);
+        let valid = frame.mask(Layer::InstanceId);
         let sampled = values(&frame, Layer::Indirect).iter();
         let mut indirect: Vec<f64> = sampled.map(|&value| value.into()).collect();
         if let Some(lamp) = behind.and_then(|light| light.lamp()) {
@@ -92,7 +88,7 @@ impl Truth {
             indirect,
             standard_error: frame.values(Layer::StandardError).map(<[f32]>::to_vec),
             valid,
-            edges: is_set(Layer::Edge),
+            edges: frame.mask(Layer::Edge),
         })
     }
 

@@ -7,10 +7,9 @@ mod openings;
 mod rooms;
 mod truth;
 
-use std::path::PathBuf;
-
 pub use self::rooms::{Subject, visible_strip};
 use self::truth::Truth;
+pub use super::torture_rows::{BIAS_SHARE, Row, Settings};
 use super::{Case, Examiner, scenes::with_rays};
 use crate::{
     Result,
@@ -131,9 +130,6 @@ pub const OVER_REQUESTED: f64 = 1.3;
 pub const FAR_OVER_REQUESTED: f64 = 2.0;
 /// Limit of the true error divided by its upper bound.
 pub const OVER_UPPER_BOUND: f64 = 1.1;
-/// Limit of |bias| divided by the upper bound. (The true error is no measure here: errors that the light rays of a set have in common move
-/// the mean of an image, also where the noise of each pixel is small.)
-pub const BIAS_SHARE: f64 = 0.5;
 /// A bias is an expectation, and one image is one draw. If it is over [`BIAS_SHARE`], the mean over this many turned images counts.
 const BIAS_IMAGES: u32 = 16;
 /// Limit of the spread of the image's mean while a lamp moves, divided by the mean estimated error.
@@ -141,120 +137,45 @@ const SPREAD_OVER_ESTIMATE: f64 = 1.5;
 /// Noise of a sampled reference, divided by the smallest target error.
 const TRUTH_NOISE: f64 = 0.25;
 
-/// How the cases of this set are rendered.
-#[derive(Debug, Clone)]
-pub struct Settings {
-    pub target_errors: Vec<f64>,
-    /// Edge of the images, pixels.
-    pub size_px: u32,
-    /// Number of images of each scene. Each is turned by a degree or two, so that maps and samples fall elsewhere. At least 1.
-    pub variations: u32,
-    /// Folder that stores sampled references; `None`: they are not stored.
-    pub truths: Option<PathBuf>,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Settings {
-            target_errors: vec![0.1, 0.05],
-            size_px: 32,
-            variations: 1,
-            truths: None,
-        }
-    }
-}
-
-/// One image compared with the ground truth. Errors are relRMSEs of the indirect light, 1 = 100 %.
-#[derive(Debug, Clone, Copy)]
-pub struct Row {
-    pub requested: f64,
-    /// The engine's estimated error; `None`: it has found no light.
-    pub estimated: Option<f64>,
-    /// The engine's upper bound with a confidence of 95 %.
-    pub upper_bound: Option<f64>,
-    /// Infinite if the image holds a value that is not finite.
-    pub true_error: f64,
-    /// Standard error of `true_error`, because the ground truth may have noise. Infinite if the noise hides the error; `true_error` is then
-    /// an upper bound.
-    pub uncertainty: f64,
-    /// Σx/Σt − 1, and its standard error.
-    pub bias: f64,
-    pub bias_uncertainty: f64,
-    /// |bias| beyond the noise of the ground truth, divided by the upper bound; infinite if the engine states no bound. If the image exceeds
-    /// [`BIAS_SHARE`], this is the mean over sixteen turned images, unless the settings request variations.
-    pub bias_share: f64,
-    pub ray_count: u64,
-    pub milliseconds: f64,
-}
-
-impl Row {
-    fn new(requested: f64, frame: &Frame, truth: &Truth) -> Result<Row> {
-        let comparison = truth.compare(frame)?;
-        let is_sound = comparison.non_finite_image == 0;
-        let errors = comparison.errors.filter(|_| is_sound);
-        let bias = errors.map_or(f64::INFINITY, |errors| errors.bias);
-        let uncorrected = errors.map_or(f64::INFINITY, |errors| errors.rmse);
-        let (true_error, uncertainty) = match comparison.noise.map(|noise| noise.rmse) {
-            _ if !is_sound => (f64::INFINITY, 0.0),
-            None => (uncorrected, 0.0),
-            Some(CorrectedRmse::Estimate {
-                value,
-                standard_error,
-            }) => (value, standard_error),
-            Some(CorrectedRmse::Below(bound)) => (bound, f64::INFINITY),
-            Some(CorrectedRmse::ReferenceIsNoise) => (f64::INFINITY, f64::INFINITY),
-        };
-        let FrameStats {
-            estimated_error,
-            estimated_error_upper,
-            ray_count,
-            wall_milliseconds,
-            ..
-        } = frame.stats;
-        let bias_uncertainty = comparison
-            .noise
-            .map_or(0.0, |noise| noise.bias_standard_error);
-        Ok(Row {
-            requested,
-            estimated: estimated_error,
-            upper_bound: estimated_error_upper,
-            true_error,
-            uncertainty,
-            bias,
-            bias_uncertainty,
-            bias_share: bias_share(&[(bias, estimated_error_upper)], bias_uncertainty),
-            ray_count,
-            milliseconds: wall_milliseconds,
-        })
-    }
-
-    /// The true error minus twice its uncertainty, divided by the upper bound; infinite if the engine states no bound. (If an image is much
-    /// better than requested, the noise of the ground truth alone must not count against the bound.)
-    pub fn over_upper_bound(&self) -> f64 {
-        let at_least = match self.uncertainty {
-            f64::INFINITY if self.true_error.is_finite() => 0.0,
-            f64::INFINITY => f64::INFINITY,
-            uncertainty => self.true_error - 2.0 * uncertainty,
-        };
-        self.upper_bound
-            .map_or(f64::INFINITY, |bound| at_least.max(0.0) / bound)
-    }
-
-    pub fn over_requested(&self) -> f64 {
-        self.true_error / self.requested
-    }
-}
-
-impl Examiner {
-    /// Sets how the cases of the torture set are rendered from now on.
-    pub fn set_torture(&mut self, settings: Settings) {
-        self.torture = settings;
-    }
-
-    /// Returns the images of the torture set since the last call.
-    pub fn take_rows(&mut self) -> Vec<Row> {
-        std::mem::take(&mut self.rows)
-    }
+/// Compares an image with the ground truth.
+fn row_of(requested: f64, frame: &Frame, truth: &Truth) -> Result<Row> {
+    let comparison = truth.compare(frame)?;
+    let is_sound = comparison.non_finite_image == 0;
+    let errors = comparison.errors.filter(|_| is_sound);
+    let bias = errors.map_or(f64::INFINITY, |errors| errors.bias);
+    let uncorrected = errors.map_or(f64::INFINITY, |errors| errors.rmse);
+    let (true_error, uncertainty) = match comparison.noise.map(|noise| noise.rmse) {
+        _ if !is_sound => (f64::INFINITY, 0.0),
+        None => (uncorrected, 0.0),
+        Some(CorrectedRmse::Estimate {
+            value,
+            standard_error,
+        }) => (value, standard_error),
+        Some(CorrectedRmse::Below(bound)) => (bound, f64::INFINITY),
+        Some(CorrectedRmse::ReferenceIsNoise) => (f64::INFINITY, f64::INFINITY),
+    };
+    let FrameStats {
+        estimated_error,
+        estimated_error_upper,
+        ray_count,
+        wall_milliseconds,
+        ..
+    } = frame.stats;
+    let bias_uncertainty = comparison
+        .noise
+        .map_or(0.0, |noise| noise.bias_standard_error);
+    Ok(Row {
+        requested,
+        estimated: estimated_error,
+        upper_bound: estimated_error_upper,
+        true_error,
+        uncertainty,
+        bias,
+        bias_uncertainty,
+        bias_share: bias_share(&[(bias, estimated_error_upper)], bias_uncertainty),
+        ray_count,
+        milliseconds: wall_milliseconds,
+    })
 }
 
 /// The mean of images' biases beyond the noise of their ground truth, divided by the mean of their upper bounds.
@@ -274,13 +195,13 @@ fn estimates(exam: &mut Examiner, subject: Subject) -> Result<()> {
         for variation in 0..settings.variations {
             let scene = rooms::varied(&subject.scene, variation);
             let frame = exam.render(&with_rays(&scene, requested))?;
-            let mut row = Row::new(requested, &frame, &truth)?;
+            let mut row = row_of(requested, &frame, &truth)?;
             if settings.variations == 1 && row.bias_share > BIAS_SHARE {
                 let mut images = vec![(row.bias, row.upper_bound)];
                 for variation in 1..BIAS_IMAGES {
                     let turned = rooms::varied(&subject.scene, variation);
                     let frame = exam.render(&with_rays(&turned, requested))?;
-                    let turned = Row::new(requested, &frame, &truth)?;
+                    let turned = row_of(requested, &frame, &truth)?;
                     images.push((turned.bias, turned.upper_bound));
                 }
                 row.bias_share = bias_share(&images, row.bias_uncertainty);
@@ -318,7 +239,7 @@ fn moved_lamp(exam: &mut Examiner) -> Result<()> {
             let subject = rooms::moved_lamp(step).resized(settings.size_px);
             let truth = truth_of(exam, &subject, &settings)?;
             let frame = exam.render(&with_rays(&subject.scene, requested))?;
-            let row = Row::new(requested, &frame, &truth)?;
+            let row = row_of(requested, &frame, &truth)?;
             biases.push(row.bias);
             estimates.push(row.estimated.unwrap_or(0.0));
         }

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3, dvec3};
 use super::openings::{Opening, room_behind};
 use crate::{
     Scene,
-    doctor::scenes::{
+    hard_cases::scenes::{
         COLOURED, GLOSSY, GREY, append, cuboid, empty_room, lit_by, point_light, quad, room,
         scene_of, sphere, spot_light, turned,
     },

@@ -5,7 +5,7 @@ use std::{mem, ops::ControlFlow};
 use super::{
     Case, Measurement, Part,
     scenes::{with_each_estimator, with_rays, with_shadow, with_sum},
-    torture,
+    torture_rows::{Row, Settings},
 };
 use crate::{
     Device, RenderOptions, Renderer, Result, Scene,
@@ -42,8 +42,8 @@ pub struct Examiner {
     pub(super) renderer: Renderer,
     last_scene: Option<Scene>,
     measured: Measurement,
-    pub(super) torture: torture::Settings,
-    pub(super) rows: Vec<torture::Row>,
+    pub(super) torture: Settings,
+    pub(super) rows: Vec<Row>,
 }
 
 impl Examiner {
@@ -57,7 +57,7 @@ impl Examiner {
             renderer: Renderer::new(device)?,
             last_scene: None,
             measured: Measurement::default(),
-            torture: torture::Settings::default(),
+            torture: Settings::default(),
             rows: Vec::new(),
         })
     }
@@ -75,6 +75,16 @@ impl Examiner {
     /// The last scene that was rendered, of those rendered without changes; for a picture of the case.
     pub fn last_scene(&self) -> Option<&Scene> {
         self.last_scene.as_ref()
+    }
+
+    /// Sets how the cases of the torture set are rendered from now on.
+    pub fn set_torture(&mut self, settings: Settings) {
+        self.torture = settings;
+    }
+
+    /// Returns the images of the torture set since the last call.
+    pub fn take_rows(&mut self) -> Vec<Row> {
+        mem::take(&mut self.rows)
     }
 
     /// Records one error of the case with its bound: [`Part`].
@@ -120,18 +130,14 @@ impl Examiner {
         layer: Layer,
     ) -> Result<f64> {
         let frame = self.render(scene)?;
-        let is_set = |layer: Layer| -> Vec<bool> {
-            let ids = truth.ids(layer).unwrap_or_default();
-            ids.iter().map(|&id| id != 0).collect()
-        };
         let noise = layer.standard_error();
         Ok(relative_rmse(&Pixels {
             image: values(&frame, layer),
             reference: values(truth, layer),
             image_standard_error: None,
             reference_standard_error: noise.and_then(|noise| truth.values(noise)),
-            valid: &is_set(Layer::InstanceId),
-            edges: Some(&is_set(Layer::Edge)),
+            valid: &truth.mask(Layer::InstanceId),
+            edges: Some(&truth.mask(Layer::Edge)),
             channels: layer.channel_names().len(),
         }))
     }

@@ -15,6 +15,7 @@ pub mod scenes;
 pub mod sums;
 pub mod time_of_flight;
 pub mod torture;
+mod torture_rows;
 pub mod transport;
 
 pub use examiner::Examiner;

@@ -1,10 +1,11 @@
-//! A sample of the image's pixels, gathered separately from the image. Pilots use it, and the image's error is estimated from it.
+//! Probe pixels: a sample of the image's pixels, gathered separately from the image. Pilots use it, and the image's error is estimated from it.
 
 use std::collections::HashMap;
 
 use super::{
     error_estimate::{ErrorEstimate, PixelEstimate},
     image_estimate::{ImageEstimate, RangeFigures, RangeTarget, settle_signals},
+    limits::GROUPS,
     listed_pixels::{ListedPixels, ScatteredPixels},
     refine::Refiner,
     shared_light_rays::SharedLightRays,
@@ -13,59 +14,54 @@ use crate::{
     Error, Result, metrics,
     passes::{
         cost::{FIRST_ESTIMATE, FURTHER_ESTIMATES},
-        error_estimate::{self, Compared, ESTIMATE_VECTORS},
+        error_estimate::{self, Comparison, ESTIMATE_VECTORS, vectors_of_receiver},
         gatherer::{GatheredFor, LightRaySets, Results, Samples},
         modulation::USUAL_TURNING_SHARE,
-        receivers::{ReceiverRange, Receivers},
+        receivers::{ListedReceivers, ReceiverRange, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
         sample_counts::{PACKET_SAMPLES, SampleCounts},
     },
-    plan::Plan,
     scene::{ErrorNorm, MAX_FREQUENCIES},
-    vulkan::{Buffer, BufferUse},
+    vulkan::Buffer,
 };
 
-/// Groups of pixels that have no samples in common.
-pub(super) const GROUPS: u32 = 16;
-/// Pixels of a sample, and of one that is enough for a rough image.
-pub(super) const SAMPLE_PIXELS: u32 = 1024;
-pub(super) const FEW_PIXELS: u32 = 256;
 /// Seeds of the estimates, different from those of images.
 const FIRST_SEED: u32 = 0x5eed_0000;
 
 /// Pixels that are gathered to estimate the image's error, with room for their results.
-pub(super) struct PixelSample {
+pub(super) struct ProbePixels {
     receivers: Receivers,
-    /// How many pixels of the image a pixel stands for, over the mean of the sample. Absent: 1.
+    /// How many pixels of the image a pixel stands for, over the mean of all. Absent: 1.
     weights: HashMap<u32, f64>,
     ranges: [ReceiverRange; 2],
     pub count: u32,
-    /// Results of two gathers, or of one exact gather.
+    /// Results of two gathers, or of one without noise.
     results: Buffer,
     /// Edge of the tiles that errors are relative to, pixels.
     tile_px: Option<u32>,
-    /// Seed of this sample of pixels.
+    /// Seed by which they were chosen.
     seed: u32,
-    /// What its rays are counted as.
+    /// What their rays are counted as.
     counted_for: &'static str,
-    /// Number of gathers of this sample so far.
+    /// Number of their gathers so far.
     gathers: u32,
-    /// Counts of the gathers that the image is compared with; `None` if gathers are exact.
+    /// Counts of the gathers that the image is compared with; `None` if gathers have no noise.
     counts: Option<SampleCounts>,
     /// What the device has found out for the last estimate, after the next submission.
     estimates: Option<Buffer>,
 }
 
-impl PixelSample {
+impl ProbePixels {
     /// Chooses about `at_least` pixels evenly. Another `seed` gives other pixels.
     pub fn new(
         refiner: &Refiner,
         norm: ErrorNorm,
-        (at_least, seed): (u32, u32),
-    ) -> Result<PixelSample> {
-        let listed = ScatteredPixels::list(refiner, (at_least, seed))?;
+        at_least: u32,
+        seed: u32,
+    ) -> Result<ProbePixels> {
+        let listed = ScatteredPixels::list(refiner, at_least, seed)?;
         refiner.context.finish()?;
-        PixelSample::scattered(refiner, norm, listed)
+        ProbePixels::scattered(refiner, norm, listed)
     }
 
     /// The pixels that the device has listed.
@@ -73,17 +69,12 @@ impl PixelSample {
         refiner: &Refiner,
         norm: ErrorNorm,
         mut listed: ScatteredPixels,
-    ) -> Result<PixelSample> {
+    ) -> Result<ProbePixels> {
         while let Some(other) = listed.list_more(refiner)? {
             refiner.context.finish()?;
             listed = other;
         }
-        PixelSample::of(
-            refiner,
-            listed.receivers,
-            HashMap::new(),
-            (norm, listed.seed),
-        )
+        ProbePixels::of(refiner, listed.receivers, HashMap::new(), norm, listed.seed)
     }
 
     /// The pixels of a list that the device has made, or if there is none, evenly chosen ones; with the samples that they take.
@@ -91,42 +82,45 @@ impl PixelSample {
         refiner: &Refiner,
         images: &RefinementImages,
         listed: Option<ListedPixels>,
-        (norm, criteria): (ErrorNorm, RefinementCriteria),
-        (wanted, seed): (u32, u32),
-    ) -> Result<PixelSample> {
-        let (mut sample, counts) = match listed {
+        norm: ErrorNorm,
+        criteria: RefinementCriteria,
+        wanted: u32,
+        seed: u32,
+    ) -> Result<ProbePixels> {
+        let (mut probes, counts) = match listed {
             Some(ListedPixels {
                 receivers,
                 counts,
                 weights,
             }) => {
-                let sample = PixelSample::of(refiner, receivers, weights, (norm, seed))?;
-                (sample, counts)
+                let probes = ProbePixels::of(refiner, receivers, weights, norm, seed)?;
+                (probes, counts)
             }
             None => {
-                let sample = PixelSample::new(refiner, norm, (wanted, seed))?;
-                let (context, receivers) = (refiner.context, &sample.receivers);
-                let counts = SampleCounts::of_estimate(context, sample.count)?;
+                let probes = ProbePixels::new(refiner, norm, wanted, seed)?;
+                let (context, receivers) = (refiner.context, &probes.receivers);
+                let counts = SampleCounts::of_estimate(context, probes.count)?;
                 let gbuffer = refiner.gbuffer;
-                context
-                    .submit(|r| counts.count(r, context, gbuffer, images, receivers, criteria))?;
-                (sample, counts)
+                counts.count(context, gbuffer, images, receivers, criteria)?;
+                context.finish()?;
+                (probes, counts)
             }
         };
-        sample.counts = Some(counts);
-        Ok(sample)
+        probes.counts = Some(counts);
+        Ok(probes)
     }
 
     fn of(
         refiner: &Refiner,
         receivers: Receivers,
         weights: HashMap<u32, f64>,
-        (norm, seed): (ErrorNorm, u32),
-    ) -> Result<PixelSample> {
+        norm: ErrorNorm,
+        seed: u32,
+    ) -> Result<ProbePixels> {
         let context = refiner.context;
         let ranges = receivers.ranges()?;
         let count: u32 = ranges.iter().map(|range| range.count).sum();
-        Ok(PixelSample {
+        Ok(ProbePixels {
             receivers,
             weights,
             ranges,
@@ -141,30 +135,31 @@ impl PixelSample {
         })
     }
 
-    /// Takes other samples than those that another sample of pixels has taken.
-    pub fn after(self, other: &PixelSample) -> PixelSample {
-        PixelSample {
+    /// Takes other samples than those that other probe pixels have taken.
+    pub fn after(self, other: &ProbePixels) -> ProbePixels {
+        ProbePixels {
             gathers: other.gathers,
             ..self
         }
     }
 
-    /// Decides only whether the target is met. The number of such samples depends on chance.
-    pub fn further(self) -> PixelSample {
-        PixelSample {
+    /// Decides only whether the target is met. The number of such sets depends on chance.
+    pub fn further(self) -> ProbePixels {
+        ProbePixels {
             counted_for: FURTHER_ESTIMATES,
             ..self
         }
     }
 
-    /// Estimates the light from two gathers with this many packets of samples, or from one exact gather.
+    /// Estimates the light from two gathers with this many packets of samples, or from one without noise.
     pub fn pilot(
         &mut self,
         refiner: &mut Refiner,
         images: &RefinementImages,
-        (packets, gathered_for): (u32, [GatheredFor; 2]),
+        packets: u32,
+        gathered_for: [GatheredFor; 2],
     ) -> Result<ImageEstimate> {
-        let counts = match refiner.gatherer.is_exact() {
+        let counts = match refiner.gatherer.is_noiseless() {
             true => None,
             false => {
                 let device = refiner.context.device;
@@ -184,7 +179,7 @@ impl PixelSample {
         self.estimate_from(refiner, &estimates, packets)
     }
 
-    /// Records the comparison of the image with two gathers that have samples of their own, or with one exact gather, which is made once.
+    /// Records the comparison of the image with two gathers that have samples of their own, or with one without noise, which is made once.
     /// `samples` is the approximate number of samples of a receiver.
     pub fn record_estimate(
         &mut self,
@@ -225,7 +220,7 @@ impl PixelSample {
         self.estimate_from(refiner, estimates, 0)
     }
 
-    /// Gathers twice with independent samples, or once exactly. Reports meanwhile that `fraction` of the attempt is done.
+    /// Gathers twice with independent samples, or once without noise. Reports meanwhile that `fraction` of the attempt is done.
     fn gather(
         &mut self,
         refiner: &mut Refiner,
@@ -259,7 +254,11 @@ impl PixelSample {
                     buffer: &self.results,
                     first: gather * self.count + range.first,
                 };
-                let receivers = (refiner.gbuffer, &self.receivers, range);
+                let receivers = ListedReceivers {
+                    gbuffer: refiner.gbuffer,
+                    list: &self.receivers,
+                    range,
+                };
                 refiner
                     .gatherer
                     .gather(receivers, results, samples, &mut proceed)?;
@@ -278,29 +277,19 @@ impl PixelSample {
         counts: Option<&SampleCounts>,
         is_pilot: bool,
     ) -> Result<Buffer> {
-        let (context, count) = (refiner.context, self.count);
-        let vectors = count as usize * vectors_of_pixel(context.plan);
-        let bytes = (vectors * size_of::<[f32; 4]>()) as u64;
-        let usage = BufferUse::Readback;
-        let estimates = Buffer::new(context.device, "error estimates", bytes, usage)?;
-        let second_result = if counts.is_some() { count } else { 0 };
-        context.record(|recorder| {
-            error_estimate::compare(
-                recorder,
-                context,
-                refiner.gbuffer,
-                Compared {
-                    indirect_radiance: refiner.indirect_radiance,
-                    indirect_phasors: refiner.indirect_phasors,
-                    direct_phasors: refiner.direct_phasors,
-                    is_pilot,
-                },
-                (images, &self.receivers, counts),
-                (&self.results, second_result),
-                (&estimates, count),
-            )
-        })?;
-        Ok(estimates)
+        let comparison = Comparison {
+            gbuffer: refiner.gbuffer,
+            images,
+            indirect_radiance: refiner.indirect_radiance,
+            indirect_phasors: refiner.indirect_phasors,
+            direct_phasors: refiner.direct_phasors,
+            is_pilot,
+            receivers: &self.receivers,
+            receiver_count: self.count,
+            counts,
+            results: &self.results,
+        };
+        error_estimate::compare(refiner.context, comparison)
     }
 
     /// The estimate of a comparison. `packets` are those of a pilot's gather; 0: it is of the image.
@@ -311,8 +300,11 @@ impl PixelSample {
         packets: u32,
     ) -> Result<ImageEstimate> {
         let context = refiner.context;
-        let frequency_count = frequency_count(context.plan);
-        let vectors = vectors_of_pixel(context.plan);
+        let frequency_count = context
+            .plan
+            .bounced_tof()
+            .map_or(0, |tof| tof.frequency_count);
+        let vectors = vectors_of_receiver(context.plan);
         let total = self.count as usize * vectors;
         let estimates = estimates.mapped::<[f32; 4]>(total)?;
         let estimate = |pixels: &[_], tile_px| ErrorEstimate::new(pixels, packets, GROUPS, tile_px);
@@ -381,19 +373,6 @@ struct GatheredWith<'s> {
     samples: u32,
     gathered_for: [GatheredFor; 2],
     set_count: u32,
-}
-
-/// Frequencies of time of flight in the bounce.
-fn frequency_count(plan: &Plan) -> u32 {
-    plan.bounced_tof().map_or(0, |tof| tof.frequency_count)
-}
-
-/// Vectors that the error_estimate pass writes for a pixel.
-fn vectors_of_pixel(plan: &Plan) -> usize {
-    match frequency_count(plan) {
-        0 => ESTIMATE_VECTORS,
-        _ => ESTIMATE_VECTORS + MAX_FREQUENCIES,
-    }
 }
 
 /// Edge of the tiles that errors are relative to; `None`: they are relative to the whole image.

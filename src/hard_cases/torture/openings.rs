@@ -9,7 +9,7 @@ use glam::{DVec3, dvec3};
 
 use crate::{
     Scene,
-    doctor::scenes::{GREY, append, quad, scene_of},
+    hard_cases::scenes::{GREY, append, quad, scene_of},
     scene::{Bands, Light, Mesh},
 };
 
@@ -221,7 +221,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::{doctor::scenes::point_light, output::Layer, reference::Reference};
+    use crate::{hard_cases::scenes::point_light, output::Layer, reference::Reference};
 
     /// Openings wide enough for the reference to find the light; some pixels are in the edge between a lit wall and another one.
     #[test]

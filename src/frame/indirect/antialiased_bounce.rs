@@ -1,14 +1,14 @@
 //! Averages the bounce over the pixels' area. Most samples of a pixel show the same surface as the centre of a pixel around them, and
 //! take their light from what was gathered there. The others are gathered.
 
-use super::refine::{MAX_RESULT_VECTORS, Refiner};
+use super::{refine::Refiner, resources::MAX_RESULT_VECTORS};
 use crate::{
     Result,
-    frame::{FrameImages, SceneResources, see},
+    frame::{FrameImages, direct::see, scene_resources::SceneResources},
     passes::{
         gatherer::{GatheredFor, LightRaySets, Results, Samples},
         pixel_filter::FilteredImages,
-        receivers::{self, Receivers},
+        receivers::{self, ListedReceivers, Receivers},
         sample_counts::{PACKET_SAMPLES, SampleCounts},
     },
     plan::Plan,
@@ -19,18 +19,18 @@ use crate::{
 const FIRST_SEED: u32 = 0x4000_0000;
 
 /// The lists and buffers for gathering samples.
-pub(crate) struct SampleResources<A: Allocate = Device> {
+pub(crate) struct AntialiasedBounceResources<A: Allocate = Device> {
     receivers: Receivers<A>,
     results: A::Buffer,
     /// Number of receivers whose results fit.
     max_results: u32,
 }
 
-impl<A: Allocate> SampleResources<A> {
-    pub fn new(allocate: &A, plan: &Plan) -> Result<SampleResources<A>> {
+impl<A: Allocate> AntialiasedBounceResources<A> {
+    pub fn new(allocate: &A, plan: &Plan) -> Result<AntialiasedBounceResources<A>> {
         let pixels: u32 = plan.resolution_px.iter().product();
         let max_results = pixels.min(MAX_RESULT_VECTORS / Results::vectors(plan)?);
-        Ok(SampleResources {
+        Ok(AntialiasedBounceResources {
             receivers: Receivers::new(allocate, pixels, pixels)?,
             results: Results::room(allocate, plan, max_results)?,
             max_results,
@@ -43,7 +43,8 @@ pub(super) fn average(
     refiner: &mut Refiner,
     scene: &SceneResources,
     images: &FrameImages,
-    (gathered, indirect): (&Image, &Image),
+    gathered: &Image,
+    indirect: &Image,
 ) -> Result<()> {
     let (Some(sampled), Some(samples_of_pixel)) = (&images.sampled, refiner.samples_of_pixel)
     else {
@@ -51,11 +52,11 @@ pub(super) fn average(
         return Ok(());
     };
     let context = refiner.context;
-    let SampleResources {
+    let AntialiasedBounceResources {
         mut receivers,
         results,
         max_results,
-    } = SampleResources::new(context.device, context.plan)?;
+    } = AntialiasedBounceResources::new(context.device, context.plan)?;
     let pixels: u32 = context.plan.resolution_px.iter().product();
     receivers.set_candidate_count(pixels)?;
     let filtered = FilteredImages {
@@ -65,17 +66,16 @@ pub(super) fn average(
     let all: Vec<_> = sampled.samples(context).collect();
     // If all samples of a pixel are gathered, that pixel gets twice the samples of another.
     let packets = (2 * samples_of_pixel / PACKET_SAMPLES).div_ceil(all.len() as u32);
-    let counts = (!refiner.gatherer.is_exact())
+    let counts = (!refiner.gatherer.is_noiseless())
         .then(|| SampleCounts::even(context.device, pixels, packets))
         .transpose()?;
     let pass = refiner.gatherer.pass();
     for (index, sample) in all.iter().enumerate() {
-        see(context, scene, sample.offset_px, sample.gbuffer)?;
-        context.submit(|r| {
-            let centres = (&images.gbuffer, gathered);
-            sample.interpolate(r, context, centres, &receivers, filtered)?;
-            receivers::list(r, context, sample.gbuffer, &receivers, None)
-        })?;
+        let share = Some(sample.share);
+        see(context, scene, sample.offset_px, share, sample.gbuffer)?;
+        sample.interpolate(context, &images.gbuffer, gathered, &receivers, filtered)?;
+        receivers::list(context, sample.gbuffer, &receivers, None)?;
+        context.finish()?;
         let ranges = receivers.ranges()?;
         let most = match &counts {
             Some(_) => LightRaySets::max_receivers(PACKET_SAMPLES * packets).min(max_results),
@@ -101,12 +101,14 @@ pub(super) fn average(
             };
             let progress = &mut *refiner.progress;
             let mut proceed = |_| progress.report_sample(pass, 0.5 * sample.share * index as f64);
-            let at = (sample.gbuffer, &receivers, range);
+            let at = ListedReceivers {
+                gbuffer: sample.gbuffer,
+                list: &receivers,
+                range,
+            };
             refiner.gatherer.gather(at, into, samples, &mut proceed)?;
-            context.record(|r| {
-                let results = (&results, counts.as_ref());
-                sample.add_gathered(r, context, (&receivers, range), results, filtered)
-            })?;
+            let counts = counts.as_ref();
+            sample.add_gathered(context, at, &results, counts, filtered)?;
         }
     }
     Ok(())
