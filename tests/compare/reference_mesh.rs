@@ -9,7 +9,7 @@ use camlux::{
     Scene, model,
     output::Layer,
     reference::Reference,
-    scene::{Bands, Intrinsics, Lens, Light},
+    scene::{Bands, Intrinsics, Lens},
 };
 use glam::DVec3;
 
