@@ -32,7 +32,7 @@ use camlux::{
         ExrOptions, Frame, FrameStats, Layer, OutputFile, StopReason, TofQuantity, write_exr,
     },
     reference::{Goal, Reference},
-    scene::{DEFAULT_TARGET_ERROR, IndirectLight},
+    scene::{DEFAULT_TARGET_ERROR, FinalGather, IndirectLight},
 };
 use two_threads::Failure;
 
@@ -222,23 +222,15 @@ impl Asked {
             Asked::Range(_) => DEFAULT_TARGET_ERROR,
             _ => LEAST_TARGET,
         };
-        let mut indirect = IndirectLight::final_gather(target);
-        if let IndirectLight::FinalGather {
-            max_ms,
-            max_rays,
-            target_range_error_mm,
-            ..
-        } = &mut indirect
-        {
-            match self {
-                Asked::Error(_) => (),
-                Asked::Range(mm) => *target_range_error_mm = Some(*mm),
-                Asked::Milliseconds(ms) => *max_ms = Some(*ms),
-                Asked::Rays(rays) => *max_rays = Some(*rays as u64),
-                Asked::Direct => return None,
-            }
+        let mut gather = FinalGather::new(target);
+        match self {
+            Asked::Error(_) => (),
+            Asked::Range(mm) => gather.target_range_error_mm = Some(*mm),
+            Asked::Milliseconds(ms) => gather.max_ms = Some(*ms),
+            Asked::Rays(rays) => gather.max_rays = Some(*rays as u64),
+            Asked::Direct => return None,
         }
-        Some(indirect)
+        Some(gather.into())
     }
 }
 

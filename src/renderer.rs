@@ -251,14 +251,9 @@ impl Renderer {
         if let Some(PixelSampling { samples, .. }) = &mut small.camera.pixel_sampling {
             *samples = (*samples).min(2);
         }
-        if let Some(IndirectLight::FinalGather {
-            target_error,
-            max_rays,
-            ..
-        }) = &mut small.indirect
-        {
-            *target_error = *TARGET_ERRORS.end();
-            *max_rays = Some(1);
+        if let Some(IndirectLight::FinalGather(gather)) = &mut small.indirect {
+            gather.target_error = TARGET_ERRORS.most;
+            gather.max_rays = Some(1);
         }
         // They belong to the frame before.
         let (images, last) = (std::mem::take(&mut self.cache.images), self.last.take());
@@ -487,7 +482,7 @@ impl KeptFrame {
     /// `None` if another attempt could do better.
     fn of(drawn: &DrawnFrame, options: &RenderOptions) -> Option<KeptFrame> {
         let indirect = drawn.description.indirect;
-        let has_time_limit = indirect.is_some_and(|indirect| indirect.max_ms().is_some());
+        let has_time_limit = indirect.is_some_and(|indirect| indirect.value("max_ms").is_some());
         let is_final = match drawn.stats.stop {
             Some(StopReason::Cancelled) => false,
             Some(StopReason::BudgetSpent) => !has_time_limit,

@@ -5,7 +5,7 @@ use std::{path::Path, time::Instant};
 use camlux::{
     Device, RenderOptions, Renderer, Scene,
     output::{Frame, Layer},
-    scene::IndirectLight,
+    scene::{IndirectLight, RsmAverage},
 };
 
 use crate::{Failure, Spread, verdict};
@@ -65,10 +65,10 @@ struct Side {
 impl Side {
     fn new(scene: &Scene, interpolation_error: Option<f64>) -> Side {
         let mut scene = scene.clone();
-        scene.indirect = Some(IndirectLight::RsmAverage {
+        scene.indirect = Some(IndirectLight::RsmAverage(RsmAverage {
             rsm_size: RSM_SIZE,
             interpolation_error,
-        });
+        }));
         Side {
             scene,
             gather_s: Vec::new(),

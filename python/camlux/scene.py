@@ -308,16 +308,19 @@ class Material(Fields):
     alpha_cutoff: Number = 0.5
 
 
+# sensor: from the rows of the engine's parameters.
+
+
 @dataclass(slots=True, eq=False)
 class Sensor(Fields):
-    """Converts radiance to the energy on a pixel.
+    """Converts the radiance that a pixel sees to energy: Q_C = E_C · pixel area · duty cycle · exposure time.
 
-    pixel_pitch_um: width and height of a pixel, micrometres.
-    exposure_time_s: of an image, or of each phase image, s.
-    duty_cycle: share of the exposure in which the signal is on, 0 to 1.
-    wavelength_nm: of the light, nm. Required for time of flight, together with `quantum_efficiency`.
-    quantum_efficiency: electrons per photon, above 0 up to 1.
-    f_number: focal length divided by aperture diameter; None: the irradiance has the same number as the radiance.
+    pixel_pitch_um: width and height of a pixel, micrometres. Limits: 0.01 to 1e6.
+    exposure_time_s: of an image, or of each phase image of time of flight, seconds.
+    duty_cycle: share of the exposure in which the signal is on. Limits: 0 to 1.
+    wavelength_nm: λ of the light, nanometres. Time of flight needs it, together with `quantum_efficiency`. Limits: 1 to 1e6.
+    quantum_efficiency: η, electrons per photon. Limits: above 0, up to 1.
+    f_number: focal length divided by the diameter of the aperture. Without it, E_C equals the radiance in number, as in the model.
     """
 
     pixel_pitch_um: Numbers
@@ -330,15 +333,15 @@ class Sensor(Fields):
 
 @dataclass(slots=True, eq=False)
 class SensorNoise(Fields):
-    """The noise of a time-of-flight sensor. Electrons are counted per tap and phase image.
+    """The noise of a time-of-flight sensor, and its conversion of electrons to digital numbers (DN). Each tap of a phase image is a separate well.
 
     full_well_e: the most electrons that a tap holds.
-    dark_e_per_s: dark current, electrons/s.
-    read_noise_e: standard deviation of the read noise, electrons.
-    gain_dn_per_e: digital numbers per electron.
-    black_level_dn: digital number without electrons.
-    bits: of a digital number, 1 to 24.
-    seed: another number gives other noise.
+    dark_e_per_s: dark current of a tap, electrons per second.
+    read_noise_e: σ_r, the standard deviation of the read noise, electrons.
+    gain_dn_per_e: DN per electron.
+    black_level_dn: the DN of 0 electrons.
+    bits: DN are from 0 to 2^bits − 1. Limits: 1 to 24.
+    seed: each seed gives different noise.
     """
 
     full_well_e: Number
@@ -348,6 +351,9 @@ class SensorNoise(Fields):
     black_level_dn: Number = 0.0
     bits: Whole = 12
     seed: Whole = 0
+
+
+# End of sensor.
 
 
 @dataclass(slots=True, eq=False)
@@ -374,19 +380,26 @@ class TimeOfFlight(Fields):
     noise: SensorNoise | None = None
 
 
+# indirect light: from the rows of the engine's parameters.
+
+
 @dataclass(slots=True, eq=False)
 class FinalGather(Fields):
     """Single bounce by rays, refined to the target error.
 
-    target_error: relRMSE of the indirect light, 0.002 to 0.5; 0.02 is 2 %.
-    error_norm: image: the error counts over all pixels; local: over every part of the image.
-    rsm_size: texels along an edge of a face of the reflective shadow map (RSM); None: chosen from the target error.
-    max_ms: time limit, ms; None: no limit. At a limit, the result is the best image so far. A first image is always made:
-        `stats.least_ms` is its time.
-    max_rays: limit of the number of rays; None: no limit.
+    target_error: target error of the indirect light against the true single bounce, relRMSE: sqrt(Σ(x−t)²/Σt²). 0.02 is 2 %. Limits:
+        0.002 to 0.5.
+    error_norm: what the target error applies to. image: all pixels at once, so bright pixels count most; local: tiles of the image, of
+        which each with light has the same weight.
+    rsm_size: texels along an edge of a face of the reflective shadow map (RSM). There is none: it sets the number of tiles through
+        which a light sends rays. Without it, camlux chooses.
+    max_ms: limit of the wall time of a frame from the call on, without compiling, ms. At a limit, the result is the best image so far;
+        the least image with an estimate is always made. The image then depends on the speed of the device.
+    max_rays: limit of the number of rays, like `max_ms`. The image does not depend on the speed of the device.
     stderr_layer: whether frames have the layer `stderr`.
-    target_range_error_mm: with time of flight, the range error that the error of the bounce may cause, rms over pixels, mm, 0.1 to 1000;
-        target_error is then for the light alone. None: target_error is for the phasors, too.
+    target_range_error_mm: with time of flight: target of the range error that the error of the bounce causes, rms over pixels, of the
+        worst frequency, mm. `target_error` is then for the light alone; without it, `target_error` is also for the phasors. Limits: 0.1
+        to 1000.
     """
 
     estimator: ClassVar[str] = "final-gather"
@@ -401,10 +414,11 @@ class FinalGather(Fields):
 
 @dataclass(slots=True, eq=False)
 class RsmAverage(Fields):
-    """CamSim's average over the texels of the reflective shadow map, without visibility.
+    """The average of the CamSim document over the texels of the reflective shadow map, without visibility.
 
-    rsm_size: texels along an edge of a face of the map.
-    interpolation_error: relRMSE against the sum at every pixel, 0.002 to 0.5; None: the sum at every pixel.
+    rsm_size: texels along an edge of a face of the reflective shadow map (RSM).
+    interpolation_error: target error of the interpolation between pixels against the sum at every pixel, relRMSE. It does not limit the
+        error of that sum against the true bounce. Without it, the sum is computed at every pixel. Limits: 0.002 to 0.5.
     """
 
     estimator: ClassVar[str] = "rsm-average"
@@ -414,13 +428,16 @@ class RsmAverage(Fields):
 
 @dataclass(slots=True, eq=False)
 class InstantRadiosity(Fields):
-    """CamSim's sum over virtual point lights (VPLs), without visibility.
+    """The sum over virtual point lights (VPLs), without visibility.
 
-    rsm_size: texels along an edge of a face of the reflective shadow map.
+    rsm_size: texels along an edge of a face of the reflective shadow map (RSM).
     """
 
     estimator: ClassVar[str] = "instant-radiosity"
     rsm_size: Whole = 64
+
+
+# End of indirect light.
 
 
 Indirect: TypeAlias = Union[FinalGather, RsmAverage, InstantRadiosity]

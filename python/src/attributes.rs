@@ -1,5 +1,6 @@
 //! Reads the attributes of scene.py's objects; each error names the part of the scene.
 
+use camlux::scene::{Parameter, ParameterKind, ParameterValue};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyType};
 
@@ -137,6 +138,37 @@ impl<'py> Part<'py> {
                 Err(self.error(format_args!("{name} is \"{word}\""), &hint))
             }
         }
+    }
+
+    /// The value of a parameter; `None`: an optional one that is None.
+    pub fn parameter(&self, parameter: &Parameter) -> PyResult<Option<ParameterValue>> {
+        let Parameter { name, is_optional, .. } = *parameter;
+        if is_optional && self.get(name)?.is_none() {
+            return Ok(None);
+        }
+        let or_none = if is_optional { ", or None" } else { "" };
+        Ok(Some(match parameter.kind {
+            ParameterKind::Number => {
+                ParameterValue::Number(self.need(name, &format!("give a number{or_none}"))?)
+            }
+            ParameterKind::Pair => {
+                ParameterValue::Pair(self.need(name, "give width and height, micrometres")?)
+            }
+            ParameterKind::Count if is_optional => {
+                let count: u32 = self.need(name, "give a whole number, or None")?;
+                ParameterValue::Count(count.into())
+            }
+            ParameterKind::Count => ParameterValue::Count(self.count(name)?.into()),
+            ParameterKind::LargeCount => {
+                let range = if is_optional { or_none } else { " of 0 or more" };
+                ParameterValue::Count(self.need(name, &format!("give a whole number{range}"))?)
+            }
+            ParameterKind::Flag => ParameterValue::Flag(self.flag(name)?),
+            ParameterKind::Name(names) => {
+                let chosen = self.choice(name, names, |name| name)?;
+                return Ok(chosen.map(ParameterValue::Name));
+            }
+        }))
     }
 
     /// The object of that name, unless it is None.

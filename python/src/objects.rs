@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use camlux::scene::{
-    self, AreaShape, Camera, Carrier, Distortion, IndirectLight, Lens, Light, Material,
-    PlacedLight, RadiationPattern, Sensor, Shadow, Shared, TextureLookup, TimeOfFlight,
+    self, AreaShape, Camera, Carrier, Distortion, IndirectLight, Lens, Light, Material, Parameter,
+    ParameterValue, Parameters, PlacedLight, RadiationPattern, Sensor, Shadow, Shared,
+    TextureLookup, TimeOfFlight,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -57,13 +58,14 @@ impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
         let lights = scene.lights.iter().map(|light| self.light(light));
+        let sensor = scene.sensor.map(|sensor| self.parameters("Sensor", sensor.named_values()));
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
             meshes: PyList::new(py, meshes(py, &scene.meshes)?)?,
             materials: self.materials(&scene.materials, scene.textures.clone())?,
             indirect: scene.indirect.map(|indirect| self.indirect(&indirect)).transpose()?,
-            sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
+            sensor: sensor.transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
         )
@@ -259,30 +261,9 @@ impl<'py> Classes<'py> {
         )
     }
 
-    fn sensor(&self, sensor: &Sensor) -> PyResult<Bound<'py, PyAny>> {
-        let [width, height] = sensor.pixel_pitch_um;
-        object!(self, "Sensor",
-            pixel_pitch_um: (width, height),
-            exposure_time_s: sensor.exposure_time_s,
-            duty_cycle: sensor.duty_cycle,
-            wavelength_nm: sensor.photodetector.map(|detector| detector.wavelength_nm),
-            quantum_efficiency: sensor.photodetector.map(|detector| detector.quantum_efficiency),
-            f_number: sensor.f_number,
-        )
-    }
-
     fn tof(&self, tof: &TimeOfFlight) -> PyResult<Bound<'py, PyAny>> {
-        let noise = tof.noise.map(|noise| {
-            object!(self, "SensorNoise",
-                dark_e_per_s: noise.dark_e_per_s,
-                read_noise_e: noise.read_noise_e,
-                full_well_e: noise.full_well_e,
-                gain_dn_per_e: noise.gain_dn_per_e,
-                black_level_dn: noise.black_level_dn,
-                bits: noise.bits,
-                seed: noise.seed,
-            )
-        });
+        let noise = tof.noise.as_ref();
+        let noise = noise.map(|noise| self.parameters("SensorNoise", noise.named_values()));
         object!(self, "TimeOfFlight",
             frequencies_hz: &tof.frequencies_hz,
             phase_count: tof.phase_count,
@@ -296,34 +277,31 @@ impl<'py> Classes<'py> {
     }
 
     fn indirect(&self, indirect: &IndirectLight) -> PyResult<Bound<'py, PyAny>> {
-        match *indirect {
-            IndirectLight::FinalGather {
-                target_error,
-                error_norm,
-                rsm_size,
-                max_ms,
-                max_rays,
-                stderr_layer,
-                target_range_error_mm,
-            } => object!(self, "FinalGather",
-                target_error: target_error,
-                error_norm: error_norm.name(),
-                rsm_size: rsm_size,
-                max_ms: max_ms,
-                max_rays: max_rays,
-                stderr_layer: stderr_layer,
-                target_range_error_mm: target_range_error_mm,
-            ),
-            IndirectLight::RsmAverage {
-                rsm_size,
-                interpolation_error,
-            } => object!(self, "RsmAverage",
-                rsm_size: rsm_size,
-                interpolation_error: interpolation_error,
-            ),
-            IndirectLight::InstantRadiosity { rsm_size } => object!(self, "InstantRadiosity",
-                rsm_size: rsm_size,
-            ),
+        let class = match indirect {
+            IndirectLight::FinalGather(_) => "FinalGather",
+            IndirectLight::RsmAverage(_) => "RsmAverage",
+            IndirectLight::InstantRadiosity(_) => "InstantRadiosity",
+        };
+        self.parameters(class, indirect.parameters())
+    }
+
+    /// An object of a class whose fields are these parameters.
+    fn parameters(
+        &self,
+        class: &str,
+        values: Vec<(&Parameter, Option<ParameterValue>)>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let fields = PyDict::new(self.0.py());
+        for (Parameter { name, .. }, value) in values {
+            match value {
+                None => fields.set_item(name, None::<f64>)?,
+                Some(ParameterValue::Number(number)) => fields.set_item(name, number)?,
+                Some(ParameterValue::Pair([a, b])) => fields.set_item(name, (a, b))?,
+                Some(ParameterValue::Count(count)) => fields.set_item(name, count)?,
+                Some(ParameterValue::Name(word)) => fields.set_item(name, word)?,
+                Some(ParameterValue::Flag(flag)) => fields.set_item(name, flag)?,
+            }
         }
+        self.0.getattr(class)?.call((), Some(&fields))
     }
 }

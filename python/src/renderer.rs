@@ -175,7 +175,7 @@ impl Request {
         let mut scene = scene_from(scene)?;
         if let Some(requested) = target_error.transpose()? {
             match &mut scene.indirect {
-                Some(IndirectLight::FinalGather { target_error, .. }) => *target_error = requested,
+                Some(IndirectLight::FinalGather(gather)) => gather.target_error = requested,
                 other => *other = Some(IndirectLight::final_gather(requested)),
             }
         }

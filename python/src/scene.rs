@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, Filter,
-    IndirectLight, Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling,
+    IndirectLight, Intrinsics, Lens, Light, Material, PixelFilter, PixelSampling,
     PlacedLight, RadiationPattern, Sensor, SensorNoise, Shadow, SpotCone, TextureLookup,
     TimeOfFlight, Wrap,
 };
@@ -299,27 +299,9 @@ impl<'py> Textures<'py> {
 }
 
 fn sensor_from(part: &Part) -> PyResult<Sensor> {
-    let wavelength_nm = part.optional_number("wavelength_nm")?;
-    let quantum_efficiency = part.optional_number("quantum_efficiency")?;
-    Ok(Sensor {
-        pixel_pitch_um: part.need("pixel_pitch_um", "give width and height, micrometres")?,
-        exposure_time_s: part.number("exposure_time_s")?,
-        duty_cycle: part.number("duty_cycle")?,
-        photodetector: match (wavelength_nm, quantum_efficiency) {
-            (None, None) => None,
-            (Some(wavelength_nm), Some(quantum_efficiency)) => Some(Photodetector {
-                wavelength_nm,
-                quantum_efficiency,
-            }),
-            _ => {
-                return Err(part.error(
-                    "has only one of wavelength_nm and quantum_efficiency",
-                    "give both or neither",
-                ));
-            }
-        },
-        f_number: part.optional_number("f_number")?,
-    })
+    let mut sensor = Sensor::DEFAULT;
+    sensor.read(|parameter| part.parameter(parameter))?;
+    Ok(sensor)
 }
 
 fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
@@ -330,16 +312,10 @@ fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
     };
     let output = part.choice("output", &ChargeUnit::ALL, ChargeUnit::name)?;
     let noise = part.part("noise")?;
-    let noise = noise.map(|noise| {
-        Ok::<_, PyErr>(SensorNoise {
-            seed: noise.need("seed", "give a whole number of 0 or more")?,
-            dark_e_per_s: noise.number("dark_e_per_s")?,
-            read_noise_e: noise.number("read_noise_e")?,
-            full_well_e: noise.number("full_well_e")?,
-            gain_dn_per_e: noise.number("gain_dn_per_e")?,
-            black_level_dn: noise.number("black_level_dn")?,
-            bits: noise.count("bits")?,
-        })
+    let noise = noise.map(|part| {
+        let mut noise = SensorNoise::of_full_well(0.0);
+        noise.read(|parameter| part.parameter(parameter))?;
+        Ok::<_, PyErr>(noise)
     });
     Ok(TimeOfFlight {
         frequencies_hz,
@@ -358,30 +334,12 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
         .object
         .getattr("estimator")
         .and_then(|name| name.extract::<String>());
-    Ok(match class.as_deref() {
-        Ok("final-gather") => IndirectLight::FinalGather {
-            target_error: part.number("target_error")?,
-            error_norm: part
-                .choice("error_norm", &ErrorNorm::ALL, ErrorNorm::name)?
-                .unwrap_or_default(),
-            rsm_size: part.optional("rsm_size", "give a whole number, or None")?,
-            max_ms: part.optional_number("max_ms")?,
-            max_rays: part.optional("max_rays", "give a whole number, or None")?,
-            stderr_layer: part.flag("stderr_layer")?,
-            target_range_error_mm: part.optional_number("target_range_error_mm")?,
-        },
-        Ok("rsm-average") => IndirectLight::RsmAverage {
-            rsm_size: part.count("rsm_size")?,
-            interpolation_error: part.optional_number("interpolation_error")?,
-        },
-        Ok("instant-radiosity") => IndirectLight::InstantRadiosity {
-            rsm_size: part.count("rsm_size")?,
-        },
-        _ => {
-            let hint = "give a FinalGather, RsmAverage or InstantRadiosity, or None";
-            return Err(part.type_error(format_args!("is of {}", part.object.get_type()), hint));
-        }
-    })
+    let mut indirect = class.ok().and_then(|name| IndirectLight::from_name(&name)).ok_or_else(|| {
+        let hint = "give a FinalGather, RsmAverage or InstantRadiosity, or None";
+        part.type_error(format_args!("is of {}", part.object.get_type()), hint)
+    })?;
+    indirect.read(|parameter| part.parameter(parameter))?;
+    Ok(indirect)
 }
 
 /// Implements `camlux.Scene.validate`.

@@ -3,9 +3,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{
-    Camera, Distortion, Intrinsics, Lens, Photodetector, PixelFilter, PixelSampling, Sensor,
-};
+use crate::scene::{Camera, Distortion, Intrinsics, Lens, PixelFilter, PixelSampling, Sensor};
 
 /// Lens given by `fov_y_deg`.
 pub const CAMLUX_LENS_FOV_Y: i32 = 0;
@@ -255,29 +253,26 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
 
 fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
     args::reserved(camlux_sensor::NAME, sensor.reserved)?;
-    let has_photodetector = sensor.wavelength_nm != 0.0 || sensor.quantum_efficiency != 0.0;
+    let given = |value: f64| (value != 0.0).then_some(value);
     let sensor = Sensor {
         pixel_pitch_um: sensor.pixel_pitch_um,
         exposure_time_s: sensor.exposure_time_s,
         duty_cycle: sensor.duty_cycle,
-        photodetector: has_photodetector.then_some(Photodetector {
-            wavelength_nm: sensor.wavelength_nm,
-            quantum_efficiency: sensor.quantum_efficiency,
-        }),
-        f_number: (sensor.f_number != 0.0).then_some(sensor.f_number),
+        wavelength_nm: given(sensor.wavelength_nm),
+        quantum_efficiency: given(sensor.quantum_efficiency),
+        f_number: given(sensor.f_number),
     };
     sensor.validate()?;
     Ok(sensor)
 }
 
 fn sensor_to_c(sensor: &Sensor) -> camlux_sensor {
-    let photodetector = sensor.photodetector;
     camlux_sensor {
         pixel_pitch_um: sensor.pixel_pitch_um,
         exposure_time_s: sensor.exposure_time_s,
         duty_cycle: sensor.duty_cycle,
-        wavelength_nm: photodetector.map_or(0.0, |detector| detector.wavelength_nm),
-        quantum_efficiency: photodetector.map_or(0.0, |detector| detector.quantum_efficiency),
+        wavelength_nm: sensor.wavelength_nm.unwrap_or(0.0),
+        quantum_efficiency: sensor.quantum_efficiency.unwrap_or(0.0),
         f_number: sensor.f_number.unwrap_or(0.0),
         ..Default::default()
     }

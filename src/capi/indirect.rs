@@ -3,7 +3,7 @@
 use super::*;
 use crate::{
     Error,
-    scene::{DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, Direct, ErrorNorm, IndirectLight, Shadow},
+    scene::{Direct, ErrorNorm, IndirectLight, ParameterValue, Shadow},
 };
 
 /// Final gathering by rays from both ends. Converges to the true single bounce, and meets a target error.
@@ -163,118 +163,137 @@ pub unsafe extern "C" fn camlux_scene_set_direct(
     })
 }
 
-fn indirect_to_c(indirect: &IndirectLight) -> camlux_indirect {
-    let init = camlux_indirect::default();
-    match *indirect {
-        IndirectLight::FinalGather {
-            target_error,
-            error_norm,
-            rsm_size,
-            max_ms,
-            max_rays,
-            stderr_layer,
-            target_range_error_mm,
-        } => camlux_indirect {
-            estimator: CAMLUX_ESTIMATOR_FINAL_GATHER,
-            rsm_size: rsm_size.unwrap_or(0),
-            error_norm: match error_norm {
-                ErrorNorm::Image => CAMLUX_NORM_IMAGE,
-                ErrorNorm::Local => CAMLUX_NORM_LOCAL,
-            },
-            target_error,
-            max_ms: max_ms.unwrap_or(0.0),
-            max_rays: max_rays.unwrap_or(0),
-            stderr_layer: stderr_layer.into(),
-            target_range_error_mm: target_range_error_mm.unwrap_or(0.0),
-            ..init
-        },
-        IndirectLight::RsmAverage {
-            rsm_size,
-            interpolation_error,
-        } => camlux_indirect {
-            estimator: CAMLUX_ESTIMATOR_RSM_AVERAGE,
-            rsm_size,
-            interpolation_error: interpolation_error.unwrap_or(0.0),
-            ..init
-        },
-        IndirectLight::InstantRadiosity { rsm_size } => camlux_indirect {
-            estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-            rsm_size,
-            ..init
-        },
-    }
+/// Where a parameter is in the struct. 0 is not given.
+enum Member<'m> {
+    Number(&'m mut f64),
+    Count(&'m mut u32),
+    LargeCount(&'m mut u64),
+    Flag(&'m mut i32),
+    Norm(&'m mut i32),
 }
 
-fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
-    args::reserved(camlux_indirect::NAME, raw.reserved)?;
-    let stderr_layer = args::flag("stderr_layer", raw.stderr_layer)?;
-    let given = |value: f64| (value != 0.0).then_some(value);
-    let (target, interpolation) = (given(raw.target_error), given(raw.interpolation_error));
-    let range_error = given(raw.target_range_error_mm);
-    let (max_ms, max_rays) = (
-        given(raw.max_ms),
-        (raw.max_rays > 0).then_some(raw.max_rays),
-    );
-    let norms = args::choices![
-        CAMLUX_NORM_IMAGE => ErrorNorm::Image,
-        CAMLUX_NORM_LOCAL => ErrorNorm::Local,
-    ];
-    let error_norm = args::one_of("error_norm", raw.error_norm, &norms)?;
-    let rsm_size = match raw.rsm_size {
-        0 => DEFAULT_RSM_SIZE,
-        rsm_size => rsm_size,
-    };
-    let choices = args::choices![
-        CAMLUX_ESTIMATOR_FINAL_GATHER => IndirectLight::FinalGather {
-            target_error: target.unwrap_or(DEFAULT_TARGET_ERROR),
-            error_norm,
-            rsm_size: (raw.rsm_size > 0).then_some(raw.rsm_size),
-            max_ms,
-            max_rays,
-            stderr_layer,
-            target_range_error_mm: range_error,
-        },
-        CAMLUX_ESTIMATOR_RSM_AVERAGE => IndirectLight::RsmAverage {
-            rsm_size,
-            interpolation_error: interpolation,
-        },
-        CAMLUX_ESTIMATOR_INSTANT_RADIOSITY => IndirectLight::InstantRadiosity { rsm_size },
-    ];
-    let indirect = args::one_of("estimator", raw.estimator, &choices)?;
-    let rays = |rays: Option<u64>| rays.map(|rays| rays as f64);
-    let norm = |norm: ErrorNorm| (norm != ErrorNorm::Image).then_some(f64::from(raw.error_norm));
-    let given_and_used = [
-        ("target_error", target, indirect.target_error()),
+const NORMS: [(i32, &str, ErrorNorm); 2] = args::choices![
+    CAMLUX_NORM_IMAGE => ErrorNorm::Image,
+    CAMLUX_NORM_LOCAL => ErrorNorm::Local,
+];
+
+const ESTIMATORS: [(i32, &str, IndirectLight); 3] = {
+    let [gather, average, radiosity] = IndirectLight::all();
+    args::choices![
+        CAMLUX_ESTIMATOR_FINAL_GATHER => gather,
+        CAMLUX_ESTIMATOR_RSM_AVERAGE => average,
+        CAMLUX_ESTIMATOR_INSTANT_RADIOSITY => radiosity,
+    ]
+};
+
+/// The parameters by their names.
+fn members(raw: &mut camlux_indirect) -> [(&'static str, Member<'_>); 8] {
+    [
+        ("target_error", Member::Number(&mut raw.target_error)),
         (
             "interpolation_error",
-            interpolation,
-            indirect.interpolation_error(),
+            Member::Number(&mut raw.interpolation_error),
         ),
         (
             "target_range_error_mm",
-            range_error,
-            indirect.target_range_error_mm(),
+            Member::Number(&mut raw.target_range_error_mm),
         ),
-        ("max_ms", max_ms, indirect.max_ms()),
-        ("max_rays", rays(max_rays), rays(indirect.max_rays())),
-        (
-            "error_norm",
-            norm(error_norm),
-            indirect.error_norm().and_then(norm),
-        ),
-        (
-            "stderr_layer",
-            stderr_layer.then_some(1.0),
-            indirect.stderr_layer().map(f64::from),
-        ),
-    ];
-    for (name, given, used) in given_and_used {
-        if let (Some(value), None) = (given, used) {
-            let problem = format!("{name} is {value}, but {} has none", indirect.name());
+        ("max_ms", Member::Number(&mut raw.max_ms)),
+        ("max_rays", Member::LargeCount(&mut raw.max_rays)),
+        ("error_norm", Member::Norm(&mut raw.error_norm)),
+        ("stderr_layer", Member::Flag(&mut raw.stderr_layer)),
+        ("rsm_size", Member::Count(&mut raw.rsm_size)),
+    ]
+}
+
+impl Member<'_> {
+    fn value(&self, name: &str) -> Outcome<Option<ParameterValue>> {
+        Ok(match *self {
+            Member::Number(&mut number) => {
+                (number != 0.0).then_some(ParameterValue::Number(number))
+            }
+            Member::Count(&mut count) => (count > 0).then_some(ParameterValue::Count(count.into())),
+            Member::LargeCount(&mut count) => (count > 0).then_some(ParameterValue::Count(count)),
+            Member::Flag(&mut flag) => {
+                args::flag(name, flag)?.then_some(ParameterValue::Flag(true))
+            }
+            Member::Norm(&mut norm) => {
+                let norm = args::one_of(name, norm, &NORMS)?;
+                (norm != ErrorNorm::Image).then_some(ParameterValue::Name(norm.name()))
+            }
+        })
+    }
+
+    fn set(self, value: ParameterValue) {
+        match (self, value) {
+            (Member::Number(member), ParameterValue::Number(number)) => *member = number,
+            (Member::Count(member), ParameterValue::Count(count)) => *member = count as u32,
+            (Member::LargeCount(member), ParameterValue::Count(count)) => *member = count,
+            (Member::Flag(member), ParameterValue::Flag(flag)) => *member = flag.into(),
+            (Member::Norm(member), ParameterValue::Name(name)) => {
+                let mut norms = NORMS.iter();
+                let norm = norms.find(|(.., norm)| norm.name() == name);
+                *member = norm.map_or(CAMLUX_NORM_IMAGE, |(number, ..)| *number);
+            }
+            _ => unreachable!("a member is of its parameter's kind"),
+        }
+    }
+}
+
+impl std::fmt::Display for Member<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Member::Number(number) => write!(f, "{number}"),
+            Member::Count(count) => write!(f, "{count}"),
+            Member::LargeCount(count) => write!(f, "{count}"),
+            Member::Flag(number) | Member::Norm(number) => write!(f, "{number}"),
+        }
+    }
+}
+
+fn indirect_to_c(indirect: &IndirectLight) -> camlux_indirect {
+    let mut raw = camlux_indirect::default();
+    let mut estimators = ESTIMATORS.iter();
+    let estimator = estimators.find(|(.., known)| known.name() == indirect.name());
+    raw.estimator = estimator.map_or(CAMLUX_ESTIMATOR_FINAL_GATHER, |(number, ..)| *number);
+    for (name, member) in members(&mut raw) {
+        if let Some(value) = indirect.value(name) {
+            member.set(value);
+        }
+    }
+    raw
+}
+
+fn indirect_from_c(mut raw: camlux_indirect) -> Outcome<IndirectLight> {
+    args::reserved(camlux_indirect::NAME, raw.reserved)?;
+    let mut indirect = args::one_of("estimator", raw.estimator, &ESTIMATORS)?;
+    let members = members(&mut raw);
+    for (name, member) in &members {
+        if member.value(name)?.is_some() && !indirect.has(name) {
+            let problem = format!("{name} is {member}, but {} has none", indirect.name());
             let hint = "leave it 0; see camlux_indirect for which estimator has which member";
             return Err(Error::scene("indirect", problem, hint).into());
         }
     }
+    indirect.read(|parameter| {
+        let member = members.iter().find(|(name, _)| *name == parameter.name);
+        member.map_or(Ok(None), |(name, member)| member.value(name))
+    })?;
     indirect.validate()?;
     Ok(indirect)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_parameter_has_a_member() {
+        let mut raw = camlux_indirect::default();
+        let members = members(&mut raw);
+        for parameter in IndirectLight::all_parameters() {
+            let is_member = members.iter().any(|(name, _)| *name == parameter.name);
+            assert!(is_member, "{}", parameter.name);
+        }
+    }
 }

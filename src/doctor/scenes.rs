@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 use crate::scene::{
     Bands, Camera, ChargeUnit, Direct, IndirectLight, Instance, Lens, Light, Material, Mesh,
-    Photodetector, PlacedLight, Scene, Sensor, Shadow, SpotCone, TimeOfFlight, VplSum,
+    PlacedLight, Scene, Sensor, Shadow, SpotCone, TimeOfFlight, VplSum,
 };
 
 /// Material 0 is grey, 1 is coloured, 2 is a mild gloss.
@@ -315,10 +315,8 @@ pub fn with_tof(scene: Scene, frequencies_hz: &[f64]) -> Scene {
             exposure_time_s: 1e-3,
             duty_cycle: 0.5,
             f_number: None,
-            photodetector: Some(Photodetector {
-                wavelength_nm: 850.0,
-                quantum_efficiency: 0.8,
-            }),
+            wavelength_nm: Some(850.0),
+            quantum_efficiency: Some(0.8),
         }),
         tof: Some(TimeOfFlight {
             frequencies_hz: frequencies_hz.into(),

@@ -13,7 +13,7 @@ use crate::{
     RenderOptions, Result, Scene,
     model::{Phasor, SPEED_OF_LIGHT_M_S, range_m, unambiguous_range_m, wrap_count},
     output::{Frame, Layer, TofQuantity},
-    scene::{IndirectLight, SensorNoise},
+    scene::{FinalGather, IndirectLight, SensorNoise},
 };
 
 pub const CASES: &[Case] = &[
@@ -239,15 +239,10 @@ fn many_waves(exam: &mut Examiner) -> Result<()> {
     let worst_m = worst_range_m(&exam.render(&scene)?, frequency_hz);
     // Positions are rounded to 6e-8 of the scene's size, both in the frame and in the layer that it is compared with.
     exam.record("", "range, m", worst_m, 2e-3);
-    scene.indirect = Some(IndirectLight::FinalGather {
-        target_error: TARGET_ERROR,
-        error_norm: Default::default(),
-        rsm_size: None,
-        max_ms: None,
+    scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
         max_rays: Some(2_000_000),
-        stderr_layer: false,
-        target_range_error_mm: None,
-    });
+        ..FinalGather::new(TARGET_ERROR)
+    }));
     let truth = exam.sampled_enough(&scene)?;
     for seed in 0..4 {
         let mut options = RenderOptions {

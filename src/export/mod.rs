@@ -11,8 +11,8 @@ use std::path::Path;
 use crate::import::pattern_text;
 use crate::output::OutputFile;
 use crate::scene::{
-    Camera, Carrier, Distortion, Light, Material, Parameter, PixelSampling, RadiationPattern,
-    Scene, Texels, TextureLookup, TimeOfFlight,
+    Camera, Carrier, Distortion, Light, Material, Parameter, Parameters, PixelSampling,
+    RadiationPattern, Scene, Texels, TextureLookup, TimeOfFlight,
 };
 use crate::{Error, Result};
 use toml::Toml;
@@ -84,17 +84,14 @@ impl Scene {
             toml.string("filter", sampling.filter.name());
         }
         if let Some(sensor) = &self.sensor {
+            let of_lens = |row: &(&Parameter, _)| row.0.name == "f_number";
+            let (lens, sensor): (Vec<_>, Vec<_>) =
+                sensor.named_values().into_iter().partition(of_lens);
             toml.table("[sensor]");
-            toml.numbers("pixel_pitch_um", &sensor.pixel_pitch_um);
-            toml.number("exposure_time_s", sensor.exposure_time_s);
-            toml.number("duty_cycle", sensor.duty_cycle);
-            if let Some(detector) = sensor.photodetector {
-                toml.number("wavelength_nm", detector.wavelength_nm);
-                toml.number("quantum_efficiency", detector.quantum_efficiency);
-            }
-            if let Some(f_number) = sensor.f_number {
+            toml.parameters(sensor);
+            if lens.iter().any(|(_, value)| value.is_some()) {
                 toml.table("[lens]");
-                toml.number("f_number", f_number);
+                toml.parameters(lens);
             }
         }
         if let Some(tof) = &self.tof {
@@ -112,18 +109,7 @@ impl Scene {
         };
         toml.table("[indirect]");
         toml.string("estimator", indirect.name());
-        if let Some(size) = indirect.rsm_size() {
-            toml.count("rsm_size", size.into());
-        }
-        for (key, value) in indirect.parameters() {
-            match value {
-                None => {}
-                Some(Parameter::Number(number)) => toml.number(key, number),
-                Some(Parameter::Count(count)) => toml.count(key, count),
-                Some(Parameter::Name(name)) => toml.string(key, name),
-                Some(Parameter::Flag(flag)) => toml.flag(key, flag),
-            }
-        }
+        toml.parameters(indirect.parameters());
     }
 }
 
@@ -148,13 +134,7 @@ fn write_tof(toml: &mut Toml, tof: &TimeOfFlight) {
     toml.string("output", output.name());
     if let Some(noise) = noise {
         toml.table("[tof.noise]");
-        toml.count("seed", noise.seed);
-        toml.number("dark_e_per_s", noise.dark_e_per_s);
-        toml.number("read_noise_e", noise.read_noise_e);
-        toml.number("full_well_e", noise.full_well_e);
-        toml.number("gain_dn_per_e", noise.gain_dn_per_e);
-        toml.number("black_level_dn", noise.black_level_dn);
-        toml.count("bits", noise.bits.into());
+        toml.parameters(noise.named_values());
     }
 }
 

@@ -1,6 +1,6 @@
 //! Text of a scene file.
 
-use crate::scene::{Intrinsics, Lens, TextureLookup};
+use crate::scene::{Intrinsics, Lens, Parameter, ParameterValue, TextureLookup};
 
 /// Lines of TOML. Numbers have all digits of an f64.
 pub(super) struct Toml(String);
@@ -64,6 +64,21 @@ impl Toml {
         let pairs = names.iter().zip(values);
         let pairs: Vec<String> = pairs.map(|(name, v)| format!("{name} = {v:?}")).collect();
         self.line(key, &format!("{{ {} }}", pairs.join(", ")));
+    }
+
+    /// Those that have a value.
+    pub fn parameters<'p>(
+        &mut self,
+        values: impl IntoIterator<Item = (&'p Parameter, Option<ParameterValue>)>,
+    ) {
+        for (Parameter { name, .. }, value) in values {
+            match value {
+                None => {}
+                Some(ParameterValue::Number(number)) => self.number(name, number),
+                Some(ParameterValue::Name(text)) => self.string(name, text),
+                Some(value) => self.line(name, &value.to_string()),
+            }
+        }
     }
 
     pub fn lens(&mut self, lens: &Lens) {

@@ -81,11 +81,11 @@ impl RenderedFrame {
             }
             _ => return None,
         };
-        let limits = scene.indirect.as_ref();
-        let max_rays = limits.and_then(|limits| limits.max_rays());
+        let limits = scene.indirect.as_ref().and_then(IndirectLight::gather);
+        let max_rays = limits.and_then(|limits| limits.max_rays);
         let of_rays = max_rays.map(|rays| rays as f64 / self.ray_count.max(1) as f64);
         let work = of_rays.map_or(work, |most| work.min(most));
-        let most = limits.and_then(|limits| limits.max_ms());
+        let most = limits.and_then(|limits| limits.max_ms);
         let most = most.unwrap_or(f64::INFINITY);
         // Few rays leave the time of the passes over the pixels.
         let least = match scene.indirect {

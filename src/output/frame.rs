@@ -341,20 +341,18 @@ impl FrameStats {
 
     /// Warns that the target error was missed, and says why.
     pub(crate) fn missed_target(&self, description: &FrameDescription) -> Option<String> {
-        let indirect = description.indirect?;
-        let requested = 100.0 * indirect.target_error()?;
+        let gather = description.indirect.as_ref()?.gather()?;
+        let requested = 100.0 * gather.target_error;
         let estimated = self.estimated_error_text();
         let mut error = format!("requested {requested:.2} %, {estimated}");
-        if let (Some(mm), Some(text)) = (indirect.target_range_error_mm(), self.range_error_text())
-        {
+        if let (Some(mm), Some(text)) = (gather.target_range_error_mm, self.range_error_text()) {
             error += &format!("; of the range, requested {mm} mm, {text}");
         }
         Some(match self.stop? {
             StopReason::TargetMet => return None,
             StopReason::BudgetSpent => {
-                let ms = indirect.max_ms().map(|ms| format!("max_ms = {ms}"));
-                let rays = indirect.max_rays();
-                let rays = rays.map(|rays| format!("max_rays = {rays}"));
+                let ms = gather.max_ms.map(|ms| format!("max_ms = {ms}"));
+                let rays = gather.max_rays.map(|rays| format!("max_rays = {rays}"));
                 let budget = Vec::from_iter(ms.into_iter().chain(rays)).join(", ");
                 let sent = self.ray_count;
                 let least = match (self.least_rays, self.least_milliseconds) {
@@ -448,7 +446,7 @@ impl FrameDescription {
             tof: self.tof.as_ref()?,
             camera: self.camera,
             sensor,
-            photodetector: sensor.photodetector?,
+            photodetector: sensor.photodetector()?,
             frame: self.key,
         })
     }

@@ -9,7 +9,7 @@ use super::frame::{Frame, FrameDescription};
 use crate::{
     model::{FrameKey, PhaseSampling},
     scene::{
-        Camera, Intrinsics, Parameter, Photodetector, PixelSampling, Sensor, SensorNoise,
+        Camera, Intrinsics, Parameter, ParameterKind, ParameterValue, Parameters, PixelSampling,
         TimeOfFlight,
     },
 };
@@ -111,17 +111,18 @@ pub(super) fn attributes(
     match (indirect, reference) {
         (Some(indirect), _) => {
             add("estimator", indirect.name().into());
-            if let Some(rsm_size) = indirect.rsm_size() {
-                add("rsm_size", count(rsm_size));
-            }
-            for (name, value) in indirect.parameters() {
-                match value {
-                    // The file's layers show this without an attribute.
-                    None | Some(Parameter::Flag(_)) => {}
-                    Some(Parameter::Number(number)) => add(name, Attribute::Number(number)),
-                    // An int has only 31 bits.
-                    Some(Parameter::Count(count)) => add(name, Attribute::Number(count as f64)),
-                    Some(Parameter::Name(word)) => add(name, word.into()),
+            for (parameter, value) in indirect.parameters() {
+                match (parameter.kind, value) {
+                    (ParameterKind::Count, Some(ParameterValue::Count(size))) => {
+                        add(parameter.name, count(size as u32));
+                    }
+                    (_, Some(ParameterValue::Name(word))) => add(parameter.name, word.into()),
+                    // The file's layers show flags without an attribute. An int has only 31 bits.
+                    (_, value) => {
+                        if let Some(number) = value.and_then(ParameterValue::number) {
+                            add(parameter.name, Attribute::Number(number));
+                        }
+                    }
                 }
             }
             for (name, error) in [
@@ -168,27 +169,21 @@ pub(super) fn attributes(
         }
     }
     if let Some(sensor) = sensor {
-        let Sensor {
-            pixel_pitch_um,
-            exposure_time_s,
-            duty_cycle,
-            photodetector,
-            f_number,
-        } = *sensor;
-        if let Some(f_number) = f_number {
-            add("lens.f_number", Attribute::Number(f_number));
-        }
-        add("sensor.pixel_pitch_um", Attribute::Vector2(pixel_pitch_um));
-        add("sensor.exposure_time_s", Attribute::Number(exposure_time_s));
-        add("sensor.duty_cycle", Attribute::Number(duty_cycle));
-        if let Some(Photodetector {
-            wavelength_nm,
-            quantum_efficiency,
-        }) = photodetector
-        {
-            add("sensor.wavelength_nm", Attribute::Number(wavelength_nm));
-            let name = "sensor.quantum_efficiency";
-            add(name, Attribute::Number(quantum_efficiency));
+        for (Parameter { name, .. }, value) in sensor.named_values() {
+            let part = if *name == "f_number" {
+                "lens"
+            } else {
+                "sensor"
+            };
+            let name = format!("{part}.{name}");
+            match value {
+                Some(ParameterValue::Pair(numbers)) => add(&name, Attribute::Vector2(numbers)),
+                value => {
+                    if let Some(number) = value.and_then(ParameterValue::number) {
+                        add(&name, Attribute::Number(number));
+                    }
+                }
+            }
         }
     }
     if let Some(tof) = tof {
@@ -260,26 +255,19 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
     add("tof.phase_offset_deg", Attribute::Number(*phase_offset_deg));
     add("tof.output", output.name().into());
     if let Some(noise) = noise {
-        let SensorNoise {
-            seed,
-            dark_e_per_s,
-            read_noise_e,
-            full_well_e,
-            gain_dn_per_e,
-            black_level_dn,
-            bits,
-        } = *noise;
-        // An int has only 31 bits.
-        add("tof.noise.seed", seed.to_string().as_str().into());
-        for (name, value) in [
-            ("dark_e_per_s", dark_e_per_s),
-            ("read_noise_e", read_noise_e),
-            ("full_well_e", full_well_e),
-            ("gain_dn_per_e", gain_dn_per_e),
-            ("black_level_dn", black_level_dn),
-            ("bits", f64::from(bits)),
-        ] {
-            add(&format!("tof.noise.{name}"), Attribute::Number(value));
+        for (parameter, value) in noise.named_values() {
+            let name = format!("tof.noise.{}", parameter.name);
+            match value {
+                // An int has only 31 bits.
+                Some(seed) if parameter.kind == ParameterKind::LargeCount => {
+                    add(&name, seed.to_string().as_str().into());
+                }
+                _ => {
+                    if let Some(number) = value.and_then(ParameterValue::number) {
+                        add(&name, Attribute::Number(number));
+                    }
+                }
+            }
         }
     }
     for light in 0..light_count {

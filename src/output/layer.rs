@@ -4,7 +4,7 @@ use std::{collections::HashMap, sync::LazyLock};
 
 use super::layer_table::{Layer, LayerNeed, TofQuantity};
 use crate::error::{Error, Result};
-use crate::scene::{ChargeUnit, MAX_FREQUENCIES, MAX_PHASES, Scene, TimeOfFlight};
+use crate::scene::{ChargeUnit, IndirectLight, MAX_FREQUENCIES, MAX_PHASES, Scene, TimeOfFlight};
 
 /// The names of a layer and of its channels.
 struct Names {
@@ -140,12 +140,12 @@ impl Layer {
 
     /// Whether a frame of this scene has the layer.
     pub fn is_made_for(self, scene: &Scene) -> bool {
-        let stderr = scene.indirect.and_then(|indirect| indirect.stderr_layer());
+        let gather = scene.indirect.as_ref().and_then(IndirectLight::gather);
         self.is_made_with(FrameParts {
             has_sensor: scene.sensor.is_some(),
             has_indirect: scene.indirect.is_some(),
             has_samples: scene.camera.pixel_sampling.is_some(),
-            has_stderr: stderr.unwrap_or(false),
+            has_stderr: gather.is_some_and(|gather| gather.stderr_layer),
             tof: FrameParts::of_tof(scene.tof.as_ref()),
         })
     }

@@ -245,7 +245,7 @@ impl Plan {
             emission_size: planned_emission_size(indirect, scene.lights.len()),
             gather: planned_gather(indirect, device),
             refinement: planned_refinement(indirect, scene.camera.resolution_px),
-            has_stderr_layer: indirect.stderr_layer().unwrap_or(false),
+            has_stderr_layer: indirect.gather().is_some_and(|gather| gather.stderr_layer),
         });
         let has_primary_rays = has_primary_rays(scene, device);
         // If something casts rays anyway, they cost less than a map, and their shadows are exact.
@@ -451,20 +451,22 @@ fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {
 }
 
 fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> RefinementPlan {
-    let target_error = match indirect.sum() {
-        Some(_) => indirect.interpolation_error(),
-        None => indirect.target_error(),
+    let gather = indirect.gather();
+    let target_error = match gather {
+        None => indirect.interpolation_error(),
+        Some(gather) => Some(gather.target_error),
     };
+    let range_mm = gather.and_then(|gather| gather.target_range_error_mm);
     RefinementPlan {
         target_error,
-        target_range_error_m: indirect.target_range_error_mm().map(|mm| 1e-3 * mm),
-        error_norm: indirect.error_norm().unwrap_or_default(),
-        max_ms: indirect.max_ms(),
-        max_rays: indirect.max_rays(),
+        target_range_error_m: range_mm.map(|mm| 1e-3 * mm),
+        error_norm: gather.map_or(ErrorNorm::Image, |gather| gather.error_norm),
+        max_ms: gather.and_then(|gather| gather.max_ms),
+        max_rays: gather.and_then(|gather| gather.max_rays),
         coarsest_stride: match target_error {
             None => 1,
             // Sums differ little in time.
-            Some(_) if indirect.sum().is_some() => coarsest_stride(resolution_px, 0.0),
+            Some(_) if gather.is_none() => coarsest_stride(resolution_px, 0.0),
             Some(target) => coarsest_stride(resolution_px, target),
         },
     }

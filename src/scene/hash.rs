@@ -1,9 +1,9 @@
 //! The hash of a scene, so that an image can state what it was made from.
 
 use super::{
-    Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Pattern,
-    Photodetector, PixelSampling, ProjectedImage, RadiationPattern, Scene, Sensor, SensorNoise,
-    Shadow, Texture, TextureLookup, TimeOfFlight,
+    Camera, Direct, Distortion, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
+    ParameterValue, Pattern, Photodetector, PixelSampling, ProjectedImage, RadiationPattern, Scene,
+    Sensor, SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight,
 };
 
 /// The beginning of every hashed scene. Change it when the format of the bytes after it changes.
@@ -35,7 +35,8 @@ impl Scene {
                 pixel_pitch_um: [width_um, height_um],
                 exposure_time_s,
                 duty_cycle,
-                photodetector: _,
+                wavelength_nm: _,
+                quantum_efficiency: _,
                 f_number: _,
             } = *sensor;
             [width_um, height_um, exposure_time_s, duty_cycle]
@@ -47,16 +48,21 @@ impl Scene {
         bytes.name(shadow.map_or("chosen", Shadow::name));
         bytes.name(indirect.map_or("none", |indirect| indirect.name()));
         if let Some(indirect) = indirect {
-            let rsm_size = indirect.rsm_size().map(f64::from);
-            bytes.list(rsm_size.as_slice(), |value| [*value]);
-            for (_, value) in indirect.parameters() {
-                match value {
-                    None => bytes.numbers([0.0]),
-                    Some(Parameter::Number(number)) => bytes.numbers([1.0, number]),
-                    Some(Parameter::Count(count)) => bytes.numbers([1.0, count as f64]),
-                    Some(Parameter::Name(name)) => bytes.name(name),
-                    Some(Parameter::Flag(flag)) => bytes.numbers([1.0, f64::from(flag)]),
-                }
+            // The order in which they were added, so that scenes keep their hash.
+            const FIRST: [&str; 8] = [
+                "rsm_size",
+                "target_error",
+                "error_norm",
+                "target_range_error_mm",
+                "max_ms",
+                "max_rays",
+                "interpolation_error",
+                "stderr_layer",
+            ];
+            let added = IndirectLight::all_parameters().map(|parameter| parameter.name);
+            let added = added.filter(|name| !FIRST.contains(name));
+            for name in FIRST.into_iter().chain(added) {
+                bytes.parameter(indirect.value(name));
             }
         }
         bytes.length(lights);
@@ -76,7 +82,7 @@ impl Scene {
         // Scenes without time of flight keep their hash from before time of flight existed.
         if let Some(tof) = tof {
             bytes.time_of_flight(tof);
-            let photodetector = sensor.and_then(|sensor| sensor.photodetector);
+            let photodetector = sensor.and_then(|sensor| sensor.photodetector());
             bytes.list(photodetector.as_slice(), |photodetector| {
                 let Photodetector {
                     wavelength_nm,
@@ -146,6 +152,17 @@ impl Bytes {
     fn name(&mut self, name: &str) {
         self.length(name.as_bytes());
         self.update(name.as_bytes());
+    }
+
+    fn parameter(&mut self, value: Option<ParameterValue>) {
+        match value {
+            None => self.numbers([0.0]),
+            Some(ParameterValue::Number(number)) => self.numbers([1.0, number]),
+            Some(ParameterValue::Pair([a, b])) => self.numbers([1.0, a, b]),
+            Some(ParameterValue::Count(count)) => self.numbers([1.0, count as f64]),
+            Some(ParameterValue::Name(name)) => self.name(name),
+            Some(ParameterValue::Flag(flag)) => self.numbers([1.0, f64::from(flag)]),
+        }
     }
 
     fn camera(&mut self, camera: &Camera) {

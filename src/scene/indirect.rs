@@ -1,48 +1,73 @@
 //! Options for indirect light.
 
-use std::ops::RangeInclusive;
-
-use super::validate::Part;
+use super::{
+    Limits, Parameter, ParameterKind, ParameterValue, Parameters,
+    parameters::{ParameterType, check_limits, parameters},
+    validate::Part,
+};
 use crate::Result;
 
 /// How the single bounce is computed. See `docs/model.md`.
-///
-/// `rsm_size` is the number of texels along one edge of a face of the reflective shadow map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IndirectLight {
     /// The equation of the CamSim document: the mean over the RSM, without distance falloff and without visibility.
-    RsmAverage {
-        rsm_size: u32,
-        /// Target relRMSE of the interpolation between pixels, against the sum over all VPLs, within [`TARGET_ERRORS`]. `None`: camlux
-        /// evaluates the sum at every pixel. It does not limit the error of that sum against the true bounce.
-        interpolation_error: Option<f64>,
-    },
+    RsmAverage(RsmAverage),
     /// The sum over all VPLs with the measure of the integral (Keller 1997), without visibility. camlux evaluates it at every pixel: the
     /// 1/d² of a near VPL makes spikes of one or two pixels, which a grid or a sample of pixels misses.
-    InstantRadiosity { rsm_size: u32 },
+    InstantRadiosity(InstantRadiosity),
     /// Final gathering by multiple importance sampling from P and from the lights. It converges to the true single bounce.
-    FinalGather {
-        /// Target relRMSE against the true single bounce, sqrt(Σ(x−t)²/Σt²), within [`TARGET_ERRORS`].
-        target_error: f64,
-        /// The norm of that error.
-        error_norm: ErrorNorm,
-        /// With time of flight, the target for each frequency, millimetres, within [`TARGET_RANGE_ERRORS_MM`]: the root mean square of the range
-        /// errors that the error of the bounce causes. Pixels whose |Z| is below
-        /// [`LEAST_RANGE_SIGNAL`](crate::metrics::LEAST_RANGE_SIGNAL) of its root mean square do not count. `target_error` is then for the light
-        /// alone. `None`: `target_error` is also for Z of each frequency.
-        target_range_error_mm: Option<f64>,
-        /// `None`: camlux chooses.
-        rsm_size: Option<u32>,
-        /// Limit on the wall time of a frame from the call on, milliseconds, above 0, without compiling. If it expires before the target error is
-        /// met, the result is the best image so far. The least image and its estimate are always made. The image then depends on the speed of
-        /// the device. `None`: no limit.
-        max_ms: Option<f64>,
-        /// Limit on the rays for the indirect light of a frame, above 0. The image does not depend on the speed of the device. `None`: no
-        /// limit.
-        max_rays: Option<u64>,
-        /// Whether frames have the layer [`StandardError`](crate::output::Layer::StandardError).
-        stderr_layer: bool,
-    },
+    FinalGather(FinalGather),
+}
+
+/// What a target error may be.
+pub const TARGET_ERRORS: Limits =
+    Limits::between(0.002, 0.5, "give a relRMSE from 0.002 to 0.5, such as 0.02");
+const RSM_SIZES: Limits = Limits::positive(
+    u32::MAX as f64,
+    "give the texels along one face's edge, such as 64",
+);
+
+parameters! {
+    /// Single bounce by rays, refined to the target error.
+    pub struct FinalGather {
+        /// Target error of the indirect light against the true single bounce, relRMSE: sqrt(Σ(x−t)²/Σt²). 0.02 is 2 %.
+        target_error: f64 = DEFAULT_TARGET_ERROR, TARGET_ERRORS;
+        /// What the target error applies to. image: all pixels at once, so bright pixels count most; local: tiles of the image, of which
+        /// each with light has the same weight.
+        error_norm: ErrorNorm = ErrorNorm::Image;
+        /// Texels along an edge of a face of the reflective shadow map (RSM). There is none: it sets the number of tiles through which a
+        /// light sends rays. Without it, camlux chooses.
+        rsm_size: Option<u32> = None, RSM_SIZES;
+        /// Limit of the wall time of a frame from the call on, without compiling, ms. At a limit, the result is the best image so far; the
+        /// least image with an estimate is always made. The image then depends on the speed of the device.
+        max_ms: Option<f64> = None, Limits::positive(f64::MAX, "give finite milliseconds above 0, such as 500, or no limit");
+        /// Limit of the number of rays, like `max_ms`. The image does not depend on the speed of the device.
+        max_rays: Option<u64> = None, Limits::positive(f64::MAX, "give a number of rays above 0, such as 100000000, or no limit");
+        /// Whether frames have the layer `stderr`.
+        stderr_layer: bool = false;
+        /// With time of flight: target of the range error that the error of the bounce causes, rms over pixels, of the worst frequency, mm.
+        /// `target_error` is then for the light alone; without it, `target_error` is also for the phasors.
+        target_range_error_mm: Option<f64> = None, Limits::between(0.1, 1000.0, "give millimetres from 0.1 to 1000, such as 5");
+    }
+}
+
+parameters! {
+    /// The average of the CamSim document over the texels of the reflective shadow map, without visibility.
+    pub struct RsmAverage {
+        /// Texels along an edge of a face of the reflective shadow map (RSM).
+        rsm_size: u32 = DEFAULT_RSM_SIZE, RSM_SIZES;
+        /// Target error of the interpolation between pixels against the sum at every pixel, relRMSE. It does not limit the error of that
+        /// sum against the true bounce. Without it, the sum is computed at every pixel.
+        interpolation_error: Option<f64> = None, TARGET_ERRORS;
+    }
+}
+
+parameters! {
+    /// The sum over virtual point lights (VPLs), without visibility.
+    pub struct InstantRadiosity {
+        /// Texels along an edge of a face of the reflective shadow map (RSM).
+        rsm_size: u32 = DEFAULT_RSM_SIZE, RSM_SIZES;
+    }
 }
 
 /// The norm of the target error of [`IndirectLight::FinalGather`].
@@ -68,10 +93,6 @@ pub enum VplSum {
 pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
 /// The size of the RSM of a sum if none is given.
 pub const DEFAULT_RSM_SIZE: u32 = 64;
-/// Least and largest target for the error of the measured distance, millimetres.
-pub const TARGET_RANGE_ERRORS_MM: RangeInclusive<f64> = 0.1..=1000.0;
-/// The range of errors that can be requested.
-pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
 
 const FINAL_GATHER: &str = "final-gather";
 
@@ -82,35 +103,34 @@ impl IndirectLight {
     /// A plain sum over the VPLs of a reflective shadow map, at every pixel.
     pub const fn vpl_sum(sum: VplSum, rsm_size: u32) -> Self {
         match sum {
-            VplSum::RsmAverage => IndirectLight::RsmAverage {
+            VplSum::RsmAverage => IndirectLight::RsmAverage(RsmAverage {
                 rsm_size,
                 interpolation_error: None,
-            },
-            VplSum::InstantRadiosity => IndirectLight::InstantRadiosity { rsm_size },
+            }),
+            VplSum::InstantRadiosity => {
+                IndirectLight::InstantRadiosity(InstantRadiosity { rsm_size })
+            }
         }
     }
 
     /// Final gathering with an RSM size that camlux chooses.
     pub const fn final_gather(target_error: f64) -> Self {
-        IndirectLight::FinalGather {
-            target_error,
-            error_norm: ErrorNorm::Image,
-            target_range_error_mm: None,
-            rsm_size: None,
-            max_ms: None,
-            max_rays: None,
-            stderr_layer: false,
-        }
+        IndirectLight::FinalGather(FinalGather::new(target_error))
     }
 
-    /// The estimator with this name, one of [`IndirectLight::NAMES`]. A sum gets this RSM size; final gathering gets the defaults of scene
-    /// files.
-    pub fn from_name(name: &str, rsm_size_of_sum: u32) -> Option<Self> {
-        if name == FINAL_GATHER {
-            return Some(IndirectLight::final_gather(DEFAULT_TARGET_ERROR));
-        }
-        let sum = VplSum::ALL.into_iter().find(|sum| sum.name() == name)?;
-        Some(IndirectLight::vpl_sum(sum, rsm_size_of_sum))
+    /// Every estimator with the defaults of scene files, in the order of [`IndirectLight::NAMES`].
+    pub const fn all() -> [Self; 3] {
+        [
+            IndirectLight::FinalGather(FinalGather::DEFAULT),
+            IndirectLight::RsmAverage(RsmAverage::DEFAULT),
+            IndirectLight::InstantRadiosity(InstantRadiosity::DEFAULT),
+        ]
+    }
+
+    /// The estimator with this name, one of [`IndirectLight::NAMES`], with the defaults of scene files.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let mut all = IndirectLight::all().into_iter();
+        all.find(|indirect| indirect.name() == name)
     }
 
     /// The estimator's name, one of [`IndirectLight::NAMES`].
@@ -121,156 +141,140 @@ impl IndirectLight {
     /// The formula of the sum over VPLs; `None` for final gathering.
     pub fn sum(&self) -> Option<VplSum> {
         match self {
-            IndirectLight::FinalGather { .. } => None,
-            IndirectLight::RsmAverage { .. } => Some(VplSum::RsmAverage),
-            IndirectLight::InstantRadiosity { .. } => Some(VplSum::InstantRadiosity),
+            IndirectLight::FinalGather(_) => None,
+            IndirectLight::RsmAverage(_) => Some(VplSum::RsmAverage),
+            IndirectLight::InstantRadiosity(_) => Some(VplSum::InstantRadiosity),
         }
+    }
+
+    /// The parameters of final gathering; `None` for sums, which do not converge to the true bounce.
+    pub fn gather(&self) -> Option<&FinalGather> {
+        match self {
+            IndirectLight::FinalGather(gather) => Some(gather),
+            _ => None,
+        }
+    }
+
+    /// Those of final gathering as a mutable reference.
+    pub fn gather_mut(&mut self) -> Option<&mut FinalGather> {
+        match self {
+            IndirectLight::FinalGather(gather) => Some(gather),
+            _ => None,
+        }
+    }
+
+    /// The target error against the true bounce; `None` for sums.
+    pub fn target_error(&self) -> Option<f64> {
+        self.gather().map(|gather| gather.target_error)
     }
 
     /// Texels along one edge of a face of the RSM; `None`: camlux chooses.
     pub fn rsm_size(&self) -> Option<u32> {
-        match *self {
-            IndirectLight::RsmAverage { rsm_size, .. }
-            | IndirectLight::InstantRadiosity { rsm_size } => Some(rsm_size),
-            IndirectLight::FinalGather { rsm_size, .. } => rsm_size,
+        match self {
+            IndirectLight::RsmAverage(RsmAverage { rsm_size, .. })
+            | IndirectLight::InstantRadiosity(InstantRadiosity { rsm_size }) => Some(*rsm_size),
+            IndirectLight::FinalGather(gather) => gather.rsm_size,
         }
     }
 
     /// Sets the size of the RSM, texels along one edge of a face.
     pub const fn set_rsm_size(&mut self, size: u32) {
         match self {
-            IndirectLight::RsmAverage { rsm_size, .. }
-            | IndirectLight::InstantRadiosity { rsm_size } => *rsm_size = size,
-            IndirectLight::FinalGather { rsm_size, .. } => *rsm_size = Some(size),
-        }
-    }
-
-    /// The target error against the true bounce; `None` for sums, which do not converge to it.
-    pub fn target_error(&self) -> Option<f64> {
-        match *self {
-            IndirectLight::FinalGather { target_error, .. } => Some(target_error),
-            _ => None,
+            IndirectLight::RsmAverage(RsmAverage { rsm_size, .. })
+            | IndirectLight::InstantRadiosity(InstantRadiosity { rsm_size }) => *rsm_size = size,
+            IndirectLight::FinalGather(gather) => gather.rsm_size = Some(size),
         }
     }
 
     /// The target error of the interpolation, against the sum at every pixel; `None` if nothing is interpolated.
     pub fn interpolation_error(&self) -> Option<f64> {
-        match *self {
-            IndirectLight::RsmAverage {
-                interpolation_error,
-                ..
-            } => interpolation_error,
+        match self {
+            IndirectLight::RsmAverage(average) => average.interpolation_error,
             _ => None,
         }
     }
 
-    /// The target error of range, millimetres; `None` without one.
-    pub fn target_range_error_mm(&self) -> Option<f64> {
-        match *self {
-            IndirectLight::FinalGather {
-                target_range_error_mm,
-                ..
-            } => target_range_error_mm,
-            _ => None,
+    /// Every parameter of any estimator, each once.
+    pub fn all_parameters() -> impl Iterator<Item = &'static Parameter> {
+        let is_of_sum = |parameter: &&Parameter| parameter.name != "rsm_size";
+        let of_sums = RsmAverage::PARAMETERS.iter().filter(is_of_sum);
+        FinalGather::PARAMETERS.iter().chain(of_sums)
+    }
+
+    /// Its parameters, with their values if they are set.
+    pub fn parameters(&self) -> Vec<(&'static Parameter, Option<ParameterValue>)> {
+        match self {
+            IndirectLight::FinalGather(gather) => gather.named_values(),
+            IndirectLight::RsmAverage(average) => average.named_values(),
+            IndirectLight::InstantRadiosity(radiosity) => radiosity.named_values(),
         }
     }
 
-    /// The norm of the target error; `None` for sums.
-    pub fn error_norm(&self) -> Option<ErrorNorm> {
-        match *self {
-            IndirectLight::FinalGather { error_norm, .. } => Some(error_norm),
-            _ => None,
-        }
+    /// Whether the estimator has a parameter of this name.
+    pub fn has(&self, name: &str) -> bool {
+        let mut parameters = self.parameters().into_iter();
+        parameters.any(|(parameter, _)| parameter.name == name)
     }
 
-    /// Time limit of final gathering, milliseconds; `None`: no limit.
-    pub fn max_ms(&self) -> Option<f64> {
-        match *self {
-            IndirectLight::FinalGather { max_ms, .. } => max_ms,
-            _ => None,
-        }
+    /// The value of the parameter of this name, if the estimator has it and it is set.
+    pub fn value(&self, name: &str) -> Option<ParameterValue> {
+        let mut parameters = self.parameters().into_iter();
+        parameters.find(|(parameter, _)| parameter.name == name)?.1
     }
 
-    /// Limit on the rays of final gathering; `None`: no limit.
-    pub fn max_rays(&self) -> Option<u64> {
-        match *self {
-            IndirectLight::FinalGather { max_rays, .. } => max_rays,
-            _ => None,
+    /// Sets each of its parameters for which `read` finds a value; the others stay.
+    ///
+    /// # Errors
+    /// The first of `read`.
+    pub fn read<E>(
+        &mut self,
+        read: impl FnMut(&'static Parameter) -> std::result::Result<Option<ParameterValue>, E>,
+    ) -> std::result::Result<(), E> {
+        match self {
+            IndirectLight::FinalGather(gather) => gather.read(read),
+            IndirectLight::RsmAverage(average) => average.read(read),
+            IndirectLight::InstantRadiosity(radiosity) => radiosity.read(read),
         }
-    }
-
-    /// Whether frames have the layer of standard errors; `None` for sums.
-    pub fn stderr_layer(&self) -> Option<bool> {
-        match *self {
-            IndirectLight::FinalGather { stderr_layer, .. } => Some(stderr_layer),
-            _ => None,
-        }
-    }
-
-    /// Its parameters in scene files besides the name and `rsm_size`: keys, and values if they are set.
-    pub fn parameters(&self) -> Vec<(&'static str, Option<Parameter>)> {
-        let number = |value: Option<f64>| value.map(Parameter::Number);
-        let error_norm = self.error_norm().map(ErrorNorm::name);
-        vec![
-            ("target_error", number(self.target_error())),
-            ("error_norm", error_norm.map(Parameter::Name)),
-            (
-                "target_range_error_mm",
-                number(self.target_range_error_mm()),
-            ),
-            ("max_ms", number(self.max_ms())),
-            ("max_rays", self.max_rays().map(Parameter::Count)),
-            ("interpolation_error", number(self.interpolation_error())),
-            ("stderr_layer", self.stderr_layer().map(Parameter::Flag)),
-        ]
     }
 
     pub(crate) fn validate(&self) -> Result<()> {
         let part = Part("indirect".into());
-        let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
-        for (key, error) in [
-            ("target_error", self.target_error()),
-            ("interpolation_error", self.interpolation_error()),
-        ] {
-            part.require(
-                error.is_none_or(|error| TARGET_ERRORS.contains(&error)),
-                format_args!("{key} is {}", error.unwrap_or_default()),
-                format!("give a relRMSE from {least} to {most}, such as 0.02"),
-            )?;
+        match self {
+            IndirectLight::FinalGather(gather) => check_limits(&part, gather),
+            IndirectLight::RsmAverage(average) => check_limits(&part, average),
+            IndirectLight::InstantRadiosity(radiosity) => check_limits(&part, radiosity),
         }
-        let range_mm = self.target_range_error_mm();
-        let (least, most) = (TARGET_RANGE_ERRORS_MM.start(), TARGET_RANGE_ERRORS_MM.end());
-        part.require(
-            range_mm.is_none_or(|error| TARGET_RANGE_ERRORS_MM.contains(&error)),
-            format_args!("target_range_error_mm is {}", range_mm.unwrap_or_default()),
-            format!("give millimetres from {least} to {most}, such as 5"),
-        )?;
-        let max_ms = self.max_ms();
-        part.require(
-            max_ms.is_none_or(|ms| ms > 0.0 && ms.is_finite()),
-            format_args!("max_ms is {}", max_ms.unwrap_or_default()),
-            "give finite milliseconds above 0, such as 500, or no limit",
-        )?;
-        part.require(
-            self.max_rays() != Some(0),
-            "max_rays is 0",
-            "give a number of rays above 0, such as 100000000, or no limit",
-        )?;
-        part.require(
-            self.rsm_size() != Some(0),
-            "rsm_size is 0",
-            "give the texels along one face's edge, such as 64",
-        )
     }
 }
 
-/// The value of a key of `[indirect]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Parameter {
-    Number(f64),
-    Count(u64),
-    Name(&'static str),
-    Flag(bool),
+impl FinalGather {
+    /// All parameters but the target error have their defaults.
+    pub const fn new(target_error: f64) -> Self {
+        FinalGather {
+            target_error,
+            ..FinalGather::DEFAULT
+        }
+    }
+}
+
+impl From<FinalGather> for IndirectLight {
+    fn from(gather: FinalGather) -> Self {
+        IndirectLight::FinalGather(gather)
+    }
+}
+
+impl ParameterType for ErrorNorm {
+    const KIND: ParameterKind = ParameterKind::Name(&["image", "local"]);
+
+    fn get(&self) -> Option<ParameterValue> {
+        Some(ParameterValue::Name(self.name()))
+    }
+
+    fn set(&mut self, value: ParameterValue) {
+        let mut norms = ErrorNorm::ALL.into_iter();
+        let is_named = |norm: &ErrorNorm| value == ParameterValue::Name(norm.name());
+        *self = norms.find(is_named).unwrap_or(*self);
+    }
 }
 
 impl ErrorNorm {

@@ -17,10 +17,12 @@ mod material;
 mod mesh;
 mod mesh_file;
 mod metallic_roughness;
+mod parameters;
 mod pattern;
 mod pattern_integral;
 mod pixel_sampling;
 mod projected_image;
+mod sensor;
 mod shared;
 mod texels;
 mod texture_source;
@@ -29,7 +31,7 @@ mod validate;
 mod validate_surface;
 mod warnings;
 
-use std::{collections::HashSet, f64::consts::FRAC_PI_4};
+use std::collections::HashSet;
 
 pub use area::AreaShape;
 pub use bounds::{BoundingBox, BoundingSphere};
@@ -37,8 +39,8 @@ pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::{Carrier, PlacedLight};
 pub use distortion::Distortion;
 pub use indirect::{
-    DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS,
-    TARGET_RANGE_ERRORS_MM, VplSum,
+    DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, FinalGather, IndirectLight,
+    InstantRadiosity, RsmAverage, TARGET_ERRORS, VplSum,
 };
 pub use instance::Instance;
 pub use lens_lights::LensLights;
@@ -47,18 +49,18 @@ pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
 pub use mesh_file::{MeshFile, MeshOptions};
 pub use metallic_roughness::MetallicRoughness;
+pub use parameters::{Limits, Parameter, ParameterKind, ParameterValue, Parameters};
 pub(crate) use pattern::{Measured, place};
 pub use pattern::{Pattern, PatternAxes, RadiationPattern};
 pub use pattern_integral::PatternIntegral;
 pub use pixel_sampling::{PixelFilter, PixelSampling};
 pub use projected_image::ProjectedImage;
+pub use sensor::{Photodetector, Sensor};
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};
 pub use texture_source::{Component, TextureRole, TextureSource, in_their_roles};
 pub(crate) use tof::MAX_PHASES;
-pub use tof::{
-    ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, Photodetector, SensorNoise, TimeOfFlight,
-};
+pub use tof::{ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, SensorNoise, TimeOfFlight};
 pub(crate) use validate::Places;
 
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
@@ -140,38 +142,6 @@ impl Scene {
             let cuts = |m: &Material| m.alpha_texture.is_some_and(|lookup| mesh.shows(&lookup));
             self.has_material(mesh, cuts)
         })
-    }
-}
-
-/// Converts the radiance that a pixel sees to energy: Q_C = E_C · pixel area · duty cycle · exposure time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensor {
-    /// Width and height of a pixel, micrometres.
-    pub pixel_pitch_um: [f64; 2],
-    pub exposure_time_s: f64,
-    /// Share of the exposure during which the signal is on, 0 to 1.
-    pub duty_cycle: f64,
-    /// For time of flight.
-    pub photodetector: Option<Photodetector>,
-    /// Focal length divided by the diameter of the aperture. `None`: E_C equals the radiance in number, as in the model.
-    pub f_number: Option<f64>,
-}
-
-impl Sensor {
-    /// Q_C / E_C: joules per W/m² of irradiance on the pixel.
-    pub fn joule_per_irradiance(&self) -> f64 {
-        let [width_um, height_um] = self.pixel_pitch_um;
-        let pixel_area_m2 = width_um * height_um * 1e-12;
-        pixel_area_m2 * self.duty_cycle * self.exposure_time_s
-    }
-
-    /// E_C divided by the radiance, for light at this cosine of the angle to the axis, sr: (π/4)·cos⁴θ divided by the square of the
-    /// f-number.
-    pub fn irradiance_per_radiance(&self, cosine: f64) -> f64 {
-        match self.f_number {
-            None => 1.0,
-            Some(f_number) => FRAC_PI_4 * cosine.powi(4) / f_number.powi(2),
-        }
     }
 }
 

@@ -1,6 +1,10 @@
 //! A time-of-flight camera and what its pixels detect.
 
-use super::{Bands, PlacedLight, Sensor, validate::Part};
+use super::{
+    Bands, Limits, PlacedLight, Sensor,
+    parameters::{check_limits, parameters},
+    validate::Part,
+};
 use crate::Result;
 
 /// Maximum number of modulation frequencies of a scene.
@@ -55,31 +59,27 @@ impl ChargeUnit {
     }
 }
 
-/// The noise of a sensor, and its conversion of electrons to numbers. Each tap is a separate well.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SensorNoise {
-    /// Each seed gives different noise.
-    pub seed: u64,
-    /// Dark current of a tap, electrons per second.
-    pub dark_e_per_s: f64,
-    /// σ_r, electrons.
-    pub read_noise_e: f64,
-    /// Maximum number of electrons in a tap.
-    pub full_well_e: f64,
-    pub gain_dn_per_e: f64,
-    /// The number that stands for zero electrons.
-    pub black_level_dn: f64,
-    /// Numbers range from 0 to 2^bits − 1.
-    pub bits: u32,
-}
+const UP_TO_1E12: Limits = Limits::between(0.0, 1e12, "give a value from 0 to 1e12");
 
-/// How a pixel converts light to electrons.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Photodetector {
-    /// λ
-    pub wavelength_nm: f64,
-    /// η, electrons per photon, 0 to 1.
-    pub quantum_efficiency: f64,
+parameters! {
+    /// The noise of a time-of-flight sensor, and its conversion of electrons to digital numbers (DN). Each tap of a phase image is a separate
+    /// well.
+    pub struct SensorNoise {
+        /// The most electrons that a tap holds.
+        full_well_e: f64 = 0.0, Limits::positive(1e15, "give a value above 0, up to 1e15"); needs "full_well_e = 100000, electrons per tap";
+        /// Dark current of a tap, electrons per second.
+        dark_e_per_s: f64 = 0.0, UP_TO_1E12;
+        /// σ_r, the standard deviation of the read noise, electrons.
+        read_noise_e: f64 = 0.0, UP_TO_1E12;
+        /// DN per electron.
+        gain_dn_per_e: f64 = 1.0, Limits::positive(1e12, "give a value above 0, up to 1e12");
+        /// The DN of 0 electrons.
+        black_level_dn: f64 = 0.0, UP_TO_1E12;
+        /// DN are from 0 to 2^bits − 1.
+        bits: u32 = 12, Limits::between(1.0, 24.0, "give 1 to 24");
+        /// Each seed gives different noise.
+        seed: u64 = 0;
+    }
 }
 
 impl TimeOfFlight {
@@ -169,7 +169,7 @@ impl TimeOfFlight {
     ) -> Result<()> {
         let part = Part("tof".into());
         part.require(
-            sensor.is_some_and(|sensor| sensor.photodetector.is_some()),
+            sensor.is_some_and(|sensor| sensor.photodetector().is_some()),
             "the quantum efficiency of the pixels is not known",
             "give the sensor a wavelength_nm and a quantum_efficiency",
         )?;
@@ -195,15 +195,10 @@ impl TimeOfFlight {
 
 impl SensorNoise {
     /// A sensor with this full well, and with shot noise only: 12 bits, 1 DN per electron.
-    pub fn of_full_well(full_well_e: f64) -> SensorNoise {
+    pub const fn of_full_well(full_well_e: f64) -> SensorNoise {
         SensorNoise {
-            seed: 0,
-            dark_e_per_s: 0.0,
-            read_noise_e: 0.0,
             full_well_e,
-            gain_dn_per_e: 1.0,
-            black_level_dn: 0.0,
-            bits: 12,
+            ..SensorNoise::DEFAULT
         }
     }
 
@@ -222,34 +217,7 @@ impl SensorNoise {
 
     fn validate(&self) -> Result<()> {
         let part = Part("tof noise".into());
-        for (name, value, most) in [
-            ("dark_e_per_s", self.dark_e_per_s, 1e12),
-            ("read_noise_e", self.read_noise_e, 1e12),
-            ("full_well_e", self.full_well_e, 1e15),
-            ("gain_dn_per_e", self.gain_dn_per_e, 1e12),
-            ("black_level_dn", self.black_level_dn, 1e12),
-        ] {
-            part.require(
-                (0.0..=most).contains(&value),
-                format_args!("{name} is {value}"),
-                format!("give a value from 0 to {most:e}"),
-            )?;
-        }
-        for (name, value) in [
-            ("full_well_e", self.full_well_e),
-            ("gain_dn_per_e", self.gain_dn_per_e),
-        ] {
-            part.require(
-                value > 0.0,
-                format_args!("{name} is {value}"),
-                "give a value above 0",
-            )?;
-        }
-        part.require(
-            (1..=24).contains(&self.bits),
-            format_args!("bits is {}", self.bits),
-            "give 1 to 24",
-        )?;
+        check_limits(&part, self)?;
         let most = f64::from((1_u32 << self.bits) - 1);
         part.require(
             self.black_level_dn <= most,
@@ -258,21 +226,6 @@ impl SensorNoise {
                 self.black_level_dn, self.bits
             ),
             "give more bits, or a lower black level",
-        )
-    }
-}
-
-impl Photodetector {
-    pub(super) fn validate(&self, part: &Part) -> Result<()> {
-        part.require(
-            (1.0..=1e6).contains(&self.wavelength_nm),
-            format_args!("wavelength_nm is {}", self.wavelength_nm),
-            "give nanometres from 1 to 1e6",
-        )?;
-        part.require(
-            self.quantum_efficiency > 0.0 && self.quantum_efficiency <= 1.0,
-            format_args!("quantum_efficiency is {}", self.quantum_efficiency),
-            "give electrons per photon, above 0 up to 1",
         )
     }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::{
     AreaShape, BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling,
-    PlacedLight, Scene, Sensor, Shadow,
+    PlacedLight, Scene, Shadow,
 };
 use crate::{Error, Result, keys::Keys};
 
@@ -180,7 +180,8 @@ impl Scene {
     /// An error of range is one of the time of flight of single points.
     fn validate_range_target(&self, indirect: &super::IndirectLight) -> Result<()> {
         let part = Part("indirect".into());
-        let has_target = indirect.target_range_error_mm().is_some();
+        let gather = indirect.gather();
+        let has_target = gather.is_some_and(|gather| gather.target_range_error_mm.is_some());
         part.require(
             !has_target || self.tof.is_some(),
             "target_range_error_mm is given, but the scene has no time of flight",
@@ -340,32 +341,6 @@ impl Intrinsics {
             format_args!("cx, cy are {cx}, {cy}"),
             "give the finite pixel coordinates of the principal point",
         )
-    }
-}
-
-impl Sensor {
-    pub(crate) fn validate(&self) -> Result<()> {
-        let part = Part("sensor".into());
-        part.require_each(
-            &self.pixel_pitch_um,
-            |um| (0.01..=1e6).contains(um),
-            |axis, um| {
-                let axis = ["width", "height"][axis];
-                format!("pixel_pitch_um {axis} is {um}")
-            },
-            "give micrometres from 0.01 to 1e6, such as 10.0",
-        )?;
-        part.require_above_zero("exposure_time_s", self.exposure_time_s)?;
-        part.require(
-            (0.0..=1.0).contains(&self.duty_cycle),
-            format_args!("duty_cycle is {}", self.duty_cycle),
-            "give a share from 0 to 1",
-        )?;
-        if let Some(f_number) = self.f_number {
-            part.require_above_zero("f_number", f_number)?;
-        }
-        let photodetector = self.photodetector;
-        photodetector.map_or(Ok(()), |photodetector| photodetector.validate(&part))
     }
 }
 

@@ -48,7 +48,7 @@ fn time_of_flight_that_is_not_all_there() {
             "[sensor]\npixel_pitch_um = [1, 1]\nexposure_time_s = 1\nduty_cycle = 1\nwavelength_nm = 850\n",
             "",
         ),
-        &["scene.toml:11: [sensor] has one of \"wavelength_nm\""],
+        &["scene.toml:11: has only one of wavelength_nm and quantum_efficiency"],
     );
 }
 

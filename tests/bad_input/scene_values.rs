@@ -1,8 +1,8 @@
 //! Bad values in a scene from slices: each is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    AreaShape, Camera, ChargeUnit, Direct, Encoding, ErrorNorm, IndirectLight, Intrinsics, Lens,
-    Light, Material, Mesh, Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise,
+    AreaShape, Camera, ChargeUnit, Direct, Encoding, FinalGather, IndirectLight, Intrinsics, Lens,
+    Light, Material, Mesh, PixelFilter, PixelSampling, RsmAverage, Scene, Sensor, SensorNoise,
     Shadow, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
@@ -23,7 +23,8 @@ fn scene() -> Scene {
             exposure_time_s: 1e-3,
             duty_cycle: 0.5,
             f_number: None,
-            photodetector: None,
+            wavelength_nm: None,
+            quantum_efficiency: None,
         }),
         tof: None,
         lights: vec![
@@ -77,7 +78,7 @@ fn tof() -> TimeOfFlight {
 
 /// Makes the scene's camera a time-of-flight camera.
 fn detects(scene: &mut Scene) -> &mut TimeOfFlight {
-    photodetector(scene);
+    detector(scene, 850.0, 0.8);
     scene.tof.insert(tof())
 }
 
@@ -93,43 +94,33 @@ fn noise(scene: &mut Scene) -> &mut SensorNoise {
     })
 }
 
-fn photodetector(scene: &mut Scene) -> &mut Photodetector {
+/// Gives the sensor what time of flight needs.
+fn detector(scene: &mut Scene, wavelength_nm: f64, quantum_efficiency: f64) {
     let sensor = scene.sensor.as_mut().unwrap();
-    sensor.photodetector.insert(Photodetector {
-        wavelength_nm: 850.0,
-        quantum_efficiency: 0.8,
-    })
+    sensor.wavelength_nm = Some(wavelength_nm);
+    sensor.quantum_efficiency = Some(quantum_efficiency);
 }
 
 fn final_gather(target_error: f64, max_ms: Option<f64>, max_rays: Option<u64>) -> IndirectLight {
-    IndirectLight::FinalGather {
-        target_error,
-        error_norm: ErrorNorm::Image,
-        rsm_size: None,
+    IndirectLight::FinalGather(FinalGather {
         max_ms,
         max_rays,
-        stderr_layer: false,
-        target_range_error_mm: None,
-    }
+        ..FinalGather::new(target_error)
+    })
 }
 
 fn range_target(target_mm: f64) -> IndirectLight {
-    let mut indirect = IndirectLight::final_gather(0.02);
-    if let IndirectLight::FinalGather {
-        target_range_error_mm,
-        ..
-    } = &mut indirect
-    {
-        *target_range_error_mm = Some(target_mm);
-    }
-    indirect
+    IndirectLight::FinalGather(FinalGather {
+        target_range_error_mm: Some(target_mm),
+        ..FinalGather::new(0.02)
+    })
 }
 
 fn interpolated_average(interpolation_error: f64) -> IndirectLight {
-    IndirectLight::RsmAverage {
+    IndirectLight::RsmAverage(RsmAverage {
         rsm_size: 8,
         interpolation_error: Some(interpolation_error),
-    }
+    })
 }
 
 #[test]
@@ -368,15 +359,15 @@ fn scenes_from_slices_are_validated() {
             "tof noise: black_level_dn is 5000, but 12 bits hold at most 4095",
         ),
         (
-            Box::new(|s| photodetector(s).quantum_efficiency = 0.0),
+            Box::new(|s| detector(s, 850.0, 0.0)),
             "sensor: quantum_efficiency is 0; give electrons per photon",
         ),
         (
-            Box::new(|s| photodetector(s).wavelength_nm = 0.0),
+            Box::new(|s| detector(s, 0.0, 0.8)),
             "sensor: wavelength_nm is 0",
         ),
         (
-            Box::new(|s| photodetector(s).quantum_efficiency = 1.1),
+            Box::new(|s| detector(s, 850.0, 1.1)),
             "sensor: quantum_efficiency is 1.1",
         ),
         (

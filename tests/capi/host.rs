@@ -283,39 +283,39 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
     unsafe {
         ok(camlux_scene_set_camera(built, &c_camera));
         if let Some(sensor) = scene.sensor {
-            let mut c_sensor = init!(camlux_sensor {
+            let c_sensor = init!(camlux_sensor {
                 pixel_pitch_um: sensor.pixel_pitch_um,
                 exposure_time_s: sensor.exposure_time_s,
                 duty_cycle: sensor.duty_cycle,
+                wavelength_nm: sensor.wavelength_nm.unwrap_or_default(),
+                quantum_efficiency: sensor.quantum_efficiency.unwrap_or_default(),
                 f_number: sensor.f_number.unwrap_or_default(),
             });
-            if let Some(detector) = sensor.photodetector {
-                c_sensor.wavelength_nm = detector.wavelength_nm;
-                c_sensor.quantum_efficiency = detector.quantum_efficiency;
-            }
             ok(camlux_scene_set_sensor(built, &c_sensor));
         }
         if let Some(tof) = &scene.tof {
             set_tof(built, tof);
         }
         if let Some(indirect) = scene.indirect {
+            let gather = indirect.gather();
+            let range_mm = gather.and_then(|gather| gather.target_range_error_mm);
             let c_indirect = init!(camlux_indirect {
                 estimator: match indirect {
-                    IndirectLight::FinalGather { .. } => CAMLUX_ESTIMATOR_FINAL_GATHER,
-                    IndirectLight::RsmAverage { .. } => CAMLUX_ESTIMATOR_RSM_AVERAGE,
-                    IndirectLight::InstantRadiosity { .. } => CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+                    IndirectLight::FinalGather(_) => CAMLUX_ESTIMATOR_FINAL_GATHER,
+                    IndirectLight::RsmAverage(_) => CAMLUX_ESTIMATOR_RSM_AVERAGE,
+                    IndirectLight::InstantRadiosity(_) => CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
                 },
                 rsm_size: indirect.rsm_size().unwrap_or(0),
-                error_norm: match indirect.error_norm() {
+                error_norm: match gather.map(|gather| gather.error_norm) {
                     Some(ErrorNorm::Local) => CAMLUX_NORM_LOCAL,
                     Some(ErrorNorm::Image) | None => CAMLUX_NORM_IMAGE,
                 },
                 target_error: indirect.target_error().unwrap_or(0.0),
-                max_ms: indirect.max_ms().unwrap_or(0.0),
-                max_rays: indirect.max_rays().unwrap_or(0),
-                stderr_layer: indirect.stderr_layer().map_or(0, i32::from),
+                max_ms: gather.and_then(|gather| gather.max_ms).unwrap_or(0.0),
+                max_rays: gather.and_then(|gather| gather.max_rays).unwrap_or(0),
+                stderr_layer: gather.map_or(0, |gather| gather.stderr_layer.into()),
                 interpolation_error: indirect.interpolation_error().unwrap_or(0.0),
-                target_range_error_mm: indirect.target_range_error_mm().unwrap_or(0.0),
+                target_range_error_mm: range_mm.unwrap_or(0.0),
             });
             ok(camlux_scene_set_indirect(built, &c_indirect));
         }

@@ -6,7 +6,7 @@ use crate::common::rmse;
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Bands, IndirectLight, Light},
+    scene::{Bands, IndirectLight, Light, RsmAverage},
 };
 use glam::DVec3;
 
@@ -15,10 +15,10 @@ const RSM_SIZE: u32 = 64;
 
 fn average(scene: &Scene, interpolation_error: Option<f64>) -> Scene {
     let mut scene = scene.clone();
-    scene.indirect = Some(IndirectLight::RsmAverage {
+    scene.indirect = Some(IndirectLight::RsmAverage(RsmAverage {
         rsm_size: RSM_SIZE,
         interpolation_error,
-    });
+    }));
     scene
 }
 
@@ -114,10 +114,10 @@ fn small_work_is_done_in_full() {
     for (size_px, rsm_size) in [([100, 100], RSM_SIZE), (SIZE_PX, 8)] {
         let mut scene = demo_scene("textured", size_px);
         let mut render = |interpolation_error| {
-            scene.indirect = Some(IndirectLight::RsmAverage {
+            scene.indirect = Some(IndirectLight::RsmAverage(RsmAverage {
                 rsm_size,
                 interpolation_error,
-            });
+            }));
             gpu.render(&scene)
         };
         let (exact, requested) = (render(None), render(Some(0.05)));

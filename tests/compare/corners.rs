@@ -12,7 +12,7 @@ use camlux::{
     metrics::range_error_m,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
     output::{Frame, Layer, StopReason, TofQuantity},
-    scene::{IndirectLight, Light},
+    scene::{FinalGather, IndirectLight, Light},
 };
 use glam::DVec3;
 
@@ -164,14 +164,10 @@ fn the_range_is_within_its_target_error() {
     for (name, mut scene) in corners() {
         let mut due: Option<Vec<(usize, f64, Phasor)>> = None;
         for target_mm in [10.0, 1.0] {
-            scene.indirect = Some(IndirectLight::final_gather(0.5));
-            if let Some(IndirectLight::FinalGather {
-                target_range_error_mm,
-                ..
-            }) = &mut scene.indirect
-            {
-                *target_range_error_mm = Some(target_mm);
-            }
+            scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
+                target_range_error_mm: Some(target_mm),
+                ..FinalGather::new(0.5)
+            }));
             let frame = gpu.render(&scene);
             let due = due.get_or_insert_with(|| expected(&scene, &frame, 51));
             let direct = phasors(&frame, 0, TofQuantity::PhasorDirect);

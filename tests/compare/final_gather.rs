@@ -11,7 +11,7 @@ use camlux::{
     metrics::{self, Comparison, Pixels},
     output::{Frame, FrameStats, Layer, StopReason},
     reference::Reference,
-    scene::{ErrorNorm, IndirectLight, Light, SpotCone},
+    scene::{ErrorNorm, FinalGather, IndirectLight, Light, SpotCone},
 };
 use glam::DVec3;
 
@@ -147,15 +147,10 @@ fn the_local_norm_counts_dark_parts() {
     let mut gpu = Gpu::open();
     let mut errors = [ErrorNorm::Image, ErrorNorm::Local].map(|norm| {
         let mut scene = scene.clone();
-        scene.indirect = Some(IndirectLight::FinalGather {
-            target_error: 0.1,
+        scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
             error_norm: norm,
-            rsm_size: None,
-            max_ms: None,
-            max_rays: None,
-            stderr_layer: false,
-            target_range_error_mm: None,
-        });
+            ..FinalGather::new(0.1)
+        }));
         let frame = gpu.render(&scene);
         let image = values(&frame, Layer::Indirect);
         let dark = image
@@ -196,15 +191,10 @@ fn a_budget_ends_with_an_honest_image() {
         let truth = reference_of(&scene, 512);
         let mut last: Option<FrameStats> = None;
         for max_rays in [1, 100_000, 300_000, 1_000_000, 5_000_000, 20_000_000] {
-            scene.indirect = Some(IndirectLight::FinalGather {
-                target_error: 0.002,
-                error_norm: ErrorNorm::Image,
-                rsm_size: None,
-                max_ms: None,
+            scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
                 max_rays: Some(max_rays),
-                stderr_layer: false,
-                target_range_error_mm: None,
-            });
+                ..FinalGather::new(0.002)
+            }));
             let frame = gpu.render(&scene);
             let (error, bias) = error_and_bias(&frame, &truth);
             let stats = &frame.stats;
@@ -240,16 +230,11 @@ fn a_face_that_a_budget_fills_from_its_ends_is_told() {
     let truth = reference_of(&scene, 64);
     let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
     for rays in [100_000, 200_000] {
-        let mut indirect = IndirectLight::final_gather(0.002);
-        if let IndirectLight::FinalGather {
-            max_rays,
-            stderr_layer,
-            ..
-        } = &mut indirect
-        {
-            (*max_rays, *stderr_layer) = (Some(rays), true);
-        }
-        scene.indirect = Some(indirect);
+        scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
+            max_rays: Some(rays),
+            stderr_layer: true,
+            ..FinalGather::new(0.002)
+        }));
         for seed in 0..4 {
             let frame = gpu.render_seeded(&scene, seed);
             let [image, own, reference] = [
@@ -311,13 +296,11 @@ fn a_budget_that_finds_no_light_is_spent() {
     let scene = scene_of(meshes, lamp, camera_m, DVec3::new(0.0, 0.1, 0.0));
     let mut gpu = Gpu::open();
     for max_rays in [Some(1), None] {
-        let mut scene = final_gather(scene.clone(), 0.1);
-        if let Some(IndirectLight::FinalGather {
-            max_rays: limit, ..
-        }) = &mut scene.indirect
-        {
-            *limit = max_rays;
-        }
+        let mut scene = scene.clone();
+        scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
+            max_rays,
+            ..FinalGather::new(0.1)
+        }));
         let frame = gpu.render(&scene);
         let indirect = frame.values(Layer::Indirect).expect("it is there");
         assert!(indirect.iter().all(|&x| x == 0.0));
@@ -338,15 +321,10 @@ fn standard_errors_are_calibrated() {
     for name in ["cornell", "glossy", "knot"] {
         let mut scene = demo_scene(name, [96, 96]);
         let truth = reference_of(&scene, 256);
-        scene.indirect = Some(IndirectLight::FinalGather {
-            target_error: 0.05,
-            error_norm: ErrorNorm::Image,
-            rsm_size: None,
-            max_ms: None,
-            max_rays: None,
+        scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
             stderr_layer: true,
-            target_range_error_mm: None,
-        });
+            ..FinalGather::new(0.05)
+        }));
         let frame = gpu.render(&scene);
         let values = |frame: &Frame, layer| frame.values(layer).expect("it is there").to_vec();
         let edges = truth.ids(Layer::Edge).expect("a reference marks edges");

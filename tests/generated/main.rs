@@ -4,4 +4,5 @@ mod header;
 mod layers;
 mod layouts;
 mod names;
+mod parameters;
 mod spirv;

@@ -11,7 +11,7 @@ use camlux::{
     Tracer,
     internals::ray_probe::RayProbe,
     output::{Frame, Layer},
-    scene::{IndirectLight, Shadow},
+    scene::{IndirectLight, RsmAverage, Shadow},
 };
 
 /// The Vulkan functions that create a pipeline and its parts.
@@ -34,10 +34,10 @@ fn bounce(name: &str, size_px: [u32; 2]) -> Scene {
 /// A scene whose image is large enough that the sum is gathered at few pixels.
 fn sum_at_few_pixels() -> Scene {
     let mut scene = demo_scene("glossy", [192, 176]);
-    scene.indirect = Some(IndirectLight::RsmAverage {
+    scene.indirect = Some(IndirectLight::RsmAverage(RsmAverage {
         rsm_size: 32,
         interpolation_error: Some(0.2),
-    });
+    }));
     scene
 }
 

@@ -8,8 +8,8 @@ use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, Quirks, RenderOptions, Renderer, Scene,
     output::Layer,
     scene::{
-        ChargeUnit, IndirectLight, Instance, Light, Mesh, Photodetector, PixelFilter,
-        PixelSampling, Sensor, Shadow, Texels, Texture, TimeOfFlight, VplSum,
+        ChargeUnit, IndirectLight, Instance, Light, Mesh, PixelFilter, PixelSampling, RsmAverage,
+        Sensor, Shadow, Texels, Texture, TimeOfFlight, VplSum,
     },
 };
 use glam::{DAffine3, DVec3, dvec3};
@@ -28,10 +28,10 @@ fn with(scene: &Scene, change: impl Fn(&mut Scene)) -> Scene {
 }
 
 const FINAL_GATHER: Option<IndirectLight> = Some(final_gather(64));
-const INTERPOLATED_AVERAGE: Option<IndirectLight> = Some(IndirectLight::RsmAverage {
+const INTERPOLATED_AVERAGE: Option<IndirectLight> = Some(IndirectLight::RsmAverage(RsmAverage {
     rsm_size: 64,
     interpolation_error: Some(0.05),
-});
+}));
 
 const fn final_gather(rsm_size: u32) -> IndirectLight {
     let mut indirect = IndirectLight::final_gather(0.3);
@@ -46,10 +46,8 @@ fn time_of_flight(scene: &mut Scene) {
         exposure_time_s: 1e-3,
         duty_cycle: 1.0,
         f_number: None,
-        photodetector: Some(Photodetector {
-            wavelength_nm: 850.0,
-            quantum_efficiency: 0.8,
-        }),
+        wavelength_nm: Some(850.0),
+        quantum_efficiency: Some(0.8),
     });
     let is_ambient = |light: &usize| scene.lights[*light].position_m().is_none();
     let ambient_lights = (0..scene.lights.len()).filter(is_ambient).collect();
@@ -109,8 +107,8 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
             with(&demo, |scene| {
                 scene.lights.push(scene.lights[0].clone());
                 scene.indirect = FINAL_GATHER;
-                if let Some(IndirectLight::FinalGather { stderr_layer, .. }) = &mut scene.indirect {
-                    *stderr_layer = true;
+                if let Some(IndirectLight::FinalGather(gather)) = &mut scene.indirect {
+                    gather.stderr_layer = true;
                 }
             }),
         );

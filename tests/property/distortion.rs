@@ -163,7 +163,8 @@ fn a_fisheye_has_no_f_number() {
         pixel_pitch_um: [10.0; 2],
         exposure_time_s: 1e-3,
         duty_cycle: 1.0,
-        photodetector: None,
+        wavelength_nm: None,
+        quantum_efficiency: None,
         f_number: Some(2.0),
     });
     let mut said = |distortion| {

@@ -9,7 +9,7 @@ use camlux::{
     RenderOptions, Scene,
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Bands, IndirectLight, Light, PixelFilter, PixelSampling, VplSum},
+    scene::{Bands, FinalGather, IndirectLight, Light, PixelFilter, PixelSampling, VplSum},
 };
 
 /// Rounding of sums in another order. Measured on lavapipe: 0 almost everywhere, 4.3e-7 for half lights on glossy surfaces.
@@ -78,11 +78,10 @@ fn every_gather_kernel_gives_the_same() {
 fn a_frame_has_the_layers_that_are_wanted() {
     let mut gpu = Gpu::open();
     let mut with_all = demo_scene("tof_corner", [16, 12]);
-    let mut indirect = IndirectLight::final_gather(0.5);
-    if let IndirectLight::FinalGather { stderr_layer, .. } = &mut indirect {
-        *stderr_layer = true;
-    }
-    with_all.indirect = Some(indirect);
+    with_all.indirect = Some(IndirectLight::FinalGather(FinalGather {
+        stderr_layer: true,
+        ..FinalGather::new(0.5)
+    }));
     let mut sampled = with_all.clone();
     sampled.camera.pixel_sampling = Some(PixelSampling {
         samples: 2,

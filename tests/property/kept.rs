@@ -8,7 +8,9 @@ use camlux::{
     Device, DeviceOptions, Error, RenderOptions, Renderer, Scene,
     glam::{DAffine3, DVec3},
     output::{Frame, Layer, StopReason, TofQuantity},
-    scene::{IndirectLight, Light, Mesh, SensorNoise, Shadow, Shared, VplSum},
+    scene::{
+        FinalGather, IndirectLight, Light, Mesh, RsmAverage, SensorNoise, Shadow, Shared, VplSum,
+    },
 };
 
 fn final_gather(mut scene: Scene) -> Scene {
@@ -19,10 +21,10 @@ fn final_gather(mut scene: Scene) -> Scene {
 }
 
 fn refined(mut scene: Scene) -> Scene {
-    scene.indirect = Some(IndirectLight::RsmAverage {
+    scene.indirect = Some(IndirectLight::RsmAverage(RsmAverage {
         rsm_size: 16,
         interpolation_error: Some(0.05),
-    });
+    }));
     scene
 }
 
@@ -34,11 +36,10 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
     for name in ["glossy", "knot"] {
         let scene_of = |size: u32, target: f64, limit: Option<u64>| {
             let mut scene = demo_scene(name, [size, size]);
-            let mut indirect = IndirectLight::final_gather(target);
-            if let IndirectLight::FinalGather { max_rays, .. } = &mut indirect {
-                *max_rays = limit;
-            }
-            scene.indirect = Some(indirect);
+            scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
+                max_rays: limit,
+                ..FinalGather::new(target)
+            }));
             scene
         };
         let first = scene_of(128, 0.03, None);
@@ -248,14 +249,10 @@ fn a_frame_of_which_nothing_has_changed_comes_back() {
     assert!(repeated(&mut gpu, &scene, 1).stats.passes.is_empty());
     assert!(!gpu.render_seeded(&scene, 1).stats.passes.is_empty());
     // What a limit of time has cut short may become better.
-    if let Some(IndirectLight::FinalGather {
-        target_error,
-        max_ms,
-        ..
-    }) = &mut scene.indirect
-    {
-        (*target_error, *max_ms) = (0.002, Some(1.0));
-    }
+    scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
+        max_ms: Some(1.0),
+        ..FinalGather::new(0.002)
+    }));
     for _ in 0..2 {
         let frame = repeated(&mut gpu, &scene, 0);
         assert_eq!(frame.stats.stop, Some(StopReason::BudgetSpent));

@@ -58,7 +58,8 @@ fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
             exposure_time_s: 3e-4,
             duty_cycle: 0.4,
             f_number: None,
-            photodetector: None,
+            wavelength_nm: None,
+            quantum_efficiency: None,
         });
         if !indirect {
             scene.indirect = None;

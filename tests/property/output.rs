@@ -7,7 +7,7 @@ use camlux::output::{
     ExrCompression, ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData,
     LayeredImage, OutputFile, PassTime, PngView, StopReason, write_exr, write_exr_files, write_png,
 };
-use camlux::scene::{Camera, ErrorNorm, IndirectLight, Lens, Light, Sensor, VplSum};
+use camlux::scene::{Camera, FinalGather, IndirectLight, Lens, Light, RsmAverage, Sensor, VplSum};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 use glam::DVec3;
 
@@ -68,7 +68,8 @@ pub fn frame() -> Frame {
                 exposure_time_s: 1e-3,
                 duty_cycle: 0.5,
                 f_number: None,
-                photodetector: None,
+                wavelength_nm: None,
+                quantum_efficiency: None,
             }),
             tof: None,
             key: Default::default(),
@@ -355,10 +356,10 @@ fn the_header_has_the_requested_error_and_the_estimated_one() {
         estimated_interpolation_error: Some(0.015),
         ..FrameStats::default()
     };
-    let interpolated = IndirectLight::RsmAverage {
+    let interpolated = IndirectLight::RsmAverage(RsmAverage {
         rsm_size: 48,
         interpolation_error: Some(0.1),
-    };
+    });
     assert_eq!(
         errors(interpolated, estimated),
         [None, None, None, Some(0.1), Some(0.015)]
@@ -455,15 +456,11 @@ fn a_frame_warns_of_what_it_does_not_show() {
 #[test]
 fn a_target_that_was_not_met_is_said_with_its_reason() {
     let mut frame = frame();
-    frame.description.indirect = Some(IndirectLight::FinalGather {
-        target_error: 0.02,
-        error_norm: ErrorNorm::Image,
-        rsm_size: None,
+    frame.description.indirect = Some(IndirectLight::FinalGather(FinalGather {
         max_ms: Some(250.0),
         max_rays: Some(5_000_000_000),
-        stderr_layer: false,
-        target_range_error_mm: None,
-    });
+        ..FinalGather::new(0.02)
+    }));
     let rays = frame.stats.ray_count;
     let mut says = |stop, error| {
         frame.stats.stop = stop;

@@ -6,9 +6,10 @@ use std::path::Path;
 use crate::common::scene_folder::assert_says;
 use camlux::scene::{
     AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, Encoding, ErrorNorm, Filter,
-    IndirectLight, Instance, Intrinsics, Lens, Light, Material, Mesh, Pattern, Photodetector,
-    PixelFilter, PixelSampling, PlacedLight, ProjectedImage, Scene, Sensor, SensorNoise, Shadow,
-    Shared, SpotCone, Texels, Texture, TextureLookup, TimeOfFlight, VplSum, Wrap,
+    FinalGather, IndirectLight, Instance, Intrinsics, Lens, Light, Material, Mesh, Pattern,
+    PixelFilter, PixelSampling, PlacedLight, ProjectedImage, RsmAverage, Scene, Sensor,
+    SensorNoise, Shadow, Shared, SpotCone, Texels, Texture, TextureLookup, TimeOfFlight, VplSum,
+    Wrap,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -320,10 +321,8 @@ fn scene() -> Scene {
             pixel_pitch_um: [10.0 / 3.0, 12.0],
             exposure_time_s: 1e-3 / 3.0,
             duty_cycle: 0.3,
-            photodetector: Some(Photodetector {
-                wavelength_nm: 850.1,
-                quantum_efficiency: 0.7,
-            }),
+            wavelength_nm: Some(850.1),
+            quantum_efficiency: Some(0.7),
             f_number: Some(2.8),
         }),
         tof: Some(TimeOfFlight {
@@ -352,16 +351,15 @@ fn scene() -> Scene {
         direct: Direct {
             shadow: Some(Shadow::Rays),
         },
-        indirect: Some(IndirectLight::FinalGather {
-            target_error: 0.1,
+        indirect: Some(IndirectLight::FinalGather(FinalGather {
             error_norm: ErrorNorm::Local,
             rsm_size: Some(8),
             max_ms: Some(1e4 / 3.0),
             max_rays: Some(9_007_199_254_740_993),
             stderr_layer: true,
-            // The camera averages over samples.
-            target_range_error_mm: None,
-        }),
+            // Without a target of the range: the camera averages over samples.
+            ..FinalGather::new(0.1)
+        })),
         left_out: Vec::new(),
     }
 }
@@ -377,10 +375,10 @@ fn variants_come_back() {
         |s| s.indirect = None,
         |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8)),
         |s| {
-            s.indirect = Some(IndirectLight::RsmAverage {
+            s.indirect = Some(IndirectLight::RsmAverage(RsmAverage {
                 rsm_size: 8,
                 interpolation_error: Some(0.1),
-            });
+            }));
         },
         |s| s.direct.shadow = None,
         |s| s.tof = None,
@@ -395,12 +393,8 @@ fn variants_come_back() {
         },
         |s| {
             s.camera.pixel_sampling = None;
-            if let Some(IndirectLight::FinalGather {
-                target_range_error_mm,
-                ..
-            }) = &mut s.indirect
-            {
-                *target_range_error_mm = Some(2.5);
+            if let Some(IndirectLight::FinalGather(gather)) = &mut s.indirect {
+                gather.target_range_error_mm = Some(2.5);
             }
         },
     ];

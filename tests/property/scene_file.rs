@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    AreaShape, Carrier, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Intrinsics, Lens, Light,
-    MeshFile, MeshOptions, Scene, Shadow, SpotCone, VplSum,
+    AreaShape, Carrier, DEFAULT_TARGET_ERROR, ErrorNorm, FinalGather, IndirectLight, Intrinsics,
+    Lens, Light, MeshFile, MeshOptions, RsmAverage, Scene, Shadow, SpotCone, VplSum,
 };
 use glam::DVec3;
 
@@ -133,15 +133,14 @@ stderr_layer = true
     assert_eq!(scene.meshes[0].triangle_materials, [1]);
     assert_eq!(
         scene.indirect,
-        Some(IndirectLight::FinalGather {
-            target_error: 0.05,
+        Some(IndirectLight::FinalGather(FinalGather {
             error_norm: ErrorNorm::Local,
             rsm_size: Some(64),
             max_ms: Some(250.0),
             max_rays: Some(5_000_000_000),
             stderr_layer: true,
-            target_range_error_mm: None,
-        })
+            ..FinalGather::new(0.05)
+        }))
     );
 }
 
@@ -158,14 +157,14 @@ fn how_shadows_are_found_is_left_to_the_engine_unless_the_file_says() {
 #[test]
 fn every_estimator_has_the_name_by_which_it_is_found_and_the_size_that_is_set() {
     for name in IndirectLight::NAMES {
-        let mut indirect = IndirectLight::from_name(name, 8).unwrap();
+        let mut indirect = IndirectLight::from_name(name).unwrap();
         assert_eq!(indirect.name(), name);
         let toml = format!("[indirect]\nestimator = \"{name}\"\nrsm_size = 8\n");
         let read = load(&format!("{CAMERA}{LIGHT}{toml}")).indirect.unwrap();
         indirect.set_rsm_size(8);
         assert_eq!(read, indirect);
     }
-    assert_eq!(IndirectLight::from_name("path-tracing", 8), None);
+    assert_eq!(IndirectLight::from_name("path-tracing"), None);
 }
 
 #[test]
@@ -189,10 +188,10 @@ fn every_estimator_is_read_with_its_keys() {
         ),
         (
             "estimator = \"rsm-average\"\nrsm_size = 8\ninterpolation_error = 0.05",
-            IndirectLight::RsmAverage {
+            IndirectLight::RsmAverage(RsmAverage {
                 rsm_size: 8,
                 interpolation_error: Some(0.05),
-            },
+            }),
         ),
     ] {
         assert_eq!(indirect(keys), expected);
@@ -285,7 +284,7 @@ quantum_efficiency = 0.8
     let scene = load(&format!(
         "{CAMERA}{lights}[tof]\nfrequencies_mhz = [20, 100.5]\ncontrast = 0.75\nband = \"G\"\n"
     ));
-    let photodetector = scene.sensor.unwrap().photodetector.unwrap();
+    let photodetector = scene.sensor.unwrap().photodetector().unwrap();
     assert_eq!(photodetector.wavelength_nm, 850.0);
     assert_eq!(photodetector.quantum_efficiency, 0.8);
     let tof = scene.tof.clone().unwrap();

@@ -2,8 +2,9 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, Filter, IndirectLight, Lens, Light,
-    PixelFilter, PixelSampling, Scene, Shadow, SpotCone, Texels, TextureLookup, VplSum, Wrap,
+    AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, Filter, FinalGather, IndirectLight, Lens,
+    Light, PixelFilter, PixelSampling, RsmAverage, Scene, Shadow, SpotCone, Texels, TextureLookup,
+    VplSum, Wrap,
 };
 use glam::DVec3;
 
@@ -81,26 +82,16 @@ fn hash_changes_with_everything_but_names() {
         |s| s.indirect = Some(gather_within(Some(64.0), None)),
         |s| s.indirect = Some(gather_within(None, Some(64))),
         |s| {
-            s.indirect = Some(IndirectLight::FinalGather {
-                target_error: 0.02,
+            s.indirect = Some(IndirectLight::FinalGather(FinalGather {
                 error_norm: ErrorNorm::Local,
-                rsm_size: None,
-                max_ms: None,
-                max_rays: None,
-                stderr_layer: false,
-                target_range_error_mm: None,
-            });
+                ..FinalGather::new(0.02)
+            }));
         },
         |s| {
-            s.indirect = Some(IndirectLight::FinalGather {
-                target_error: 0.02,
-                error_norm: ErrorNorm::Image,
-                rsm_size: None,
-                max_ms: None,
-                max_rays: None,
+            s.indirect = Some(IndirectLight::FinalGather(FinalGather {
                 stderr_layer: true,
-                target_range_error_mm: None,
-            });
+                ..FinalGather::new(0.02)
+            }));
         },
         |s| s.lights.push(s.lights[0].clone()),
         |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]).into(),
@@ -176,22 +167,18 @@ fn hash_is_of_the_target_error_in_force() {
 }
 
 fn interpolated_average(error: f64) -> IndirectLight {
-    IndirectLight::RsmAverage {
+    IndirectLight::RsmAverage(RsmAverage {
         rsm_size: 64,
         interpolation_error: Some(error),
-    }
+    })
 }
 
 fn gather_within(max_ms: Option<f64>, max_rays: Option<u64>) -> IndirectLight {
-    IndirectLight::FinalGather {
-        target_error: 0.02,
-        error_norm: ErrorNorm::Image,
-        rsm_size: None,
+    IndirectLight::FinalGather(FinalGather {
         max_ms,
         max_rays,
-        stderr_layer: false,
-        target_range_error_mm: None,
-    }
+        ..FinalGather::new(0.02)
+    })
 }
 
 fn point(position_m: [f64; 3], power_w: [f64; 3]) -> Light {

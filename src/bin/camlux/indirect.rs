@@ -1,6 +1,6 @@
 //! The command-line options for indirect light.
 
-use camlux::scene::{DEFAULT_RSM_SIZE, ErrorNorm, IndirectLight};
+use camlux::scene::{DEFAULT_RSM_SIZE, ErrorNorm, IndirectLight, ParameterValue};
 
 #[derive(clap::Args)]
 pub struct IndirectArgs {
@@ -60,68 +60,61 @@ impl IndirectArgs {
         }
         let same = in_scene.filter(|indirect| indirect.name() == estimator);
         let mut indirect = same
-            .or_else(|| IndirectLight::from_name(estimator, DEFAULT_RSM_SIZE))
+            .or_else(|| IndirectLight::from_name(estimator))
             .ok_or_else(|| format!("there is no estimator {estimator}"))?;
         let is_sum = indirect.sum().is_some();
         // The sums share a size; the size of final gathering has another meaning.
         let sum_in_scene = in_scene.filter(|in_scene| is_sum && in_scene.sum().is_some());
-        let size = self
-            .rsm_size
-            .or(sum_in_scene.and_then(|sum| sum.rsm_size()));
-        let note = (is_sum && size.is_none()).then(|| {
+        let size_in_scene = sum_in_scene.and_then(|sum| sum.value("rsm_size"));
+        let given = self.given();
+        let note = (is_sum && self.rsm_size.is_none() && size_in_scene.is_none()).then(|| {
             format!("no rsm_size for {estimator}: using {DEFAULT_RSM_SIZE} (--rsm-size sets it)")
         });
-        if let Some(size) = size {
-            indirect.set_rsm_size(size);
-        }
-        match &mut indirect {
-            IndirectLight::FinalGather {
-                target_error,
-                error_norm,
-                target_range_error_mm,
-                rsm_size: _,
-                max_ms,
-                max_rays,
-                stderr_layer,
-            } => {
-                *stderr_layer |= self.stderr_layer;
-                *target_error = self.target_error.unwrap_or(*target_error);
-                *error_norm = self.error_norm.unwrap_or(*error_norm);
-                *target_range_error_mm = self.target_range_error_mm.or(*target_range_error_mm);
-                *max_ms = self.max_ms.or(*max_ms);
-                *max_rays = self.max_rays.or(*max_rays);
-            }
-            IndirectLight::RsmAverage {
-                interpolation_error,
-                ..
-            } => *interpolation_error = self.interpolation_error.or(*interpolation_error),
-            IndirectLight::InstantRadiosity { .. } => {}
-        }
+        let value_of = |name| given.iter().find(|(given, _)| *given == name);
+        indirect.read(|parameter| {
+            let in_scene = (parameter.name == "rsm_size").then_some(size_in_scene);
+            let given = value_of(parameter.name).map(|(_, value)| *value);
+            Ok::<_, String>(given.or(in_scene.flatten()))
+        })?;
         Ok((Some(indirect), note))
     }
 
-    /// The given options that belong to one estimator, and its name.
-    fn owned(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
-        let gather = "final-gather";
+    /// The parameters that options give.
+    fn given(&self) -> Vec<(&'static str, ParameterValue)> {
+        let number = |value: Option<f64>| value.map(ParameterValue::Number);
+        let norm = self.error_norm.map(ErrorNorm::name);
+        let rsm_size = self.rsm_size.map(u64::from);
         let options = [
-            ("--target-error", gather, self.target_error.is_some()),
-            ("--error-norm", gather, self.error_norm.is_some()),
+            ("target_error", number(self.target_error)),
+            ("error_norm", norm.map(ParameterValue::Name)),
+            ("target_range_error_mm", number(self.target_range_error_mm)),
+            ("max_ms", number(self.max_ms)),
+            ("max_rays", self.max_rays.map(ParameterValue::Count)),
             (
-                "--target-range-error-mm",
-                gather,
-                self.target_range_error_mm.is_some(),
+                "stderr_layer",
+                self.stderr_layer.then_some(ParameterValue::Flag(true)),
             ),
-            ("--max-ms", gather, self.max_ms.is_some()),
-            ("--max-rays", gather, self.max_rays.is_some()),
-            ("--stderr-layer", gather, self.stderr_layer),
-            (
-                "--interpolation-error",
-                "rsm-average",
-                self.interpolation_error.is_some(),
-            ),
+            ("interpolation_error", number(self.interpolation_error)),
+            ("rsm_size", rsm_size.map(ParameterValue::Count)),
         ];
-        let given = options.into_iter().filter(|(.., is_given)| *is_given);
-        given.map(|(option, owner, _)| (option, owner))
+        let given = options.into_iter();
+        given
+            .filter_map(|(name, value)| Some((name, value?)))
+            .collect()
+    }
+
+    /// The given options that belong to one estimator, and its name.
+    fn owned(&self) -> impl Iterator<Item = (String, &'static str)> {
+        self.given().into_iter().filter_map(|(name, _)| {
+            let all = IndirectLight::all();
+            let mut owners = all.iter().filter(|indirect| indirect.has(name));
+            match (owners.next(), owners.next()) {
+                (Some(owner), None) => {
+                    Some((format!("--{}", name.replace('_', "-")), owner.name()))
+                }
+                _ => None,
+            }
+        })
     }
 
     /// The estimator of the command line, else that of the scene, else the only one that has the given option. `None`: no indirect light.
@@ -143,7 +136,10 @@ impl IndirectArgs {
 
 #[cfg(test)]
 mod tests {
-    use camlux::scene::VplSum::{InstantRadiosity, RsmAverage};
+    use camlux::scene::{
+        FinalGather,
+        VplSum::{InstantRadiosity, RsmAverage},
+    };
     use clap::Parser;
 
     use super::*;
@@ -171,9 +167,21 @@ mod tests {
     const TENTH: IndirectLight = IndirectLight::final_gather(0.1);
 
     const fn average(rsm_size: u32) -> IndirectLight {
-        IndirectLight::RsmAverage {
+        IndirectLight::RsmAverage(camlux::scene::RsmAverage {
             rsm_size,
             interpolation_error: Some(0.1),
+        })
+    }
+
+    #[test]
+    fn each_parameter_has_an_option() {
+        let command = <CommandLine as clap::CommandFactory>::command();
+        for parameter in IndirectLight::all_parameters() {
+            let name = parameter.name.replace('_', "-");
+            let mut options = command
+                .get_arguments()
+                .filter_map(|option| option.get_long());
+            assert!(options.any(|option| option == name), "{name}");
         }
     }
 
@@ -184,7 +192,7 @@ mod tests {
         for formula in [RsmAverage, InstantRadiosity] {
             assert_gives("--rsm-size 8", sum(formula, 32), sum(formula, 8));
         }
-        let gather_8 = IndirectLight::FinalGather {
+        let gather_8 = IndirectLight::FinalGather(FinalGather {
             target_error: 0.02,
             error_norm: ErrorNorm::Local,
             rsm_size: Some(8),
@@ -192,7 +200,7 @@ mod tests {
             max_rays: Some(5_000_000_000),
             stderr_layer: true,
             target_range_error_mm: Some(2.5),
-        };
+        });
         let options = "--rsm-size 8 --error-norm local --max-ms 250 --max-rays 5000000000 --stderr-layer --target-range-error-mm 2.5";
         assert_gives(options, GATHER, gather_8);
         assert_gives("", gather_8, gather_8);

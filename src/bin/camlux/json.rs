@@ -1,7 +1,7 @@
 //! The result of a run, for programs.
 
 use camlux::output::{Layer, PassTime, StopReason};
-use camlux::scene::Parameter;
+use camlux::scene::{IndirectLight, ParameterValue};
 use serde_json::{Map, json};
 
 use crate::summary::RunSummary;
@@ -34,14 +34,6 @@ pub fn text(run: &RunSummary) -> String {
         "settings": {
             "resolution_px": run.frame.resolution_px,
             "estimator": indirect.map(|i| i.name()),
-            "rsm_size": indirect.and_then(|i| i.rsm_size()),
-            "target_error": null,
-            "error_norm": null,
-            "target_range_error_mm": null,
-            "max_ms": null,
-            "max_rays": null,
-            "stderr_layer": null,
-            "interpolation_error": null,
             "half": run.args.half,
             "layers": Vec::from_iter(layers.into_iter().map(Layer::name)),
         },
@@ -67,13 +59,15 @@ pub fn text(run: &RunSummary) -> String {
         "files": Vec::from_iter(files),
         "warnings": run.warnings,
     });
-    for (name, value) in indirect.iter().flat_map(|i| i.parameters()) {
-        object["settings"][name] = match value {
+    for parameter in IndirectLight::all_parameters() {
+        let value = indirect.and_then(|indirect| indirect.value(parameter.name));
+        object["settings"][parameter.name] = match value {
             None => json!(null),
-            Some(Parameter::Number(number)) => json!(number),
-            Some(Parameter::Count(count)) => json!(count),
-            Some(Parameter::Name(word)) => json!(word),
-            Some(Parameter::Flag(flag)) => json!(flag),
+            Some(ParameterValue::Number(number)) => json!(number),
+            Some(ParameterValue::Pair(numbers)) => json!(numbers),
+            Some(ParameterValue::Count(count)) => json!(count),
+            Some(ParameterValue::Name(word)) => json!(word),
+            Some(ParameterValue::Flag(flag)) => json!(flag),
         };
     }
     format!("{object:#}\n")

@@ -36,22 +36,21 @@ pub fn text(run: &RunSummary) -> String {
     let of_render = of_render.map(|(_, ms)| format!(", {} of it to render", duration(*ms)));
     line("time", duration(total_ms) + &of_render.unwrap_or_default());
     if let Some(indirect) = &run.frame.description.indirect {
-        if let Some(requested) = indirect.target_error() {
-            let has_range = indirect.target_range_error_mm().is_some();
-            let against = match run.frame.description.tof.as_ref().filter(|_| !has_range) {
-                None => "of the indirect light",
-                Some(_) => "of the indirect light or a phasor, whichever is larger",
+        if let Some(gather) = indirect.gather() {
+            let range_mm = gather.target_range_error_mm;
+            let against = match (&run.frame.description.tof, range_mm) {
+                (Some(_), None) => "of the indirect light or a phasor, whichever is larger",
+                _ => "of the indirect light",
             };
-            let error = describe_error(&stats.estimated_error_text(), requested, against);
-            line("error", error);
-        }
-        if let (Some(requested), Some(text)) =
-            (indirect.target_range_error_mm(), stats.range_error_text())
-        {
+            let estimated = stats.estimated_error_text();
             line(
                 "error",
-                format!("{text}, target {requested} mm (rms of the range)"),
+                describe_error(&estimated, gather.target_error, against),
             );
+            if let (Some(requested), Some(text)) = (range_mm, stats.range_error_text()) {
+                let target = format!("target {requested} mm (rms of the range)");
+                line("error", format!("{text}, {target}"));
+            }
         }
         if indirect.sum().is_some() {
             let problem = "unknown: a sum over VPLs is not the physical bounce; use final-gather (docs/guides/estimators.md)";

@@ -1,8 +1,10 @@
 //! The `[indirect]` table of a scene file.
 
 use crate::Result;
-use crate::keys::{Keys, Value};
-use crate::scene::{DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight};
+use crate::keys::Keys;
+use crate::scene::IndirectLight;
+
+use super::value_of;
 
 /// Reads the `[indirect]` table of a scene file.
 pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
@@ -17,84 +19,40 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
         };
         return Err(visibility.error("follows from the estimator", hint));
     }
-    keys.only(&[
-        "estimator",
-        "rsm_size",
-        "target_error",
-        "error_norm",
-        "target_range_error_mm",
-        "max_ms",
-        "max_rays",
-        "stderr_layer",
-        "interpolation_error",
-    ])?;
+    let of_estimators = IndirectLight::all_parameters().map(|parameter| parameter.name);
+    let known = ["estimator"].into_iter().chain(of_estimators);
+    keys.only(&Vec::from_iter(known))?;
     let names = IndirectLight::NAMES;
     let example = format!("estimator = \"{}\"", names.join("\" or \""));
     let estimator = keys.need("estimator", &example)?;
-    let estimator = estimator.choice(&names, |name| name)?;
-    if estimator != "final-gather" {
-        for key in [
-            "error_norm",
-            "target_range_error_mm",
-            "max_ms",
-            "max_rays",
-            "stderr_layer",
-        ] {
-            let problem = format!("belongs to final-gather: {estimator} has no target_error");
-            keys.refuse(key, &problem, &format!("remove it, or set {FINAL_GATHER}"))?;
-        }
-    }
-    match estimator {
-        "final-gather" => {
-            keys.refuse(
-                "interpolation_error",
-                "is relative to a sum over VPLs, which final-gather does not compute",
-                "use target_error, which is relative to the true bounce",
-            )?;
-            let target_error = keys.optional("target_error", Value::number)?;
-            let norm = |value: &Value| value.choice(&ErrorNorm::ALL, ErrorNorm::name);
-            let error_norm = keys.optional("error_norm", norm)?;
-            Ok(IndirectLight::FinalGather {
-                target_error: target_error.unwrap_or(DEFAULT_TARGET_ERROR),
-                error_norm: error_norm.unwrap_or_default(),
-                target_range_error_mm: keys.optional("target_range_error_mm", Value::number)?,
-                rsm_size: keys.optional("rsm_size", Value::count)?,
-                max_ms: keys.optional("max_ms", Value::number)?,
-                max_rays: keys.optional("max_rays", Value::large_count)?,
-                stderr_layer: keys.optional("stderr_layer", Value::flag)?.unwrap_or(false),
-            })
-        }
-        "rsm-average" => {
-            keys.refuse(
-                "target_error",
-                "is relative to the true bounce, to which rsm-average does not converge",
-                "use interpolation_error, which is relative to the sum at every pixel",
-            )?;
-            Ok(IndirectLight::RsmAverage {
-                rsm_size: rsm_size(&mut keys)?,
-                interpolation_error: keys.optional("interpolation_error", Value::number)?,
-            })
-        }
-        _ => {
-            keys.refuse(
-                "target_error",
-                "is relative to the true bounce, to which instant-radiosity does not converge",
-                &format!("remove it, or set {FINAL_GATHER}"),
-            )?;
-            keys.refuse(
-                "interpolation_error",
-                "belongs to rsm-average: instant-radiosity is summed at every pixel",
-                "remove it",
-            )?;
-            Ok(IndirectLight::InstantRadiosity {
-                rsm_size: rsm_size(&mut keys)?,
-            })
-        }
-    }
-}
+    let mut indirect = estimator.choice(&IndirectLight::all(), |indirect| indirect.name())?;
 
-/// The size of the RSM of a sum.
-fn rsm_size(keys: &mut Keys) -> Result<u32> {
-    let given = keys.optional("rsm_size", Value::count)?;
-    Ok(given.unwrap_or(DEFAULT_RSM_SIZE))
+    let of_gathering = format!("remove it, or set {FINAL_GATHER}");
+    for parameter in IndirectLight::all_parameters().filter(|row| !indirect.has(row.name)) {
+        let name = indirect.name();
+        let (problem, hint) = match (parameter.name, name) {
+            ("interpolation_error", "final-gather") => (
+                "is relative to a sum over VPLs, which final-gather does not compute".into(),
+                "use target_error, which is relative to the true bounce",
+            ),
+            ("interpolation_error", _) => (
+                format!("belongs to rsm-average: {name} is summed at every pixel"),
+                "remove it",
+            ),
+            ("target_error", _) => (
+                format!("is relative to the true bounce, to which {name} does not converge"),
+                match indirect.has("interpolation_error") {
+                    true => "use interpolation_error, which is relative to the sum at every pixel",
+                    false => &*of_gathering,
+                },
+            ),
+            _ => (
+                format!("belongs to final-gather: {name} has no target_error"),
+                &*of_gathering,
+            ),
+        };
+        keys.refuse(parameter.name, &problem, hint)?;
+    }
+    indirect.read(|parameter| value_of(parameter, &mut keys))?;
+    Ok(indirect)
 }

@@ -12,7 +12,10 @@ use glam::{DAffine3, DMat3};
 
 use super::mesh::{AsIs, Assets, MeshRequest, Transform};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
-use crate::scene::{Carrier, PlacedLight, Places, Scene, in_their_roles};
+use crate::scene::{
+    Carrier, Parameter, ParameterKind, ParameterValue, Parameters, PlacedLight, Places, Scene,
+    in_their_roles,
+};
 use crate::{Error, Result};
 
 impl Scene {
@@ -50,16 +53,15 @@ impl Scene {
             }
             Ok(table)
         };
-        let mut sensor = optional("sensor")?.map(parts::sensor).transpose()?;
-        if let Some(lens) = optional("lens")? {
-            let sensor = sensor.as_mut().ok_or_else(|| {
-                lens.error(
-                    "[lens] has no effect without [sensor]",
-                    "remove it, or add a [sensor] table",
-                )
-            })?;
-            sensor.f_number = Some(parts::f_number(lens)?);
-        }
+        let (sensor, lens) = (optional("sensor")?, optional("lens")?);
+        let sensor = match (sensor, lens) {
+            (None, None) => None,
+            (Some(sensor), lens) => Some(parts::sensor(sensor, lens)?),
+            (None, Some(lens)) => {
+                let hint = "remove it, or add a [sensor] table";
+                return Err(lens.error("[lens] has no effect without [sensor]", hint));
+            }
+        };
         let tof = optional("tof")?;
         let direct = optional("direct")?.map(parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
@@ -262,4 +264,35 @@ fn transform(keys: &mut Keys) -> Result<Transform> {
         rotation: DMat3::from_rotation_z(z) * DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x),
         translation_m: keys.optional("translate", Value::vec3)?.unwrap_or_default(),
     })
+}
+
+/// Reads a table whose keys are these parameters.
+fn read_parameters<T: Parameters>(
+    mut keys: Keys,
+    into: &mut T,
+    is_key: impl Fn(&Parameter) -> bool,
+) -> Result<()> {
+    let known = T::PARAMETERS.iter().filter(|parameter| is_key(parameter));
+    keys.only(&Vec::from_iter(known.map(|parameter| parameter.name)))?;
+    into.read(|parameter| match is_key(parameter) {
+        true => value_of(parameter, &mut keys),
+        false => Ok(None),
+    })
+}
+
+/// The value of a parameter whose key has its name, if the key is there.
+fn value_of(parameter: &Parameter, keys: &mut Keys) -> Result<Option<ParameterValue>> {
+    let value = match parameter.example {
+        Some(example) => Some(keys.need(parameter.name, example)?),
+        None => keys.take(parameter.name),
+    };
+    let read = |value: Value| match parameter.kind {
+        ParameterKind::Number => value.number().map(ParameterValue::Number),
+        ParameterKind::Pair => value.numbers().map(ParameterValue::Pair),
+        ParameterKind::Count => Ok(ParameterValue::Count(value.count()?.into())),
+        ParameterKind::LargeCount => value.large_count().map(ParameterValue::Count),
+        ParameterKind::Flag => value.flag().map(ParameterValue::Flag),
+        ParameterKind::Name(names) => value.choice(names, |name| name).map(ParameterValue::Name),
+    };
+    value.map(read).transpose()
 }

@@ -7,11 +7,12 @@ use glam::DVec3;
 use crate::import::{lamp, mesh::gltf};
 use crate::keys::{Keys, Value};
 use crate::scene::{
-    AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light,
-    PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor, Shadow,
-    SpotCone,
+    AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Parameter,
+    PatternIntegral, PixelFilter, PixelSampling, ProjectedImage, Sensor, Shadow, SpotCone,
 };
 use crate::{Error, Result};
+
+use super::read_parameters;
 
 pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
     keys.only(&[
@@ -163,44 +164,15 @@ fn distortion(keys: &mut Keys) -> Result<Option<Distortion>> {
     }
 }
 
-pub(super) fn sensor(mut keys: Keys) -> Result<Sensor> {
-    keys.only(&[
-        "pixel_pitch_um",
-        "exposure_time_s",
-        "duty_cycle",
-        "wavelength_nm",
-        "quantum_efficiency",
-    ])?;
-    let pitch = keys.need("pixel_pitch_um", "pixel_pitch_um = [width, height]")?;
-    let exposure = keys.need("exposure_time_s", "exposure_time_s = 1.0e-3")?;
-    Ok(Sensor {
-        pixel_pitch_um: pitch.numbers()?,
-        exposure_time_s: exposure.number()?,
-        duty_cycle: keys.optional("duty_cycle", Value::number)?.unwrap_or(1.0),
-        photodetector: photodetector(&mut keys)?,
-        f_number: None,
-    })
-}
-
-pub(super) fn f_number(mut keys: Keys) -> Result<f64> {
-    keys.only(&["f_number"])?;
-    keys.need("f_number", "f_number = 2.8")?.number()
-}
-
-fn photodetector(keys: &mut Keys) -> Result<Option<Photodetector>> {
-    let wavelength_nm = keys.optional("wavelength_nm", Value::number)?;
-    let quantum_efficiency = keys.optional("quantum_efficiency", Value::number)?;
-    match (wavelength_nm, quantum_efficiency) {
-        (None, None) => Ok(None),
-        (Some(wavelength_nm), Some(quantum_efficiency)) => Ok(Some(Photodetector {
-            wavelength_nm,
-            quantum_efficiency,
-        })),
-        _ => Err(keys.error(
-            "[sensor] has one of \"wavelength_nm\" and \"quantum_efficiency\", and not the other",
-            "give both, such as wavelength_nm = 850.0 and quantum_efficiency = 0.8, or neither",
-        )),
+/// Reads `[sensor]`, and `[lens]` with the rest of its parameters.
+pub(super) fn sensor(sensor: Keys, lens: Option<Keys>) -> Result<Sensor> {
+    let is_of_lens = |parameter: &Parameter| parameter.name == "f_number";
+    let mut read = Sensor::DEFAULT;
+    read_parameters(sensor, &mut read, |parameter| !is_of_lens(parameter))?;
+    if let Some(lens) = lens {
+        read_parameters(lens, &mut read, is_of_lens)?;
     }
+    Ok(read)
 }
 
 /// A light with coordinates relative to its carrier, unless they are in the world.

@@ -4,6 +4,8 @@ use crate::Result;
 use crate::keys::{Keys, Value};
 use crate::scene::{Bands, ChargeUnit, SensorNoise, TimeOfFlight};
 
+use super::read_parameters;
+
 /// Reads the `[tof]` table. `modulated`: the value of this key for each light of the file.
 pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<TimeOfFlight> {
     keys.only(&[
@@ -81,28 +83,8 @@ fn band_weights(band: &Value) -> Result<Bands> {
     }
 }
 
-fn noise(mut keys: Keys) -> Result<SensorNoise> {
-    keys.only(&[
-        "seed",
-        "dark_e_per_s",
-        "read_noise_e",
-        "full_well_e",
-        "gain_dn_per_e",
-        "black_level_dn",
-        "bits",
-    ])?;
-    let full_well = keys.need("full_well_e", "full_well_e = 100000, electrons per tap")?;
-    let first = SensorNoise::of_full_well(full_well.number()?);
-    let mut number = |key, first| Ok(keys.optional(key, Value::number)?.unwrap_or(first));
-    Ok(SensorNoise {
-        dark_e_per_s: number("dark_e_per_s", first.dark_e_per_s)?,
-        read_noise_e: number("read_noise_e", first.read_noise_e)?,
-        full_well_e: first.full_well_e,
-        gain_dn_per_e: number("gain_dn_per_e", first.gain_dn_per_e)?,
-        black_level_dn: number("black_level_dn", first.black_level_dn)?,
-        bits: keys.optional("bits", Value::count)?.unwrap_or(first.bits),
-        seed: keys
-            .optional("seed", Value::large_count)?
-            .unwrap_or(first.seed),
-    })
+fn noise(keys: Keys) -> Result<SensorNoise> {
+    let mut noise = SensorNoise::DEFAULT;
+    read_parameters(keys, &mut noise, |_| true)?;
+    Ok(noise)
 }

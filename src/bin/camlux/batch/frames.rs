@@ -340,7 +340,7 @@ impl LoadedScene {
 fn set_target_error(scene: &mut Scene, requested: f64, name: &str) -> Result<(), Failure> {
     match &mut scene.indirect {
         None => scene.indirect = Some(IndirectLight::final_gather(requested)),
-        Some(IndirectLight::FinalGather { target_error, .. }) => *target_error = requested,
+        Some(IndirectLight::FinalGather(gather)) => gather.target_error = requested,
         Some(other) => {
             return Err(format!(
                 "[job] has a target_error, but {name} computes indirect light by {}, which has none; leave it out, or set estimator = \"final-gather\" there",

@@ -141,12 +141,8 @@ fn size(value: &Value) -> camlux::Result<[u32; 2]> {
 
 fn target_error(value: &Value) -> camlux::Result<f64> {
     match value.number()? {
-        error if TARGET_ERRORS.contains(&error) => Ok(error),
-        error => {
-            let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
-            let hint = format!("give a relRMSE from {least} to {most}, such as 0.02");
-            Err(value.error(format!("is {error}"), hint))
-        }
+        error if TARGET_ERRORS.contains(error) => Ok(error),
+        error => Err(value.error(format!("is {error}"), TARGET_ERRORS.hint)),
     }
 }
 

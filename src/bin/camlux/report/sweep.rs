@@ -156,8 +156,8 @@ impl Sweep<'_> {
     /// The standard deviation of final gathering's errors, divided by the standard errors that it states.
     fn stderr_deviation(&mut self, scene: &Scene) -> Result<Option<f64>, Failure> {
         let mut scene = scene.clone();
-        if let Some(IndirectLight::FinalGather { stderr_layer, .. }) = &mut scene.indirect {
-            *stderr_layer = true;
+        if let Some(IndirectLight::FinalGather(gather)) = &mut scene.indirect {
+            gather.stderr_layer = true;
         }
         let frame = self.stopwatch.render(&scene)?;
         let [indirect, stated] = [Layer::Indirect, Layer::StandardError].map(|l| values(&frame, l));
