@@ -1857,7 +1857,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 #define CAMLUX_LAYER_DEPTH_NEAREST 13
 
 /**
- * The same point in the camera's axes, from its centre: x right, y down, z forward.
+ * Surface point in the camera's axes, from its centre: x right, y down, z forward.
  * Exact to 1e-6 of the scene wherever it is; `cameraToWorld` of a file's header takes it to the world.
  * Values: m, channels X, Y, Z.
  */

@@ -344,7 +344,7 @@ fn the_version_is_that_of_the_crate() {
 fn every_function_is_documented() {
     let header = header();
     let lines: Vec<&str> = header.lines().collect();
-    for function in functions(&header) {
+    for function in functions(header) {
         let name = function.split('(').next().unwrap_or_default();
         let name = name.rsplit([' ', '*']).next().unwrap_or_default();
         let begin = function.split_inclusive('(').next().unwrap_or_default();
