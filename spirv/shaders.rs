@@ -91,7 +91,7 @@ const _: () = assert!(size_of::<DirectParameters>() == 48);
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Draw {
     pub kd: [f32; 3],
-    pub mesh_id: f32,
+    pub instance_id: f32,
     pub ks: [f32; 3],
     pub shininess: f32,
     pub material_id: f32,
@@ -544,7 +544,7 @@ bindings! {
         (7, "lens_rays", DescriptorType::STORAGE_BUFFER),
         (8, "hits", DescriptorType::STORAGE_BUFFER),
         (9, "mesh_ends", DescriptorType::STORAGE_BUFFER),
-        (10, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (10, "position_instance", DescriptorType::STORAGE_IMAGE),
         (11, "normal_geometric", DescriptorType::STORAGE_IMAGE),
         (12, "kd_material", DescriptorType::STORAGE_IMAGE),
         (13, "ks_shininess", DescriptorType::STORAGE_IMAGE),
@@ -569,14 +569,14 @@ bindings! {
     ];
     RECEIVERS_COUNT_BINDINGS = [
         (0, "runs", DescriptorType::STORAGE_BUFFER),
-        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (3, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (4, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (5, "candidates", DescriptorType::STORAGE_BUFFER),
     ];
     RECEIVERS_WRITE_BINDINGS = [
         (0, "runs", DescriptorType::STORAGE_BUFFER),
         (1, "lengths", DescriptorType::STORAGE_BUFFER),
-        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (3, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (4, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (5, "candidates", DescriptorType::STORAGE_BUFFER),
         (6, "receivers", DescriptorType::STORAGE_BUFFER),
@@ -605,14 +605,14 @@ bindings! {
         (1, "lengths", DescriptorType::STORAGE_BUFFER),
     ];
     DIRECT_EMIT_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (0, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (2, "light", DescriptorType::UNIFORM_BUFFER),
         (3, "pattern", DescriptorType::STORAGE_BUFFER),
         (4, "rays", DescriptorType::STORAGE_BUFFER),
     ];
     DIRECT_MAP_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (0, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (2, "light", DescriptorType::UNIFORM_BUFFER),
         (3, "pattern", DescriptorType::STORAGE_BUFFER),
@@ -624,7 +624,7 @@ bindings! {
         (10, "direct_radiance", DescriptorType::STORAGE_IMAGE),
     ];
     DIRECT_MAP_PHASORS_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (0, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (2, "light", DescriptorType::UNIFORM_BUFFER),
         (3, "pattern", DescriptorType::STORAGE_BUFFER),
@@ -638,7 +638,7 @@ bindings! {
         (11, "direct_phasors", DescriptorType::STORAGE_IMAGE),
     ];
     DIRECT_RAYS_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (0, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (2, "light", DescriptorType::UNIFORM_BUFFER),
         (3, "pattern", DescriptorType::STORAGE_BUFFER),
@@ -648,7 +648,7 @@ bindings! {
         (12, "hits", DescriptorType::STORAGE_BUFFER),
     ];
     DIRECT_RAYS_PHASORS_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (0, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (1, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (2, "light", DescriptorType::UNIFORM_BUFFER),
         (3, "pattern", DescriptorType::STORAGE_BUFFER),
@@ -662,7 +662,7 @@ bindings! {
     GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS = [
         (0, "vpls", DescriptorType::STORAGE_IMAGE),
         (2, "results", DescriptorType::STORAGE_BUFFER),
-        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (3, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (7, "receivers", DescriptorType::STORAGE_BUFFER),
     ];
@@ -670,7 +670,7 @@ bindings! {
         (0, "vpls", DescriptorType::STORAGE_IMAGE),
         (1, "modulation", DescriptorType::UNIFORM_BUFFER),
         (2, "results", DescriptorType::STORAGE_BUFFER),
-        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (3, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (6, "light", DescriptorType::UNIFORM_BUFFER),
         (7, "receivers", DescriptorType::STORAGE_BUFFER),
@@ -678,7 +678,7 @@ bindings! {
     GATHER_BROADCAST8_PHONG_MATTE_BINDINGS = [
         (0, "vpls", DescriptorType::STORAGE_IMAGE),
         (2, "results", DescriptorType::STORAGE_BUFFER),
-        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (3, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (5, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (7, "receivers", DescriptorType::STORAGE_BUFFER),
@@ -687,23 +687,23 @@ bindings! {
         (0, "vpls", DescriptorType::STORAGE_IMAGE),
         (1, "modulation", DescriptorType::UNIFORM_BUFFER),
         (2, "results", DescriptorType::STORAGE_BUFFER),
-        (3, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (3, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (4, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (5, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (6, "light", DescriptorType::UNIFORM_BUFFER),
         (7, "receivers", DescriptorType::STORAGE_BUFFER),
     ];
     PIXEL_FILTER_DEPTHS_BINDINGS = [
-        (0, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (0, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (1, "footprint", DescriptorType::STORAGE_IMAGE),
     ];
     PIXEL_FILTER_INTERPOLATE_BINDINGS = [
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
-        (8, "centre_position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (8, "centre_position_instance", DescriptorType::SAMPLED_IMAGE),
         (9, "centre_normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (10, "centre_ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (11, "gathered", DescriptorType::SAMPLED_IMAGE),
@@ -711,13 +711,13 @@ bindings! {
     ];
     PIXEL_FILTER_INTERPOLATE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (5, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
         (7, "indirect_phasors", DescriptorType::STORAGE_IMAGE),
-        (8, "centre_position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (8, "centre_position_instance", DescriptorType::SAMPLED_IMAGE),
         (9, "centre_normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (10, "centre_ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (11, "gathered", DescriptorType::SAMPLED_IMAGE),
@@ -733,7 +733,7 @@ bindings! {
     ];
     PIXEL_FILTER_GATHERED_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (6, "indirect_radiance", DescriptorType::STORAGE_IMAGE),
@@ -745,7 +745,7 @@ bindings! {
     SENSOR_BINDINGS = [
         (0, "direct_radiance", DescriptorType::SAMPLED_IMAGE),
         (1, "indirect_radiance", DescriptorType::SAMPLED_IMAGE),
-        (2, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (2, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (3, "footprint", DescriptorType::SAMPLED_IMAGE),
         (4, "energy", DescriptorType::STORAGE_IMAGE),
     ];
@@ -801,7 +801,7 @@ bindings! {
         (13, "drawn_vpls", DescriptorType::STORAGE_IMAGE),
     ];
     FINAL_GATHER_EMIT_BINDINGS = [
-        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (1, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (4, "receivers", DescriptorType::STORAGE_BUFFER),
@@ -810,7 +810,7 @@ bindings! {
         (7, "rays", DescriptorType::STORAGE_BUFFER),
     ];
     FINAL_GATHER_DRAW_BINDINGS = [
-        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (1, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (4, "receivers", DescriptorType::STORAGE_BUFFER),
@@ -822,7 +822,7 @@ bindings! {
     ];
     FINAL_GATHER_DRAW_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (1, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (4, "receivers", DescriptorType::STORAGE_BUFFER),
@@ -833,7 +833,7 @@ bindings! {
         (9, "pilot_samples", DescriptorType::STORAGE_BUFFER),
     ];
     FINAL_GATHER_SHADE_BINDINGS = [
-        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (1, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (4, "receivers", DescriptorType::STORAGE_BUFFER),
@@ -852,7 +852,7 @@ bindings! {
     ];
     FINAL_GATHER_SHADE_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (1, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (1, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (2, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::SAMPLED_IMAGE),
         (4, "receivers", DescriptorType::STORAGE_BUFFER),
@@ -904,7 +904,7 @@ bindings! {
         (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     PREDICT_BINDINGS = [
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (5, "samples", DescriptorType::STORAGE_IMAGE),
@@ -914,7 +914,7 @@ bindings! {
     ];
     PREDICT_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (2, "kd_material", DescriptorType::SAMPLED_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (4, "range_weights", DescriptorType::SAMPLED_IMAGE),
@@ -944,13 +944,13 @@ bindings! {
         (9, "sample_ranges", DescriptorType::STORAGE_BUFFER),
     ];
     UNOCCLUDED_BINDINGS = [
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (5, "samples", DescriptorType::STORAGE_IMAGE),
         (6, "vpls", DescriptorType::STORAGE_IMAGE),
         (7, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
     ];
     SMOOTH_BINDINGS = [
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (5, "samples", DescriptorType::STORAGE_IMAGE),
         (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
@@ -958,14 +958,14 @@ bindings! {
     ];
     SMOOTH_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (5, "samples", DescriptorType::STORAGE_IMAGE),
         (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (7, "modelled", DescriptorType::STORAGE_IMAGE),
     ];
     SMOOTH_RESIDUALS_BINDINGS = [
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (5, "samples", DescriptorType::STORAGE_IMAGE),
         (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
@@ -974,7 +974,7 @@ bindings! {
     ];
     SMOOTH_RESIDUALS_PHASORS_BINDINGS = [
         (0, "modulation", DescriptorType::UNIFORM_BUFFER),
-        (1, "position_mesh", DescriptorType::STORAGE_IMAGE),
+        (1, "position_instance", DescriptorType::STORAGE_IMAGE),
         (3, "ks_shininess", DescriptorType::STORAGE_IMAGE),
         (5, "samples", DescriptorType::STORAGE_IMAGE),
         (6, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
@@ -1005,7 +1005,7 @@ bindings! {
         (0, "first_half", DescriptorType::STORAGE_IMAGE),
         (1, "second_half", DescriptorType::STORAGE_IMAGE),
         (2, "differences", DescriptorType::STORAGE_BUFFER),
-        (6, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (6, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (7, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (8, "light", DescriptorType::UNIFORM_BUFFER),
     ];
@@ -1014,7 +1014,7 @@ bindings! {
         (3, "direct_radiance", DescriptorType::STORAGE_IMAGE),
         (4, "point_phasors", DescriptorType::STORAGE_IMAGE),
         (5, "direct_phasors", DescriptorType::STORAGE_IMAGE),
-        (6, "position_mesh", DescriptorType::SAMPLED_IMAGE),
+        (6, "position_instance", DescriptorType::SAMPLED_IMAGE),
         (7, "normal_geometric", DescriptorType::SAMPLED_IMAGE),
         (8, "light", DescriptorType::UNIFORM_BUFFER),
     ];
