@@ -154,9 +154,9 @@ fn validate(material: &Material, index: usize, textures: &[TextureSource]) -> Ou
 /// The new material, with what [`camlux_material`] does not hold from the old one.
 fn replaced(old: &Material, mut new: Material) -> Material {
     let texture = |lookup: Option<TextureLookup>| lookup.map(|lookup| lookup.texture);
-    for (role, lookup) in new.textures_mut() {
-        if texture(*lookup) == texture(old.texture(role)) {
-            *lookup = old.texture(role);
+    for ((_, lookup), (_, before)) in new.by_role_mut().into_iter().zip(old.by_role()) {
+        if texture(*lookup) == texture(before) {
+            *lookup = before;
         }
     }
     new

@@ -92,6 +92,13 @@ pub fn describe_frame(
             "rotation_xyzw": rotation.to_array(),
         })
     });
+    let keys = material_keys(scene);
+    let varied_by = |quantity: usize| {
+        let value = |material: &Material| one_or_list(material.reflectance()[quantity].values);
+        let materials = base.materials.iter().zip(&scene.materials).zip(&keys);
+        let varied = materials.filter(|((before, now), _)| value(before) != value(now));
+        Map::from_iter(varied.map(|((_, now), key)| (key.clone(), value(now))))
+    };
     let mut frame = object(json!({
         "camera": {
             "position_m": scene.camera.position_m.to_array(),
@@ -111,32 +118,17 @@ pub fn describe_frame(
         "meshes": meshes.collect::<Vec<_>>(),
         "materials_kd": {},
     }));
-    let varied = varied_reflectances(scene, base);
-    for (quantity, of_materials) in varied.chain([("texture", varied_textures(scene, base))]) {
-        if !of_materials.is_empty() {
-            let key = format!("materials_{quantity}");
-            frame.insert(key, Value::Object(of_materials));
-        }
-    }
-    frame
-}
-
-/// Each quantity of BRDFs, with its values in the materials where it differs.
-fn varied_reflectances(
-    scene: &Scene,
-    base: &Scene,
-) -> impl Iterator<Item = (&'static str, Map<String, Value>)> {
-    let keys = material_keys(scene);
     let names = Material::lambert("", [0.0; 3])
         .reflectance()
         .map(|r| r.name);
-    names.into_iter().enumerate().map(move |(i, name)| {
-        let value = |material: &Material| one_or_list(material.reflectance()[i].values);
-        let materials = base.materials.iter().zip(&scene.materials).zip(&keys);
-        let varied = materials.filter(|((before, now), _)| value(before) != value(now));
-        let varied = varied.map(|((_, now), key)| (key.clone(), value(now)));
-        (name, varied.collect())
-    })
+    let varied = names.into_iter().enumerate();
+    let varied = varied.map(|(quantity, name)| (name, varied_by(quantity)));
+    for (name, of_materials) in varied.chain([("texture", varied_textures(scene, base))]) {
+        if !of_materials.is_empty() {
+            frame.insert(format!("materials_{name}"), Value::Object(of_materials));
+        }
+    }
+    frame
 }
 
 /// The key of each material in a manifest: its name, with its index where other materials have the same name.

@@ -196,8 +196,8 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
     let mut has = 0;
     let mut maps = Vec::new();
     // The order is that of the shader, which has bits for all but the last.
-    for (i, role) in TextureRole::ALL.into_iter().enumerate() {
-        let Some(lookup) = material.texture(role).filter(is_shown) else {
+    for (i, (role, lookup)) in material.by_role().into_iter().enumerate() {
+        let Some(lookup) = lookup.filter(is_shown) else {
             maps.extend([[0.0; 4]; MAP_TEXELS as usize]);
             continue;
         };

@@ -147,21 +147,22 @@ impl Material {
 
     /// All textures of the material, with their roles.
     pub fn textures(&self) -> impl Iterator<Item = (TextureRole, TextureLookup)> + use<> {
-        let textures = TextureRole::ALL.map(|role| Some((role, self.texture(role)?)));
-        textures.into_iter().flatten()
+        let given = |(role, lookup): (_, Option<_>)| Some((role, lookup?));
+        self.by_role().into_iter().filter_map(given)
     }
 
-    pub fn texture(&self, role: TextureRole) -> Option<TextureLookup> {
-        match role {
-            TextureRole::Kd => self.kd_texture,
-            TextureRole::Ks => self.ks_texture,
-            TextureRole::Shininess => self.shininess_texture,
-            TextureRole::Normal => self.normal_texture,
-            TextureRole::Alpha => self.alpha_texture,
-        }
+    /// The texture of each role.
+    pub fn by_role(&self) -> [(TextureRole, Option<TextureLookup>); 5] {
+        [
+            (TextureRole::Kd, self.kd_texture),
+            (TextureRole::Ks, self.ks_texture),
+            (TextureRole::Shininess, self.shininess_texture),
+            (TextureRole::Normal, self.normal_texture),
+            (TextureRole::Alpha, self.alpha_texture),
+        ]
     }
 
-    pub fn textures_mut(&mut self) -> [(TextureRole, &mut Option<TextureLookup>); 5] {
+    pub fn by_role_mut(&mut self) -> [(TextureRole, &mut Option<TextureLookup>); 5] {
         [
             (TextureRole::Kd, &mut self.kd_texture),
             (TextureRole::Ks, &mut self.ks_texture),

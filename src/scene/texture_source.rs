@@ -35,14 +35,6 @@ pub struct TextureSource {
 }
 
 impl TextureRole {
-    pub const ALL: [TextureRole; 5] = [
-        TextureRole::Kd,
-        TextureRole::Ks,
-        TextureRole::Shininess,
-        TextureRole::Normal,
-        TextureRole::Alpha,
-    ];
-
     /// The field of [`Material`] that has it.
     pub(crate) fn field(self) -> &'static str {
         match self {
@@ -304,7 +296,7 @@ where
             false => all.extend(textures),
         }
     }
-    let lookups = materials.iter_mut().flat_map(Material::textures_mut);
+    let lookups = materials.iter_mut().flat_map(Material::by_role_mut);
     let lookups = lookups.filter_map(|(_, lookup)| lookup.as_mut());
     for (lookup, place) in lookups.zip(places) {
         lookup.texture = first[lookup.texture] + place;
@@ -342,6 +334,8 @@ mod tests {
     use super::*;
     use TextureRole::*;
 
+    const ROLES: [TextureRole; 5] = [Kd, Ks, Shininess, Normal, Alpha];
+
     fn source(texels: Texels, encoding: Option<Encoding>, alpha: Option<Vec<u8>>) -> TextureSource {
         let texture = Texture {
             name: "t".into(),
@@ -356,13 +350,13 @@ mod tests {
         let texels = || Texels::U8(vec![[10, 20, 30]; 2], Encoding::Srgb);
         let encodings = |encoding| {
             let source = source(texels(), encoding, Some(vec![7, 9]));
-            TextureRole::ALL.map(|role| source.in_role(role).texels.is_srgb())
+            ROLES.map(|role| source.in_role(role).texels.is_srgb())
         };
         assert_eq!(encodings(None), [true, true, false, false, false]);
         assert_eq!(encodings(Some(Encoding::Linear)), [false; 5]);
         // What is refused stays sRGB. Alpha is linear whatever the colours are.
         let half = source(Texels::F32(vec![[0.5; 3]]), Some(Encoding::Srgb), None);
-        let refused = TextureRole::ALL.map(|role| half.contradicts(role));
+        let refused = ROLES.map(|role| half.contradicts(role));
         assert_eq!(refused, [false, false, true, true, true]);
         let named = encodings(Some(Encoding::Srgb));
         assert_eq!(named, [true, true, true, true, false]);

@@ -91,11 +91,8 @@ macro_rules! keys {
 /// Lists of bindings, which modules of a pass share.
 macro_rules! bindings {
     ($($list:ident = [$($binding:literal $name:literal $kind:ident,)*];)*) => {$(
-        static $list: &[Binding] = &[$(Binding {
-            binding: $binding,
-            name: $name,
-            kind: DescriptorType::$kind,
-        }),*];
+        static $list: &[Binding] =
+            &[$(Binding { binding: $binding, name: $name, kind: DescriptorType::$kind }),*];
     )*};
 }
 

@@ -5,6 +5,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use camlux::model::{Brdf, Lobe};
 use glam::{DQuat, DVec3};
 
+fn phong(kd: [f64; 3], ks: [f64; 3], shininess: f64) -> Brdf {
+    let lobe = Lobe { ks, shininess };
+    Brdf { kd, lobe }
+}
+
 fn on_hemisphere(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(
         theta.sin() * phi.cos(),
@@ -37,13 +42,7 @@ fn reflected_share(brdf: &Brdf, v: DVec3) -> [f64; 3] {
 #[test]
 fn a_surface_reflects_no_more_than_its_reflectance() {
     for shininess in [0.0, 0.5, 1.0, 7.0, 200.0] {
-        let brdf = Brdf {
-            kd: [0.3, 0.0, 1.0],
-            lobe: Lobe {
-                ks: [0.6, 1.0, 0.0],
-                shininess,
-            },
-        };
+        let brdf = phong([0.3, 0.0, 1.0], [0.6, 1.0, 0.0], shininess);
         // Error of the midpoint rule for cos^(s+1)·sin: step²·(s+4)/24 to leading order. Measured up to 1.3e-4 for s = 200,
         // 2.6e-6 for s = 0.
         let step = FRAC_PI_2 / HEMISPHERE_STEPS as f64;
@@ -68,13 +67,7 @@ fn a_surface_reflects_no_more_than_its_reflectance() {
 /// At s = 0 the lobe is a half space tilted by the view angle α, whose projected area is π·(1 + cos α)/2.
 #[test]
 fn exponent_zero_reflects_into_a_tilted_half_space() {
-    let brdf = Brdf {
-        kd: [0.0; 3],
-        lobe: Lobe {
-            ks: [1.0, 0.5, 0.0],
-            shininess: 0.0,
-        },
-    };
+    let brdf = phong([0.0; 3], [1.0, 0.5, 0.0], 0.0);
     for view_deg in [0.0, 20.0, 45.0, 70.0, 89.0] {
         let view_rad = f64::to_radians(view_deg);
         let [full, half, none] = reflected_share(&brdf, on_hemisphere(view_rad, 0.4));
@@ -89,13 +82,7 @@ fn exponent_zero_reflects_into_a_tilted_half_space() {
 #[test]
 fn reflectance_is_reciprocal() {
     for shininess in [0.0, 1.0, 30.0, 200.0] {
-        let brdf = Brdf {
-            kd: [0.0; 3],
-            lobe: Lobe {
-                ks: [0.6; 3],
-                shininess,
-            },
-        };
+        let brdf = phong([0.0; 3], [0.6; 3], shininess);
         let n = DVec3::new(1.0, 2.0, -0.5).normalize();
         let to_n = DQuat::from_rotation_arc(DVec3::Z, n);
         let mut lit = 0;
@@ -117,13 +104,7 @@ fn reflectance_is_reciprocal() {
 
 #[test]
 fn exponent_zero_is_a_half_space() {
-    let brdf = Brdf {
-        kd: [0.0; 3],
-        lobe: Lobe {
-            ks: [1.0; 3],
-            shininess: 0.0,
-        },
-    };
+    let brdf = phong([0.0; 3], [1.0; 3], 0.0);
     let at = |v| brdf.eval(DVec3::Z, DVec3::Z, v)[0];
     assert_eq!(at(DVec3::new(0.8, 0.0, 0.6)), 1.0 / PI);
     assert_eq!(at(DVec3::X), 0.0, "r·v = 0");
@@ -132,13 +113,7 @@ fn exponent_zero_is_a_half_space() {
 
 #[test]
 fn the_lobe_peaks_in_the_mirror_direction() {
-    let brdf = Brdf {
-        kd: [0.1, 0.2, 0.3],
-        lobe: Lobe {
-            ks: [0.5, 0.25, 0.0],
-            shininess: 10.0,
-        },
-    };
+    let brdf = phong([0.1, 0.2, 0.3], [0.5, 0.25, 0.0], 10.0);
     let f = brdf.eval(
         DVec3::new(0.6, 0.0, 0.8),
         DVec3::Z,

@@ -85,7 +85,7 @@ pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<M
     } else if let Some(shininess) = keys.optional("shininess", Value::number)? {
         material.shininess = shininess;
     }
-    for (role, texture) in material.textures_mut() {
+    for (role, texture) in material.by_role_mut() {
         let value = keys.take(role.field());
         *texture = value.map(|value| lookup(value, textures)).transpose()?;
     }
