@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
 use camlux::output::{
-    Attribute, DATASET_FORMAT, ExrOptions, Layer, LayerNeed, NextFrame, dataset_conventions, describe_frame,
-    describe_scene, write_exr_files,
+    Attribute, DATASET_FORMAT, ExrOptions, Layer, LayerNeed, NextFrame, dataset_conventions,
+    describe_frame, describe_scene, write_exr_files,
 };
 use camlux::scene::IndirectLight;
 use pyo3::prelude::*;

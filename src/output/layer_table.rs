@@ -112,8 +112,6 @@ layers! {
     pub enum Layer {
         /// Light from the surface to the camera, direct + indirect.
         /// Without an f-number of the sensor it is numerically also the irradiance at the pixel, W/m^2.
-        ///
-        /// L*_{P→C}, and E_C.
         Radiance: "radiance" ["R", "G", "B"] "W/sr/m^2", Nothing, CAMLUX_LAYER_RADIANCE = 0;
         /// Light straight from the lights: by way of one surface.
         ///
@@ -125,8 +123,6 @@ layers! {
         /// [`FrameDescription::indirect`](super::FrameDescription::indirect).
         Indirect: "indirect" ["R", "G", "B"] "W/sr/m^2", Indirect, CAMLUX_LAYER_INDIRECT = 2;
         /// Standard error of `indirect`, and thus of `radiance`, per band.
-        ///
-        /// Reference images have it, and frames by final gathering whose scene requests it.
         StandardError: "stderr" ["R", "G", "B"] "W/sr/m^2", StderrLayer, CAMLUX_LAYER_STDERR = 10;
         /// Energy that the pixel receives.
         ///
@@ -138,18 +134,12 @@ layers! {
         Position: "P" ["X", "Y", "Z"] "m", Nothing, CAMLUX_LAYER_POSITION = 4;
         /// Surface point in the camera's axes, from its centre: x right, y down, z forward.
         /// Exact to 1e-6 of the scene wherever it is; `cameraToWorld` of a file's header takes it to the world.
-        ///
-        /// Its error is below 10⁻⁶ of the scene's size or of |P − C|.
         CameraPosition: "P_camera" ["X", "Y", "Z"] "m", Nothing, CAMLUX_LAYER_CAMERA_POSITION = 14;
         /// Normal of the surface in the world, of unit length, on the camera's side.
-        ///
-        /// n_P.
         Normal: "N" ["X", "Y", "Z"] "1", Nothing, CAMLUX_LAYER_NORMAL = 5;
         /// Distance along the viewing axis, +infinity without a surface; below 0 where a fisheye sees behind the camera.
         Depth: "depth" ["Z"] "m", Nothing, CAMLUX_LAYER_DEPTH = 6;
         /// Distance along the ray, from the camera's centre; +infinity without a surface.
-        ///
-        /// |P − C|.
         Range: "range" ["Z"] "m", Nothing, CAMLUX_LAYER_RANGE = 7;
         /// Mean depth of the pixel's samples that show a surface.
         MeanDepth: "depth_mean" ["Z"] "m", Samples, CAMLUX_LAYER_DEPTH_MEAN = 12;
@@ -169,8 +159,6 @@ layers! {
         Edge: "edge" [] "1", Reference;
         /// Half the length of the shortest path from a modulated light via the surface to the camera; +infinity without a surface.
         /// Equal to `range` if the light is at the camera.
-        ///
-        /// Half of |LP| + |PC| for the nearest modulated light L.
         HalfPath: "half_path" ["Z"] "m", Tof, CAMLUX_LAYER_HALF_PATH = 11;
         /// Movement in the image of the point that the pixel shows, from this frame to the next (right, down), through the next frame's
         /// lens.
