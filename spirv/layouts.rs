@@ -22,7 +22,7 @@ structs! {
     }
     Draw 80 {
         kd: [f32; 3],
-        mesh_id: f32,
+        instance_id: f32,
         lobe: [f32; 4],
         material_id: f32,
         material: u32,

@@ -17,7 +17,7 @@ bindings! {
         0 "view" UNIFORM_BUFFER, 1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE,
         3 "vertex_values" SAMPLED_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
         6 "triangle_shading" STORAGE_IMAGE, 7 "lens_rays" STORAGE_BUFFER, 8 "hits" STORAGE_BUFFER,
-        9 "mesh_ends" STORAGE_BUFFER, 10 "position_mesh" STORAGE_IMAGE, 11 "normal_geometric" STORAGE_IMAGE,
+        9 "mesh_ends" STORAGE_BUFFER, 10 "position_instance" STORAGE_IMAGE, 11 "normal_geometric" STORAGE_IMAGE,
         12 "kd_material" STORAGE_IMAGE, 13 "lobe_parameters" STORAGE_IMAGE,
     ];
     SHADOW_BINDINGS = [
@@ -31,11 +31,11 @@ bindings! {
         9 "emission" STORAGE_BUFFER,
     ];
     RECEIVERS_COUNT_BINDINGS = [
-        0 "runs" STORAGE_BUFFER, 3 "position_mesh" SAMPLED_IMAGE, 4 "lobe_parameters" SAMPLED_IMAGE,
+        0 "runs" STORAGE_BUFFER, 3 "position_instance" SAMPLED_IMAGE, 4 "lobe_parameters" SAMPLED_IMAGE,
         5 "candidates" STORAGE_BUFFER,
     ];
     RECEIVERS_WRITE_BINDINGS = [
-        0 "runs" STORAGE_BUFFER, 1 "lengths" STORAGE_BUFFER, 3 "position_mesh" SAMPLED_IMAGE,
+        0 "runs" STORAGE_BUFFER, 1 "lengths" STORAGE_BUFFER, 3 "position_instance" SAMPLED_IMAGE,
         4 "lobe_parameters" SAMPLED_IMAGE, 5 "candidates" STORAGE_BUFFER, 6 "receivers" STORAGE_BUFFER,
     ];
     VPL_COUNT_BINDINGS = [
@@ -51,63 +51,63 @@ bindings! {
         0 "runs" STORAGE_BUFFER, 1 "lengths" STORAGE_BUFFER,
     ];
     DIRECT_EMIT_BINDINGS = [
-        0 "position_mesh" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
+        0 "position_instance" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
         3 "pattern" STORAGE_BUFFER, 4 "rays" STORAGE_BUFFER,
     ];
     DIRECT_MAP_BINDINGS = [
-        0 "position_mesh" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
+        0 "position_instance" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
         3 "pattern" STORAGE_BUFFER, 5 "light_map" SAMPLED_IMAGE, 6 "positions" STORAGE_BUFFER,
         7 "indices" STORAGE_BUFFER, 8 "kd_material" SAMPLED_IMAGE, 9 "lobe_parameters" SAMPLED_IMAGE,
         10 "direct_radiance" STORAGE_IMAGE,
     ];
     DIRECT_MAP_PHASORS_BINDINGS = [
-        0 "position_mesh" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
+        0 "position_instance" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
         3 "pattern" STORAGE_BUFFER, 4 "modulation" UNIFORM_BUFFER, 5 "light_map" SAMPLED_IMAGE,
         6 "positions" STORAGE_BUFFER, 7 "indices" STORAGE_BUFFER, 8 "kd_material" SAMPLED_IMAGE,
         9 "lobe_parameters" SAMPLED_IMAGE, 10 "direct_radiance" STORAGE_IMAGE, 11 "direct_phasors" STORAGE_IMAGE,
     ];
     DIRECT_RAYS_BINDINGS = [
-        0 "position_mesh" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
+        0 "position_instance" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
         3 "pattern" STORAGE_BUFFER, 8 "kd_material" SAMPLED_IMAGE, 9 "lobe_parameters" SAMPLED_IMAGE,
         10 "direct_radiance" STORAGE_IMAGE, 12 "hits" STORAGE_BUFFER,
     ];
     DIRECT_RAYS_PHASORS_BINDINGS = [
-        0 "position_mesh" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
+        0 "position_instance" SAMPLED_IMAGE, 1 "normal_geometric" SAMPLED_IMAGE, 2 "light" UNIFORM_BUFFER,
         3 "pattern" STORAGE_BUFFER, 4 "modulation" UNIFORM_BUFFER, 8 "kd_material" SAMPLED_IMAGE,
         9 "lobe_parameters" SAMPLED_IMAGE, 10 "direct_radiance" STORAGE_IMAGE, 11 "direct_phasors" STORAGE_IMAGE,
         12 "hits" STORAGE_BUFFER,
     ];
     GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS = [
-        0 "vpls" STORAGE_IMAGE, 2 "results" STORAGE_BUFFER, 3 "position_mesh" SAMPLED_IMAGE,
+        0 "vpls" STORAGE_IMAGE, 2 "results" STORAGE_BUFFER, 3 "position_instance" SAMPLED_IMAGE,
         4 "normal_geometric" SAMPLED_IMAGE, 7 "receivers" STORAGE_BUFFER,
     ];
     GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS = [
         0 "vpls" STORAGE_IMAGE, 1 "modulation" UNIFORM_BUFFER, 2 "results" STORAGE_BUFFER,
-        3 "position_mesh" SAMPLED_IMAGE, 4 "normal_geometric" SAMPLED_IMAGE, 6 "light" UNIFORM_BUFFER,
+        3 "position_instance" SAMPLED_IMAGE, 4 "normal_geometric" SAMPLED_IMAGE, 6 "light" UNIFORM_BUFFER,
         7 "receivers" STORAGE_BUFFER,
     ];
     GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS = [
-        0 "vpls" STORAGE_IMAGE, 2 "results" STORAGE_BUFFER, 3 "position_mesh" SAMPLED_IMAGE,
+        0 "vpls" STORAGE_IMAGE, 2 "results" STORAGE_BUFFER, 3 "position_instance" SAMPLED_IMAGE,
         4 "normal_geometric" SAMPLED_IMAGE, 5 "lobe_parameters" SAMPLED_IMAGE, 7 "receivers" STORAGE_BUFFER,
     ];
     GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS = [
         0 "vpls" STORAGE_IMAGE, 1 "modulation" UNIFORM_BUFFER, 2 "results" STORAGE_BUFFER,
-        3 "position_mesh" SAMPLED_IMAGE, 4 "normal_geometric" SAMPLED_IMAGE, 5 "lobe_parameters" SAMPLED_IMAGE,
+        3 "position_instance" SAMPLED_IMAGE, 4 "normal_geometric" SAMPLED_IMAGE, 5 "lobe_parameters" SAMPLED_IMAGE,
         6 "light" UNIFORM_BUFFER, 7 "receivers" STORAGE_BUFFER,
     ];
     PIXEL_FILTER_DEPTHS_BINDINGS = [
-        0 "position_mesh" SAMPLED_IMAGE, 1 "footprint" STORAGE_IMAGE,
+        0 "position_instance" SAMPLED_IMAGE, 1 "footprint" STORAGE_IMAGE,
     ];
     PIXEL_FILTER_INTERPOLATE_BINDINGS = [
-        1 "position_mesh" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE,
-        5 "normal_geometric" SAMPLED_IMAGE, 6 "indirect_radiance" STORAGE_IMAGE, 8 "centre_position_mesh" SAMPLED_IMAGE,
+        1 "position_instance" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE,
+        5 "normal_geometric" SAMPLED_IMAGE, 6 "indirect_radiance" STORAGE_IMAGE, 8 "centre_position_instance" SAMPLED_IMAGE,
         9 "centre_normal_geometric" SAMPLED_IMAGE, 10 "centre_lobe_parameters" SAMPLED_IMAGE, 11 "gathered" SAMPLED_IMAGE,
         12 "candidates" STORAGE_BUFFER,
     ];
     PIXEL_FILTER_INTERPOLATE_PHASORS_BINDINGS = [
-        0 "modulation" UNIFORM_BUFFER, 1 "position_mesh" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE,
+        0 "modulation" UNIFORM_BUFFER, 1 "position_instance" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE,
         3 "lobe_parameters" STORAGE_IMAGE, 5 "normal_geometric" SAMPLED_IMAGE, 6 "indirect_radiance" STORAGE_IMAGE,
-        7 "indirect_phasors" STORAGE_IMAGE, 8 "centre_position_mesh" SAMPLED_IMAGE, 9 "centre_normal_geometric" SAMPLED_IMAGE,
+        7 "indirect_phasors" STORAGE_IMAGE, 8 "centre_position_instance" SAMPLED_IMAGE, 9 "centre_normal_geometric" SAMPLED_IMAGE,
         10 "centre_lobe_parameters" SAMPLED_IMAGE, 11 "gathered" SAMPLED_IMAGE, 12 "candidates" STORAGE_BUFFER,
     ];
     PIXEL_FILTER_GATHERED_BINDINGS = [
@@ -115,12 +115,12 @@ bindings! {
         8 "receivers" STORAGE_BUFFER, 9 "results" STORAGE_BUFFER, 10 "sample_ranges" STORAGE_BUFFER,
     ];
     PIXEL_FILTER_GATHERED_PHASORS_BINDINGS = [
-        0 "modulation" UNIFORM_BUFFER, 1 "position_mesh" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE,
+        0 "modulation" UNIFORM_BUFFER, 1 "position_instance" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE,
         3 "lobe_parameters" STORAGE_IMAGE, 6 "indirect_radiance" STORAGE_IMAGE, 7 "indirect_phasors" STORAGE_IMAGE,
         8 "receivers" STORAGE_BUFFER, 9 "results" STORAGE_BUFFER, 10 "sample_ranges" STORAGE_BUFFER,
     ];
     SENSOR_BINDINGS = [
-        0 "direct_radiance" SAMPLED_IMAGE, 1 "indirect_radiance" SAMPLED_IMAGE, 2 "position_mesh" SAMPLED_IMAGE,
+        0 "direct_radiance" SAMPLED_IMAGE, 1 "indirect_radiance" SAMPLED_IMAGE, 2 "position_instance" SAMPLED_IMAGE,
         3 "footprint" SAMPLED_IMAGE, 4 "energy" STORAGE_IMAGE,
     ];
     TRACE_ANY_KERNEL_BINDINGS = [
@@ -149,23 +149,23 @@ bindings! {
         13 "drawn_vpls" STORAGE_IMAGE,
     ];
     FINAL_GATHER_EMIT_BINDINGS = [
-        1 "position_mesh" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
+        1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
         4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER, 6 "lattice" SAMPLED_IMAGE,
         7 "rays" STORAGE_BUFFER,
     ];
     FINAL_GATHER_DRAW_BINDINGS = [
-        1 "position_mesh" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
+        1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
         4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER, 6 "contributions" STORAGE_BUFFER,
         7 "vpls" STORAGE_IMAGE, 8 "rays" STORAGE_BUFFER, 9 "pilot_samples" STORAGE_BUFFER,
     ];
     FINAL_GATHER_DRAW_PHASORS_BINDINGS = [
-        0 "modulation" UNIFORM_BUFFER, 1 "position_mesh" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE,
+        0 "modulation" UNIFORM_BUFFER, 1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE,
         3 "lobe_parameters" SAMPLED_IMAGE, 4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER,
         6 "contributions" STORAGE_BUFFER, 7 "vpls" STORAGE_IMAGE, 8 "rays" STORAGE_BUFFER,
         9 "pilot_samples" STORAGE_BUFFER,
     ];
     FINAL_GATHER_SHADE_BINDINGS = [
-        1 "position_mesh" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
+        1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
         4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER, 6 "contributions" STORAGE_BUFFER,
         7 "lights" STORAGE_IMAGE, 8 "texels" STORAGE_IMAGE, 9 "materials" STORAGE_IMAGE,
         10 "vertex_values" SAMPLED_IMAGE, 11 "instances" SAMPLED_IMAGE, 12 "ray_triangles" STORAGE_IMAGE,
@@ -173,7 +173,7 @@ bindings! {
         16 "hits" STORAGE_BUFFER,
     ];
     FINAL_GATHER_SHADE_PHASORS_BINDINGS = [
-        0 "modulation" UNIFORM_BUFFER, 1 "position_mesh" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE,
+        0 "modulation" UNIFORM_BUFFER, 1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE,
         3 "lobe_parameters" SAMPLED_IMAGE, 4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER,
         6 "contributions" STORAGE_BUFFER, 7 "lights" STORAGE_IMAGE, 8 "texels" STORAGE_IMAGE,
         9 "materials" STORAGE_IMAGE, 10 "vertex_values" SAMPLED_IMAGE, 11 "instances" SAMPLED_IMAGE,
@@ -199,12 +199,12 @@ bindings! {
         8 "lengths" STORAGE_BUFFER, 9 "sample_ranges" STORAGE_BUFFER,
     ];
     PREDICT_BINDINGS = [
-        1 "position_mesh" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE,
+        1 "position_instance" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE,
         5 "samples" STORAGE_IMAGE, 6 "normal_geometric" SAMPLED_IMAGE, 7 "gathered" STORAGE_IMAGE,
         8 "candidates" STORAGE_BUFFER,
     ];
     PREDICT_PHASORS_BINDINGS = [
-        0 "modulation" UNIFORM_BUFFER, 1 "position_mesh" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE,
+        0 "modulation" UNIFORM_BUFFER, 1 "position_instance" STORAGE_IMAGE, 2 "kd_material" SAMPLED_IMAGE,
         3 "lobe_parameters" STORAGE_IMAGE, 4 "range_weights" SAMPLED_IMAGE, 5 "samples" STORAGE_IMAGE,
         6 "normal_geometric" SAMPLED_IMAGE, 7 "gathered" STORAGE_IMAGE, 8 "candidates" STORAGE_BUFFER,
     ];
@@ -219,23 +219,23 @@ bindings! {
         7 "receivers" STORAGE_BUFFER, 8 "results" STORAGE_BUFFER, 9 "sample_ranges" STORAGE_BUFFER,
     ];
     UNOCCLUDED_BINDINGS = [
-        1 "position_mesh" STORAGE_IMAGE, 5 "samples" STORAGE_IMAGE, 6 "vpls" STORAGE_IMAGE,
+        1 "position_instance" STORAGE_IMAGE, 5 "samples" STORAGE_IMAGE, 6 "vpls" STORAGE_IMAGE,
         7 "normal_geometric" SAMPLED_IMAGE,
     ];
     SMOOTH_BINDINGS = [
-        1 "position_mesh" STORAGE_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE, 5 "samples" STORAGE_IMAGE,
+        1 "position_instance" STORAGE_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE, 5 "samples" STORAGE_IMAGE,
         6 "normal_geometric" SAMPLED_IMAGE, 7 "modelled" STORAGE_IMAGE,
     ];
     SMOOTH_PHASORS_BINDINGS = [
-        0 "modulation" UNIFORM_BUFFER, 1 "position_mesh" STORAGE_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE,
+        0 "modulation" UNIFORM_BUFFER, 1 "position_instance" STORAGE_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE,
         5 "samples" STORAGE_IMAGE, 6 "normal_geometric" SAMPLED_IMAGE, 7 "modelled" STORAGE_IMAGE,
     ];
     SMOOTH_RESIDUALS_BINDINGS = [
-        1 "position_mesh" STORAGE_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE, 5 "samples" STORAGE_IMAGE,
+        1 "position_instance" STORAGE_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE, 5 "samples" STORAGE_IMAGE,
         6 "normal_geometric" SAMPLED_IMAGE, 7 "gathered" STORAGE_IMAGE, 8 "modelled" SAMPLED_IMAGE,
     ];
     SMOOTH_RESIDUALS_PHASORS_BINDINGS = [
-        0 "modulation" UNIFORM_BUFFER, 1 "position_mesh" STORAGE_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE,
+        0 "modulation" UNIFORM_BUFFER, 1 "position_instance" STORAGE_IMAGE, 3 "lobe_parameters" STORAGE_IMAGE,
         5 "samples" STORAGE_IMAGE, 6 "normal_geometric" SAMPLED_IMAGE, 7 "gathered" STORAGE_IMAGE,
         8 "modelled" SAMPLED_IMAGE,
     ];
@@ -253,11 +253,11 @@ bindings! {
     ];
     AREA_LIGHT_MERGE_BINDINGS = [
         0 "first_half" STORAGE_IMAGE, 1 "second_half" STORAGE_IMAGE, 2 "differences" STORAGE_BUFFER,
-        6 "position_mesh" SAMPLED_IMAGE, 7 "normal_geometric" SAMPLED_IMAGE, 8 "light" UNIFORM_BUFFER,
+        6 "position_instance" SAMPLED_IMAGE, 7 "normal_geometric" SAMPLED_IMAGE, 8 "light" UNIFORM_BUFFER,
     ];
     AREA_LIGHT_ADD_BINDINGS = [
         0 "first_half" STORAGE_IMAGE, 3 "direct_radiance" STORAGE_IMAGE, 4 "point_phasors" STORAGE_IMAGE,
-        5 "direct_phasors" STORAGE_IMAGE, 6 "position_mesh" SAMPLED_IMAGE, 7 "normal_geometric" SAMPLED_IMAGE,
+        5 "direct_phasors" STORAGE_IMAGE, 6 "position_instance" SAMPLED_IMAGE, 7 "normal_geometric" SAMPLED_IMAGE,
         8 "light" UNIFORM_BUFFER,
     ];
     RANGE_WEIGHTS_BINDINGS = [
