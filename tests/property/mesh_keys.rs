@@ -131,7 +131,7 @@ fn names(scene: &Scene, file: &str, key: &str) {
         .filter(|w| w.contains(file) && w.contains("ignores"));
     let of_file: Vec<_> = of_file.collect();
     assert_eq!(of_file.len(), 1, "{key}: {warnings:#?}");
-    assert_says(&of_file[0], &[&format!("\"{key}\"")]);
+    assert_says(of_file[0], &[&format!("\"{key}\"")]);
 }
 
 #[test]
