@@ -30,7 +30,7 @@ fn time_of_flight_that_is_not_all_there() {
         scene(&tof.replace("0.75", "\"much\""), "") =>
             "\"contrast\" in [tof] is the string \"much\"";
         scene("[sensor]\npixel_pitch_um = [1, 1]\nexposure_time_s = 1\nduty_cycle = 1\nwavelength_nm = 850\n", "") =>
-            "scene.toml:11: has only one of wavelength_nm and quantum_efficiency";
+            "scene.toml:11, sensor: has only one of wavelength_nm and quantum_efficiency";
     }
 }
 

@@ -135,7 +135,7 @@ fn the_reference_has_the_same_normals_and_light() {
             }
             gpu.render(&scene)
         };
-        let truth = reference_frame(&scene, 128, 8);
+        let truth = reference_frame(&scene, 512, 8);
         let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
         for frame in gpu.render_by_each_tracer(&scene) {
             let [normal, direct, indirect] =

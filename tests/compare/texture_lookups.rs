@@ -230,7 +230,7 @@ fn the_reference_looks_up_the_same() {
     let mut gpu = Gpu::open();
     let mut scene = of_all_kinds();
     scene.indirect = Some(IndirectLight::final_gather(0.03));
-    let truth = reference_frame(&scene, 256, 8);
+    let truth = reference_frame(&scene, 1024, 8);
     let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
     for frame in gpu.render_by_each_tracer(&scene) {
         let layers = [
