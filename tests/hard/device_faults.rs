@@ -45,7 +45,7 @@ fn small_scenes() -> [(&'static str, Scene); 4] {
     let mut by_map = plain_sum(demo_scene("textured", [16, 16]), 8);
     by_map.direct.shadow = Some(Shadow::Map);
     by_map.lights.push(by_map.lights[0].clone());
-    // For a first image and some rounds more: the calls of later rounds are the same.
+    // Its budget is for a first image and a few rounds more.
     let mut by_rays = bounce("glossy", [8, 8]);
     by_rays.indirect = Some(gather!(0.5, rsm_size = Some(8), max_rays = Some(80_000)));
     [
