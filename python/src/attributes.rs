@@ -142,7 +142,9 @@ impl<'py> Part<'py> {
 
     /// The value of a parameter; `None`: an optional one that is None.
     pub fn parameter(&self, parameter: &Parameter) -> PyResult<Option<ParameterValue>> {
-        let Parameter { name, is_optional, .. } = *parameter;
+        let Parameter {
+            name, is_optional, ..
+        } = *parameter;
         if is_optional && self.get(name)?.is_none() {
             return Ok(None);
         }
@@ -160,7 +162,11 @@ impl<'py> Part<'py> {
             }
             ParameterKind::Count => ParameterValue::Count(self.count(name)?.into()),
             ParameterKind::LargeCount => {
-                let range = if is_optional { or_none } else { " of 0 or more" };
+                let range = if is_optional {
+                    or_none
+                } else {
+                    " of 0 or more"
+                };
                 ParameterValue::Count(self.need(name, &format!("give a whole number{range}"))?)
             }
             ParameterKind::Flag => ParameterValue::Flag(self.flag(name)?),

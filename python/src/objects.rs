@@ -57,7 +57,9 @@ impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
         let lights = scene.lights.iter().map(|light| self.light(light));
-        let sensor = scene.sensor.map(|sensor| self.parameters("Sensor", sensor.named_values()));
+        let sensor = scene
+            .sensor
+            .map(|sensor| self.parameters("Sensor", sensor.named_values()));
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,

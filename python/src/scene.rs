@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, Filter, IndirectLight,
-    Intrinsics, Lens, Light, Material, Parameters, PixelFilter, PixelSampling, PlacedLight, Profile,
-    Sensor, SensorNoise, Shadow, SpotCone, TextureLookup, TimeOfFlight, Wrap,
+    Intrinsics, Lens, Light, Material, Parameters, PixelFilter, PixelSampling, PlacedLight,
+    Profile, Sensor, SensorNoise, Shadow, SpotCone, TextureLookup, TimeOfFlight, Wrap,
 };
 use pyo3::prelude::*;
 
@@ -317,10 +317,13 @@ fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
         .object
         .getattr("estimator")
         .and_then(|name| name.extract::<String>());
-    let mut indirect = class.ok().and_then(|name| IndirectLight::from_name(&name)).ok_or_else(|| {
-        let hint = "give a FinalGather, RsmAverage or InstantRadiosity, or None";
-        part.type_error(format_args!("is of {}", part.object.get_type()), hint)
-    })?;
+    let mut indirect = class
+        .ok()
+        .and_then(|name| IndirectLight::from_name(&name))
+        .ok_or_else(|| {
+            let hint = "give a FinalGather, RsmAverage or InstantRadiosity, or None";
+            part.type_error(format_args!("is of {}", part.object.get_type()), hint)
+        })?;
     indirect.read(|parameter| part.parameter(parameter))?;
     Ok(indirect)
 }
