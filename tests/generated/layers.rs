@@ -58,7 +58,7 @@ pub fn assert_constants_are_checked_in() {
 }
 
 /// Compares what is between two texts of a file.
-fn assert_part_is_checked_in(name: &str, [begin, end]: [&str; 2], made: &str) {
+pub fn assert_part_is_checked_in(name: &str, [begin, end]: [&str; 2], made: &str) {
     let file = read(name);
     let (before, rest) = file.split_once(begin).expect("it begins");
     let (_, after) = rest.split_once(end).expect("it ends");

@@ -1,31 +1,13 @@
 //! The Python classes and the tables of docs/scene.md that come from the rows of parameters are up to date.
 
-use std::{fmt::Write, fs, path::Path};
+use std::fmt::Write;
 
 use camlux::scene::{
     FinalGather, IndirectLight, InstantRadiosity, Limits, Parameter, ParameterKind, ParameterValue,
     Parameters, RsmAverage, Sensor, SensorNoise,
 };
 
-const UPDATE: &str =
-    "run `UPDATE_PARAMETERS=1 cargo test --test generated` and check in what it writes";
-
-/// Holds what a file has between two lines that name `what` against what is made for it.
-fn assert_checked_in(file: &str, [begin, end]: [String; 2], made: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
-    let text = fs::read_to_string(&path).expect("it is there");
-    let (before, rest) = text.split_once(&begin).expect("the first line");
-    let (_, after) = rest.split_once(&end).expect("the last line");
-    let due = format!("{before}{begin}{made}{end}{after}");
-    if std::env::var_os("UPDATE_PARAMETERS").is_some() {
-        fs::write(&path, &due).expect("the checkout is writable");
-        return;
-    }
-    assert!(
-        text == due,
-        "{file} differs from the parameters after {begin:?}; {UPDATE}"
-    );
-}
+use crate::layers::assert_part_is_checked_in;
 
 /// The limits in words: "0.002 to 0.5". Those that only rule out 0 or what overflows are left out.
 fn limits(parameter: &Parameter) -> Option<String> {
@@ -136,7 +118,11 @@ fn the_python_classes_are_those_of_the_parameters() {
             format!("# {what}: from the rows of the engine's parameters."),
             format!("\n\n# End of {what}.\n"),
         ];
-        assert_checked_in("python/camlux/scene.py", lines, &format!("\n{made}"));
+        assert_part_is_checked_in(
+            "python/camlux/scene.py",
+            [&lines[0], &lines[1]],
+            &format!("\n{made}"),
+        );
     }
 }
 
@@ -184,6 +170,6 @@ fn the_tables_of_scene_files_are_those_of_the_parameters() {
             format!("<!-- keys of {what}: from the rows of src/scene -->"),
             "<!-- end of the keys -->".into(),
         ];
-        assert_checked_in("docs/scene.md", lines, &made);
+        assert_part_is_checked_in("docs/scene.md", [&lines[0], &lines[1]], &made);
     }
 }
