@@ -481,8 +481,9 @@ struct KeptFrame {
 impl KeptFrame {
     /// `None` if another attempt could do better.
     fn of(drawn: &DrawnFrame, options: &RenderOptions) -> Option<KeptFrame> {
-        let indirect = drawn.description.indirect;
-        let has_time_limit = indirect.is_some_and(|indirect| indirect.value("max_ms").is_some());
+        let indirect = drawn.description.indirect.as_ref();
+        let gather = indirect.and_then(IndirectLight::gather);
+        let has_time_limit = gather.is_some_and(|gather| gather.max_ms.is_some());
         let is_final = match drawn.stats.stop {
             Some(StopReason::Cancelled) => false,
             Some(StopReason::BudgetSpent) => !has_time_limit,

@@ -109,7 +109,7 @@ pub(crate) trait ParameterType {
 
     fn get(&self) -> Option<ParameterValue>;
 
-    /// Does nothing for a value of another kind.
+    /// The value is of this kind.
     fn set(&mut self, value: ParameterValue);
 }
 
