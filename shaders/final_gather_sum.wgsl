@@ -33,9 +33,12 @@ fn load_contribution(ray: u32) -> Contribution {
     let light = contributions[place];
     var contribution: Contribution;
     contribution.irradiance = select(vec3<f32>(0.0), light.xyz, hits[ray] == NOTHING_HIT);
-    contribution.lobe = light.w;
+    contribution.lobe = vec3<f32>(light.w);
+    if (GLOSSY & MICROFACET) {
+        contribution.lobe = contributions[place + 1u].xyz;
+    }
     if (PHASORS) {
-        contribution.turns = contributions[place + 1u];
+        contribution.turns = contributions[place + turns_vector()];
     }
     return contribution;
 }
@@ -108,7 +111,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     for (var i = 0u; i < span.packet_count; i++) {
         let index = span.first_packet + i;
         let found = found_by(index);
-        keep(span.result, 0u, scaled_signal(found.diffuse, diffuse), scaled_squares(found.diffuse_differences, diffuse * diffuse));
+        keep(span.result, 0u, scaled_signal(found.diffuse, vec3<f32>(diffuse)), scaled_squares(found.diffuse_differences, diffuse * diffuse));
         if (GLOSSY) {
             keep(span.result, 1u, found.specular, found.specular_differences);
         }

@@ -280,11 +280,11 @@ fn compute_main(
         let slot = first_slot + i * WORKGROUP;
         if (slot < parameters.receiver_count) {
             let receiver = parameters.first_result + slot;
-            let diffuse_scale = sign * diffuse_factor(vec3<f32>(1.0)).x;
+            let diffuse_scale = sign * diffuse_factor(vec3<f32>(1.0));
             add_to_result(receiver, 0u, scaled_signal(diffuse[i], diffuse_scale), 0.0, is_first);
             var reflected: Signal;
             if (SPECULAR) {
-                reflected = scaled_signal(specular[i], sign * unit_specular_factor(lobe[i]));
+                reflected = scaled_signal(specular[i], vec3<f32>(sign * unit_specular_factor(lobe[i])));
             }
             add_to_result(receiver, 1u, reflected, 0.0, is_first);
         }

@@ -192,7 +192,7 @@ fn shade(index: u32, whole_light: Light) {
     if (SPECULAR) {
         let lobe = lobe_of(illumination.to_light, hit.shading_normal, hit.brdf.lobe);
         textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(specular_factor(hit.brdf.lobe) * incident, 0.0));
-        for (var i = 0u; i < LOBE_LAYERS; i++) {
+        for (var i = 0u; i < lobe_layers(); i++) {
             textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
         }
     }

@@ -70,7 +70,7 @@ fn place(item: u32, list: u32, index: u32) {
             textureStore(glossy_vpls, slot, 1, vec4<f32>(normal_geometric.xyz, 0.0));
             textureStore(glossy_vpls, slot, 2, vec4<f32>(diffuse, 0.0));
             textureStore(glossy_vpls, slot, VPL_LAYERS, specular);
-            for (var i = 0u; i < LOBE_LAYERS; i++) {
+            for (var i = 0u; i < lobe_layers(); i++) {
                 textureStore(glossy_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
             }
             return;

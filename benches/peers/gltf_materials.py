@@ -1,10 +1,10 @@
-"""Measures the error of camlux's modified Phong for glTF's metallic-roughness materials.
+"""Measures camlux's microfacets against Mitsuba's principled material and against glTF 2.0, appendix B.
 
-Renders spheres under parallel light. The reference is Mitsuba's principled material. Prints the relRMSE of each image, and the relative
-error of its total light.
+Evaluates spheres under parallel light with the formulas of docs/model.md. Prints the relRMSE of each image, and the relative error of its
+total light. Appendix B has another base: it gets what the facets leave, 1 - F(h·v). Mitsuba's has a third, which grows towards grazing
+angles, and its facets hide each other independently of the two directions.
 
-Run this with benches/peers/run --gltf-materials, which provides Mitsuba. The mapping is MetallicRoughness::as_phong in
-src/scene/gltf/material.rs.
+Run this with benches/peers/run --gltf-materials, which provides Mitsuba.
 """
 
 import mitsuba
@@ -14,15 +14,6 @@ mitsuba.set_variant("llvm_ad_rgb")
 
 SIZE = 200
 BASE = 0.6
-
-
-def phong(metallic, roughness):
-    alpha = max(roughness, 0.03) ** 2
-    shininess = 1.3 * (2 / alpha**2 - 2) / 4 + 0.8
-    diffuse = min(0.14 + 0.36 * roughness**2, 0.4)
-    lobe = 0.84 * (1 - roughness**4) ** 3.5
-    f0 = 0.04 + metallic * (BASE - 0.04)
-    return BASE * (1 - metallic) * 0.96 + f0 * diffuse, f0 * lobe, shininess
 
 
 def normals():
@@ -51,28 +42,38 @@ def mitsuba_radiance(n, light, metallic, roughness):
     return np.array(value)[0].reshape(-1)
 
 
-def phong_radiance(n, light, metallic, roughness):
-    kd, ks, s = phong(metallic, roughness)
+def facets_radiance(n, light, metallic, roughness, *, base):
+    """Of camlux, if base is "lambert", or of appendix B, if it is "layered"."""
     view = np.array([0.0, 0, 1])
-    cosine = np.maximum(n @ light, 0)
-    mirrored = 2 * (n @ light)[:, None] * n - light
-    lobe = np.where(cosine > 0, np.maximum(mirrored @ view, 0), 0) ** s if s > 0 else (cosine > 0).astype(float)
-    return (kd / np.pi + ks * (s + 2) / (2 * np.pi) * lobe) * cosine
+    h = (light + view) / np.linalg.norm(light + view)
+    cosine_l, cosine_v, cosine_h = (np.maximum(n @ direction, 0) for direction in (light, view, h))
+    squared = roughness**4
+    f0 = 0.04 + metallic * (BASE - 0.04)
+    schlick = (1 - h @ view) ** 5
+    d = squared / (np.pi * (cosine_h**2 * (squared - 1) + 1) ** 2)
+    smith = cosine_l * np.sqrt(squared + (1 - squared) * cosine_v**2) + cosine_v * np.sqrt(squared + (1 - squared) * cosine_l**2)
+    left = 0.96 * (1 - schlick) if base == "layered" else 0.96
+    kd = BASE * (1 - metallic) * left
+    return (kd / np.pi + d * 0.5 / np.maximum(smith, 1e-9) * (f0 + (1 - f0) * schlick)) * cosine_l
 
 
 def main():
     n = normals()
-    print("metallic roughness  light at 0 / 45 / 90 degrees: relRMSE (light off)")
+    print("against     metallic roughness  light at 0 / 45 / 90 / 120 degrees: relRMSE (light off)")
     for metallic in (0.0, 1.0):
         for roughness in (0.2, 0.4, 0.6, 0.8, 1.0):
-            row = []
-            for angle in np.radians([0, 45, 90]):
+            rows = {"appendix B": [], "principled": []}
+            for angle in np.radians([0, 45, 90, 120]):
                 light = np.array([np.sin(angle), 0, np.cos(angle)])
-                truth = mitsuba_radiance(n, light, metallic, roughness)
-                ours = phong_radiance(n, light, metallic, roughness)
-                error = np.sqrt(((ours - truth) ** 2).sum() / (truth**2).sum())
-                row.append(f"{error:7.1%} ({ours.sum() / truth.sum() - 1:+.1%})")
-            print(f"{metallic:8.0f} {roughness:9.1f}  {'  '.join(row)}")
+                ours = facets_radiance(n, light, metallic, roughness, base="lambert")
+                for name, truth in [
+                    ("appendix B", facets_radiance(n, light, metallic, roughness, base="layered")),
+                    ("principled", mitsuba_radiance(n, light, metallic, roughness)),
+                ]:
+                    error = np.sqrt(((ours - truth) ** 2).sum() / (truth**2).sum())
+                    rows[name].append(f"{error:8.2%} ({ours.sum() / truth.sum() - 1:+.2%})")
+            for name, row in rows.items():
+                print(f"{name:10} {metallic:9.0f} {roughness:9.1f}  {'  '.join(row)}")
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "values.hpp"
@@ -17,6 +18,15 @@ enum class encoding : std::int32_t {
     standard = CAMLUX_ENCODING_DEFAULT,
     linear = CAMLUX_ENCODING_LINEAR,
     srgb = CAMLUX_ENCODING_SRGB,
+};
+
+/** The members of camlux_material for metallic-roughness surfaces, as in glTF 2.0. */
+struct metallic_roughness {
+    /** 0.03 to 1. */
+    double roughness = 1;
+    double metallic = 0;
+    double ior = 1.5;
+    double specular = 1;
 };
 
 /** camlux_material. */
@@ -33,6 +43,9 @@ struct material {
     std::uint32_t ks_texture = 0;
     std::uint32_t shininess_texture = 0;
     double alpha_cutoff = 0.5;
+    /** Of a metallic-roughness surface, whose base colour is kd. */
+    std::optional<metallic_roughness> microfacets = std::nullopt;
+    std::uint32_t metallic_roughness_texture = 0;
 };
 
 /** camlux_texture. The pixels are read only during scene::add_texture or scene::set_texture. */
@@ -60,6 +73,13 @@ inline camlux_material raw_of(const material &from) noexcept
     set(to.kd, from.kd);
     set(to.ks, from.ks);
     to.shininess = from.shininess;
+    to.metallic_roughness_texture = from.metallic_roughness_texture;
+    if (from.microfacets) {
+        to.roughness = from.microfacets->roughness;
+        to.metallic = from.microfacets->metallic;
+        to.ior = from.microfacets->ior;
+        to.specular = from.microfacets->specular;
+    }
     to.name = name_of(from.name);
     return to;
 }
@@ -90,6 +110,9 @@ inline material material_of(const camlux_material &from)
     to.ks_texture = from.ks_texture;
     to.shininess_texture = from.shininess_texture;
     to.alpha_cutoff = from.alpha_cutoff;
+    to.metallic_roughness_texture = from.metallic_roughness_texture;
+    if (from.roughness >= 0)
+        to.microfacets = metallic_roughness{from.roughness, from.metallic, from.ior, from.specular};
     return to;
 }
 

@@ -25,6 +25,8 @@ _SYNONYMS = {
     "reflectance": "kd",
     "specular": "ks",
     "exponent": "shininess",
+    "metallic": "microfacets",
+    "roughness": "microfacets",
     "flux": "power_w",
     "intensity": "power_w",
     "eye": "position_m",

@@ -279,10 +279,10 @@ class TextureLookup(Fields):
 
 @dataclass(slots=True, eq=False)
 class Material(Fields):
-    """Modified Phong: f = kd/π + ks·(shininess + 2)/(2π)·max(0, r·v)^shininess.
+    """Modified Phong: f = kd/π + ks·(shininess + 2)/(2π)·max(0, r·v)^shininess. Or a metallic-roughness surface, if `microfacets` are given.
 
     name: of the material.
-    kd: diffuse reflectance of each band, 0 to 1.
+    kd: diffuse reflectance of each band, 0 to 1. With microfacets, the base colour.
     ks: specular reflectance of each band, 0 to 1.
     shininess: Phong exponent, 0 or more; required where ks is above 0.
     kd_texture: multiplies kd.
@@ -294,6 +294,8 @@ class Material(Fields):
     ks_texture: multiplies ks.
     shininess_texture: its brightness multiplies the shininess.
     alpha_cutoff: 0 to 1.
+    microfacets: of a metallic-roughness surface, which has no ks and no shininess.
+    metallic_roughness_texture: its green value multiplies the roughness, its blue value `metallic`.
     """
 
     name: str
@@ -306,6 +308,13 @@ class Material(Fields):
     ks_texture: Texture | TextureLookup | None = None
     shininess_texture: Texture | TextureLookup | None = None
     alpha_cutoff: Number = 0.5
+    microfacets: MetallicRoughness | None = None
+    metallic_roughness_texture: Texture | TextureLookup | None = None
+
+
+# microfacets: from the rows of the engine's parameters.
+
+# End of microfacets.
 
 
 # sensor: from the rows of the engine's parameters.

@@ -161,6 +161,8 @@ impl<'py> Classes<'py> {
             kd,
             ks,
             shininess,
+            microfacets,
+            metallic_roughness_texture,
             kd_texture,
             ks_texture,
             shininess_texture,
@@ -172,6 +174,7 @@ impl<'py> Classes<'py> {
             let lookup = lookup.map(|lookup| self.lookup(lookup, &textures[lookup.texture]));
             lookup.transpose()
         };
+        let facets = microfacets.map(|of| self.parameters("MetallicRoughness", of.named_values()));
         object!(self, "Material",
             name: name,
             kd: triple(*kd),
@@ -183,6 +186,8 @@ impl<'py> Classes<'py> {
             normal_texture: texture(normal_texture)?,
             alpha_texture: texture(alpha_texture)?,
             alpha_cutoff: *alpha_cutoff,
+            microfacets: facets.transpose()?,
+            metallic_roughness_texture: texture(metallic_roughness_texture)?,
         )
     }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, Filter, IndirectLight,
-    Intrinsics, Lens, Light, Material, Parameters, PixelFilter, PixelSampling, PlacedLight,
+    Intrinsics, Lens, Light, Material, MetallicRoughness, Parameters, PixelFilter, PixelSampling, PlacedLight,
     Profile, Sensor, SensorNoise, Shadow, SpotCone, TextureLookup, TimeOfFlight, Wrap,
 };
 use pyo3::prelude::*;
@@ -266,6 +266,11 @@ impl<'py> Textures<'py> {
             let problem = format_args!("ks is {ks:?}, but shininess is None");
             return Err(part.error(problem, "set shininess to an exponent such as 20"));
         }
+        let microfacets = part.part("microfacets")?.map(|part| {
+            let mut of = MetallicRoughness::DEFAULT;
+            of.read(|parameter| part.parameter(parameter))?;
+            Ok::<_, PyErr>(of)
+        });
         Ok(Material {
             name: part.text("name")?,
             kd: part.bands("kd")?,
@@ -277,6 +282,8 @@ impl<'py> Textures<'py> {
             normal_texture: self.lookup(part, "normal_texture")?,
             alpha_texture: self.lookup(part, "alpha_texture")?,
             alpha_cutoff: part.number("alpha_cutoff")?,
+            microfacets: microfacets.transpose()?,
+            metallic_roughness_texture: self.lookup(part, "metallic_roughness_texture")?,
         })
     }
 }

@@ -84,13 +84,20 @@ struct Receiver {
 struct Contribution {
     // Irradiance over the density of samples.
     irradiance: vec3<f32>,
-    // Factor to what the specular lobe of P reflects of it, for k_s = 1.
-    lobe: f32,
+    // Factor to what the specular lobe of P reflects of it, for a reflected_share of 1.
+    lobe: Shape,
     // Of the path to P. Below 0: the light is not modulated.
     turns: vec4<f32>,
 }
 
-const CONTRIBUTION_VECTORS: u32 = select(1u, 2u, PHASORS);
+// The lobe of Phong is a number beside the irradiance. That of microfacets, and the turns, are vectors of their own.
+fn contribution_vectors() -> u32 {
+    return turns_vector() + select(0u, 1u, PHASORS);
+}
+
+fn turns_vector() -> u32 {
+    return select(1u, 2u, GLOSSY & MICROFACET);
+}
 
 // The list of rays: those along directions, lobe by lobe for each packet; those to VPLs, packet by packet; and those to lights, for each
 // light as along the directions that found their starts.
@@ -109,7 +116,7 @@ fn light_ray(light: u32, packet: u32, lobe: u32, sample: u32) -> u32 {
 // Where the contribution of a ray to a VPL or to a light is in a list of vectors. Below: the differences of candidates, one vector per ray
 // to a VPL.
 fn contribution_place(ray: u32) -> u32 {
-    return CONTRIBUTION_VECTORS * (ray - SAMPLES * direction_count() * parameters.packet_count)
+    return contribution_vectors() * (ray - SAMPLES * direction_count() * parameters.packet_count)
         + SAMPLES * parameters.packet_count;
 }
 

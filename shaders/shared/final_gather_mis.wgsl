@@ -32,8 +32,11 @@ fn mis_contribution(
 }
 
 fn store_contribution(place: u32, contribution: Contribution) {
-    contributions[place] = vec4<f32>(contribution.irradiance, contribution.lobe);
+    contributions[place] = vec4<f32>(contribution.irradiance, contribution.lobe.x);
+    if (GLOSSY & MICROFACET) {
+        contributions[place + 1u] = vec4<f32>(contribution.lobe, 0.0);
+    }
     if (PHASORS) {
-        contributions[place + 1u] = contribution.turns;
+        contributions[place + turns_vector()] = contribution.turns;
     }
 }

@@ -50,7 +50,7 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
         if (SPECULAR) {
             for (var map = 0u; map < LOBE_MAPS; map++) {
                 for (var i = 0u; i < turns(triangle, HAS_LOBE_MAP << map); i++) {
-                    hit.brdf.lobe *= lobe_scale(map, sample_map(triangle, LOBE_MAP + map * MAP_TEXELS, b));
+                    hit.brdf.lobe = mapped_lobe(hit.brdf.lobe, map, sample_map(triangle, LOBE_MAP + map * MAP_TEXELS, b));
                 }
             }
         }
@@ -60,5 +60,6 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
             hit.shading_normal = mapped_normal(triangle, b, hit.geometric_normal, hit.shading_normal, is_behind);
         }
     }
+    hit.brdf = brdf_of_material(hit.brdf);
     return hit;
 }

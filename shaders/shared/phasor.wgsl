@@ -86,7 +86,7 @@ fn add_phasors(a: BandPhasors, b: BandPhasors) -> BandPhasors {
         Phasors(a.blue.re + b.blue.re, a.blue.im + b.blue.im));
 }
 
-fn scaled_phasors(phasors: BandPhasors, factor: f32) -> BandPhasors {
-    return BandPhasors(Phasors(factor * phasors.red.re, factor * phasors.red.im),
-        Phasors(factor * phasors.green.re, factor * phasors.green.im), Phasors(factor * phasors.blue.re, factor * phasors.blue.im));
+fn scaled_phasors(phasors: BandPhasors, factor: vec3<f32>) -> BandPhasors {
+    return BandPhasors(Phasors(factor.r * phasors.red.re, factor.r * phasors.red.im),
+        Phasors(factor.g * phasors.green.re, factor.g * phasors.green.im), Phasors(factor.b * phasors.blue.re, factor.b * phasors.blue.im));
 }

@@ -25,7 +25,8 @@ fn add_signals(a: Signal, b: Signal) -> Signal {
     return Signal(a.light + b.light, add_phasors(a.phasors, b.phasors));
 }
 
-fn scaled_signal(signal: Signal, factor: f32) -> Signal {
+// A factor per band.
+fn scaled_signal(signal: Signal, factor: vec3<f32>) -> Signal {
     return Signal(factor * signal.light, scaled_phasors(signal.phasors, factor));
 }
 
@@ -49,7 +50,7 @@ fn add_signals(a: Signal, b: Signal) -> Signal {
     return Signal(a.light + b.light);
 }
 
-fn scaled_signal(signal: Signal, factor: f32) -> Signal {
+fn scaled_signal(signal: Signal, factor: vec3<f32>) -> Signal {
     return Signal(factor * signal.light);
 }
 

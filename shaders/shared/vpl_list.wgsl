@@ -9,7 +9,8 @@ const VPLS_PER_ROW: u32 = 1024u;
 // all VPLs of a list have one light. Then specular, and the layers of the lobe.
 const TURNS_LAYER: u32 = 3u;
 const VPL_LAYERS: u32 = select(3u, 4u, PHASORS && !(ONE || FOUR));
-const GLOSSY_VPL_LAYERS: u32 = VPL_LAYERS + 1u + LOBE_LAYERS;
+const PHONG_VPL_LAYERS: u32 = VPL_LAYERS + 1u + PHONG_LAYERS;
+const MICROFACET_VPL_LAYERS: u32 = VPL_LAYERS + 1u + LOBE_LAYERS;
 
 // A virtual point light on a matte surface.
 struct Vpl {
@@ -34,7 +35,7 @@ struct VplLobe {
     lobe: Lobe,
 }
 
-// Its layers are VPL_LAYERS or GLOSSY_VPL_LAYERS.
+// Its layers are VPL_LAYERS, PHONG_VPL_LAYERS or MICROFACET_VPL_LAYERS.
 var vpls: texture_storage_2d_array<rgba32float, read>;
 
 fn load_vpl(index: u32) -> Vpl {
@@ -53,7 +54,7 @@ fn vpl_turns(index: u32) -> vec4<f32> {
 fn load_vpl_lobe(index: u32) -> VplLobe {
     let place = vpl_place(index);
     var texels: array<vec4<f32>, LOBE_LAYERS>;
-    for (var i = 0u; i < LOBE_LAYERS; i++) {
+    for (var i = 0u; i < lobe_layers(); i++) {
         texels[i] = textureLoad(vpls, place, VPL_LAYERS + 1u + i);
     }
     return VplLobe(textureLoad(vpls, place, VPL_LAYERS).xyz, lobe_of_texels(texels));

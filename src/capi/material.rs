@@ -5,11 +5,11 @@ use std::ffi::c_char;
 use super::*;
 use crate::{
     Error,
-    scene::{Material, TextureLookup, TextureSource},
+    scene::{Material, MetallicRoughness, TextureLookup, TextureSource},
 };
 
-/// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Initialise with CAMLUX_MATERIAL_INIT: black,
-/// without texture.
+/// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s; or, with a roughness, metallic-roughness as in glTF
+/// 2.0. Initialise with CAMLUX_MATERIAL_INIT: black, without texture.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_material {
@@ -17,7 +17,7 @@ pub struct camlux_material {
     pub struct_size: u32,
     /// The number of a texture, from camlux_scene_add_texture, that multiplies kd; 0: none.
     pub kd_texture: u32,
-    /// Diffuse reflectance of the bands R, G, B, 0 to 1.
+    /// Diffuse reflectance of the bands R, G, B, 0 to 1. With a roughness, the base colour.
     pub kd: [f64; 3],
     /// Specular reflectance of the bands R, G, B, 0 to 1.
     pub ks: [f64; 3],
@@ -37,12 +37,27 @@ pub struct camlux_material {
     pub shininess_texture: u32,
     /// See alpha_texture; 0 to 1.
     pub alpha_cutoff: f64,
+    /// Roughness of a metallic-roughness surface, 0.03 to 1; the alpha of its microfacets (GGX) is the square. Below 0: modified Phong.
+    pub roughness: f64,
+    /// Share of a metallic-roughness surface that is metal, 0 to 1.
+    pub metallic: f64,
+    /// Index of refraction of a metallic-roughness surface where it is no metal, 1 to 10.
+    pub ior: f64,
+    /// Factor of what a metallic-roughness surface reflects straight on where it is no metal, 0 to 1.
+    pub specular: f64,
+    /// The number of a texture whose green value multiplies the roughness and whose blue value multiplies metallic; 0: none.
+    pub metallic_roughness_texture: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 c_struct!(
     camlux_material, 72,
     shininess: -1.0,
     alpha_cutoff: 0.5,
+    roughness: -1.0,
+    ior: 1.5,
+    specular: 1.0,
 );
 
 /// Adds a material.
@@ -115,7 +130,14 @@ pub unsafe extern "C" fn camlux_scene_get_material(
             let texture = |lookup: Option<TextureLookup>| {
                 lookup.map_or(0, |lookup| lookup.texture as u32 + 1)
             };
+            let facets = found.microfacets;
+            let default = camlux_material::default();
             Ok(camlux_material {
+                roughness: facets.map_or(default.roughness, |of| of.roughness),
+                metallic: facets.map_or(default.metallic, |of| of.metallic),
+                ior: facets.map_or(default.ior, |of| of.ior),
+                specular: facets.map_or(default.specular, |of| of.specular),
+                metallic_roughness_texture: texture(found.metallic_roughness_texture),
                 kd: found.kd,
                 ks: found.ks,
                 shininess: found.shininess,
@@ -125,7 +147,7 @@ pub unsafe extern "C" fn camlux_scene_get_material(
                 ks_texture: texture(found.ks_texture),
                 shininess_texture: texture(found.shininess_texture),
                 alpha_cutoff: found.alpha_cutoff,
-                ..Default::default()
+                ..default
             })
         };
         // SAFETY: the caller guarantees it.
@@ -167,8 +189,16 @@ fn replaced(old: &Material, mut new: Material) -> Material {
 unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     // SAFETY: the caller guarantees it.
     let name = unsafe { args::text(raw.name, "camlux_material.name") }?.unwrap_or_default();
+    args::reserved(camlux_material::NAME, raw.reserved)?;
     let mut material = Material::lambert(name, raw.kd);
     material.ks = raw.ks;
+    let is_phong = raw.roughness < 0.0;
+    material.microfacets = (!is_phong).then_some(MetallicRoughness {
+        metallic: raw.metallic,
+        roughness: raw.roughness,
+        ior: raw.ior,
+        specular: raw.specular,
+    });
     let texture = |number: u32| {
         let index = number.checked_sub(1)?;
         Some(TextureLookup::from(index as usize))
@@ -178,10 +208,11 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     material.alpha_texture = texture(raw.alpha_texture);
     material.ks_texture = texture(raw.ks_texture);
     material.shininess_texture = texture(raw.shininess_texture);
+    material.metallic_roughness_texture = texture(raw.metallic_roughness_texture);
     material.alpha_cutoff = raw.alpha_cutoff;
     if raw.shininess.is_nan() || raw.shininess >= 0.0 {
         material.shininess = raw.shininess;
-    } else if material.is_specular() {
+    } else if is_phong && material.is_specular() {
         // A default exponent such as 1 would silently choose a very wide lobe.
         let place = match &material.name[..] {
             "" => "material".into(),

@@ -265,10 +265,15 @@ fn write_material(toml: &mut Toml, key: &str, material: &Material) {
     if material.name != key {
         toml.string("name", &material.name);
     }
-    for Reflectance { name, values, .. } in material.reflectance() {
-        match values {
-            [value] => toml.number(name, *value),
-            _ => toml.numbers(name, values),
+    if let Some(microfacets) = &material.microfacets {
+        toml.numbers("base_color", &material.kd);
+        toml.parameters(microfacets.named_values());
+    } else {
+        for Reflectance { name, values, .. } in material.reflectance() {
+            match values {
+                [value] => toml.number(name, *value),
+                _ => toml.numbers(name, values),
+            }
         }
     }
     toml.number("alpha_cutoff", material.alpha_cutoff);

@@ -5,11 +5,11 @@ use glam::{DVec3, dvec3};
 use super::{
     Case, Examiner,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR},
-    scenes::{COLOURED, empty_room, lit_by, point_light, quad, room, scene_of, spot_light},
+    scenes::{COLOURED, GREY, empty_room, lit_by, point_light, quad, room, scene_of, spot_light},
 };
 use crate::{
     Result, Scene,
-    scene::{Lens, Material, Texels, Texture},
+    scene::{Bands, Lens, Material, MetallicRoughness, Texels, Texture},
 };
 
 pub const CASES: &[Case] = &[
@@ -56,6 +56,24 @@ pub const CASES: &[Case] = &[
         "light by way of two lobes is found from neither end",
         "samples of both lobes, and VPLs with lobes of their own",
         |exam| specular_room(exam, 100.0),
+    ),
+    Case::new(
+        "facets_almost_smooth",
+        "roughness 0.03: a lobe of 0.1° whose density is the difference of two ones",
+        "D from the sine of the half-way direction, not from its cosine",
+        smooth_facets,
+    ),
+    Case::new(
+        "facets_of_every_kind",
+        "dielectrics reflect 4 % straight on and all at grazing angles, metals in colours; beside Phong lobes",
+        "F is in the shape of the lobe, per band; its mean is the share that is interpolated",
+        facets_of_every_kind,
+    ),
+    Case::new(
+        "light_that_grazes_facets",
+        "D, V and F all change most at the horizon, where visible normals are few",
+        "directions follow the normals that are seen and mirror to above the surface",
+        grazing_facets,
     ),
     Case::new(
         "texture_of_black_and_white",
@@ -146,16 +164,95 @@ fn needle_lobes(exam: &mut Examiner) -> Result<()> {
 /// paths over two such lobes.
 fn lobes_of_a_million(exam: &mut Examiner) -> Result<()> {
     sharp_lobes(exam, 1e6)?;
+    let mut scene = mirror_under_ceiling();
+    make_specular(&mut scene.materials[COLOURED as usize], 1e6);
+    exam.sums("ceiling in a floor", &scene, 24, lobe_bound(1e6))?;
+    exam.bounce("ceiling in a floor", &scene)
+}
+
+/// The floor is of the coloured material.
+fn mirror_under_ceiling() -> Scene {
     let mut scene = empty_room();
     let corner = dvec3(-0.9, -0.99, -0.9);
     let mirror = quad("mirror", corner, 1.8 * DVec3::Z, 1.8 * DVec3::X, COLOURED);
     scene.meshes.push(mirror.into());
-    make_specular(&mut scene.materials[COLOURED as usize], 1e6);
     let (at, up) = (dvec3(0.1, 0.2, -0.2), dvec3(0.2, 1.0, -0.3));
     scene.lights = vec![spot_light(at, up, [40.0, 44.0]).into()];
     scene.camera.look_at_m = dvec3(0.0, -0.9, -0.1);
-    exam.sums("ceiling in a floor", &scene, 24, lobe_bound(1e6))?;
+    scene
+}
+
+fn facets(base_color: Bands, metallic: f64, roughness: f64) -> Material {
+    Material {
+        microfacets: Some(MetallicRoughness {
+            metallic,
+            roughness,
+            ..MetallicRoughness::DEFAULT
+        }),
+        ..Material::lambert("facets", base_color)
+    }
+}
+
+/// Like [`lobe_bound`]: α is about √(2/s) of a Phong lobe of the same width about h, whose angle is half of that about r.
+fn facet_bound(roughness: f64) -> f64 {
+    lobe_bound(0.5 / roughness.powi(4))
+}
+
+/// Direct light: a highlight that fills the image, as for sharp lobes. The bounce: a floor that mirrors a ceiling.
+fn smooth_facets(exam: &mut Examiner) -> Result<()> {
+    const ROUGHNESS: f64 = 0.03;
+    let mut scene = room();
+    for material in &mut scene.materials {
+        *material = facets([1.0, 0.9, 0.8], 1.0, ROUGHNESS);
+    }
+    let mut highlight = lit_by(&scene, vec![point_light(scene.camera.position_m)]);
+    highlight.camera.look_at_m = highlight.camera.position_m + DVec3::X;
+    highlight.camera.lens = Lens::FovY { fov_y_deg: 0.4 };
+    exam.direct("metal", &highlight, DIRECT_BOUND + facet_bound(ROUGHNESS))?;
+    for material in &mut scene.materials {
+        *material = facets([0.8, 0.5, 0.3], 0.0, ROUGHNESS);
+    }
+    exam.sums("dielectric", &scene, 24, facet_bound(ROUGHNESS))?;
+    let mut scene = mirror_under_ceiling();
+    scene.materials[COLOURED as usize] = facets([0.9, 0.8, 0.7], 1.0, ROUGHNESS);
     exam.bounce("ceiling in a floor", &scene)
+}
+
+fn facets_of_every_kind(exam: &mut Examiner) -> Result<()> {
+    let mut scene = room();
+    for (metallic, roughness) in [(1.0, 0.3), (0.0, 0.2), (0.5, 1.0)] {
+        let what = format!("metallic {metallic}, roughness {roughness}");
+        for material in &mut scene.materials {
+            *material = facets([0.9, 0.5, 0.2], metallic, roughness);
+        }
+        exam.direct(&what, &scene, DIRECT_BOUND + facet_bound(roughness))?;
+        exam.sums(&what, &scene, 24, facet_bound(roughness))?;
+        exam.bounce(&what, &scene)?;
+    }
+    // A metal beside a dielectric and a Phong lobe.
+    scene.materials = room().materials;
+    scene.materials[GREY as usize] = facets([0.6; 3], 0.0, 0.4);
+    scene.materials[COLOURED as usize] = facets([0.9, 0.6, 0.2], 1.0, 0.25);
+    exam.all("all together", &scene)
+}
+
+fn grazing_facets(exam: &mut Examiner) -> Result<()> {
+    let corner = dvec3(-1.0, 0.0, -1.0);
+    let [x, y, z] = DVec3::AXES.map(|axis| 2.0 * axis);
+    let meshes = vec![
+        quad("floor", corner, z, x, COLOURED),
+        quad("wall", corner, x, y, GREY),
+    ];
+    // Not lower: the reference finds light that a grazing beam throws far too seldom.
+    let light = point_light(dvec3(-0.2, 0.3, -0.2));
+    let mut scene = scene_of(meshes, light, dvec3(0.1, 0.2, 1.4), dvec3(0.0, 0.1, -1.0));
+    for (what, metallic) in [("dielectric", 0.0), ("metal", 1.0)] {
+        scene.materials[COLOURED as usize] = facets([0.7, 0.5, 0.4], metallic, 0.35);
+        exam.direct(what, &scene, DIRECT_BOUND + facet_bound(0.35))?;
+        exam.sums(what, &scene, 24, facet_bound(0.35))?;
+        exam.bounce(what, &scene)?;
+    }
+    Ok(())
 }
 
 /// A checkerboard of 0 and 1, and a texture of one texel, with coordinates up to 1000.

@@ -97,7 +97,7 @@ impl<'g> Gather<'g> {
         let plan = self.context.plan;
         let pipeline = self.context.pipelines.compute(Key::Gather {
             distribution: self.kernel.into(),
-            brdf: plan.brdf_of(range.is_glossy),
+            specular: range.is_glossy,
             lobes: if list.is_glossy {
                 Lobes::Glossy
             } else {
@@ -105,6 +105,7 @@ impl<'g> Gather<'g> {
             },
             frequencies: plan.frequencies(),
             sum: self.sum.into(),
+            microfacet: plan.has_microfacets,
         })?;
         let module = pipeline.module;
         let group_receivers = module.workgroup_size[0] * module.constant("RECEIVERS")?;

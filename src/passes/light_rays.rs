@@ -6,6 +6,7 @@ use super::{
     hits::HitScene,
     light::DeviceLight,
     trace::{Find, no_list},
+    vpl::vpl_layers,
     vpl_sampler::RayTable,
 };
 use crate::{
@@ -31,11 +32,7 @@ impl<A: Allocate> LightRays<A> {
     pub fn new(allocate: &A, plan: &Plan) -> Result<LightRays<A>> {
         let module = shade_key(plan).module();
         let columns = VPLS_PER_ROW;
-        let layers = if plan.is_specular {
-            "GLOSSY_VPL_LAYERS"
-        } else {
-            "VPL_LAYERS"
-        };
+        let layers = vpl_layers(plan);
         // Every light has at least one packet.
         let rays = MAX_LIGHT_RAYS + 1024 * plan.lights.len() as u32;
         let shape = ImageShape::plain([columns, rays.div_ceil(columns)]);

@@ -4,9 +4,8 @@ use super::textures::{Textures, halves_of_first_word};
 use crate::{
     Result, Scene,
     geometry::{Geometry, meshes_on_device},
-    model::Brdf,
     ray_tree::alpha_cutoff,
-    scene::{Material, Mesh, TextureLookup, TextureRole},
+    scene::{Material, Mesh, TextureLookup},
     vulkan::{
         Allocate, CommandPool, Resource, TexelList,
         shaders::constants::{HAS_COLORS, HAS_TANGENTS, HAS_VERTICES, MAP_TEXELS, MATERIAL_TEXELS},
@@ -187,6 +186,16 @@ fn add_vertices(
     ]
 }
 
+/// What maps multiply of a material's lobe, as `shaders/shared/brdf.wgsl` stores it.
+pub(super) fn lobe_texel(material: &Material) -> [f32; 4] {
+    let [r, g, b] = material.ks;
+    let texel = match &material.microfacets {
+        None => [r, g, b, material.shininess],
+        Some(of) => [of.dielectric_reflectance(), of.metallic, 0.0, -of.roughness],
+    };
+    texel.map(|number| number as f32)
+}
+
 /// The texels of a material in a block, and its HAS_ bits.
 fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 4]>, u32) {
     let is_shown = |lookup: &TextureLookup| match lookup.texcoord_set {
@@ -196,12 +205,23 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
     let mut has = 0;
     let mut maps = Vec::new();
     // The order is that of the shader, which has bits for all but the last.
-    for (i, (role, lookup)) in material.by_role().into_iter().enumerate() {
+    let of_lobe = match material.microfacets {
+        None => [material.ks_texture, material.shininess_texture],
+        Some(_) => [None, material.metallic_roughness_texture],
+    };
+    let maps_of_material = [
+        material.kd_texture,
+        of_lobe[0],
+        of_lobe[1],
+        material.normal_texture,
+        material.alpha_texture,
+    ];
+    for (i, lookup) in maps_of_material.into_iter().enumerate() {
         let Some(lookup) = lookup.filter(is_shown) else {
             maps.extend([[0.0; 4]; MAP_TEXELS as usize]);
             continue;
         };
-        let is_alpha = role == TextureRole::Alpha;
+        let is_alpha = i + 1 == maps_of_material.len();
         has |= if is_alpha { 0 } else { 1 << i };
         has |= HAS_VERTICES * lookup.texcoord_set;
         let place = match is_alpha {
@@ -224,9 +244,8 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
     if block.values.tangents {
         has |= HAS_TANGENTS | HAS_VERTICES;
     }
-    let Brdf { kd, lobe } = material.into();
-    let [red, green, blue] = kd.map(|kd| kd as f32);
-    let mut texels = vec![[red, green, blue, has as f32], lobe.texel()];
+    let [red, green, blue] = material.kd.map(|kd| kd as f32);
+    let mut texels = vec![[red, green, blue, has as f32], lobe_texel(material)];
     texels.extend(maps);
     texels.extend(block.vertices);
     (texels, has)

@@ -5,14 +5,13 @@ use std::sync::Arc;
 use super::{
     Context,
     instances::{self, Instances},
-    materials::Materials,
+    materials::{Materials, lobe_texel},
     textures::Textures,
 };
 use crate::{
     Result,
     geometry::{Geometry, GeometrySize, PlacedMesh},
     local_space::LocalSpace,
-    model::Brdf,
     plan::{Plan, is_detailed, surface_axis},
     scene::{Mesh, Scene, TextureLookup},
     vulkan::{
@@ -235,7 +234,6 @@ impl Lists {
                 materials.texel_and_has(materials.entry(index_in_geometry, material_index))
             });
             let shown = |lookup: &TextureLookup| mesh.shows(lookup);
-            let Brdf { kd, lobe } = material.into();
             self.ranges.push(Range {
                 first_triangle,
                 triangle_count: same.len() as u32,
@@ -244,9 +242,9 @@ impl Lists {
                 is_detailed: is_detailed(mesh, material),
                 has_cutouts: material.alpha_texture.filter(shown).is_some(),
                 draw: Draw {
-                    kd: kd.map(|kd| kd as f32),
+                    kd: material.kd.map(|kd| kd as f32),
                     instance_id: (instance_index + 1) as f32,
-                    lobe: lobe.texel(),
+                    lobe: lobe_texel(material),
                     material_id: (material_index + 1) as f32,
                     material: material_texel,
                     has,

@@ -54,7 +54,7 @@ pub(crate) struct RayList<A: Allocate = Device> {
     contributions: Option<A::Buffer>,
     is_for_host: bool,
     capacity: u32,
-    has_phasors: bool,
+    contribution_bytes: usize,
 }
 
 impl<A: Allocate> RayList<A> {
@@ -68,22 +68,27 @@ impl<A: Allocate> RayList<A> {
             true => BufferUse::Readback,
             false => BufferUse::Device,
         };
-        let has_phasors = plan.bounced_tof().is_some();
         let capacity = u64::from(plan.rays_at_once);
         let buffer =
             |name, bytes: usize, usage| allocate.buffer(name, capacity * bytes as u64, usage);
-        // Of the rays that lead to light; those to VPLs have one vector more, but there are as many rays that have none.
-        let contribution = if has_phasors { 32 } else { 16 };
-        let contributions = || buffer("contributions of rays", contribution, BufferUse::Device);
+        let contribution_bytes = contribution_bytes(plan);
+        let contributions =
+            || buffer("contributions of rays", contribution_bytes, BufferUse::Device);
         Ok(Some(RayList {
             rays: buffer("rays", size_of::<shaders::Ray>(), usage)?,
             hits: buffer("hits", size_of::<u32>(), usage)?,
             contributions: plan.has_final_gather().then(contributions).transpose()?,
             is_for_host,
             capacity: plan.rays_at_once,
-            has_phasors,
+            contribution_bytes,
         }))
     }
+}
+
+/// Of a ray that leads to light. Those to VPLs have one vector more, but there are as many rays that have none.
+fn contribution_bytes(plan: &Plan) -> usize {
+    let vectors = 1 + usize::from(plan.has_microfacets) + usize::from(plan.bounced_tof().is_some());
+    vectors * size_of::<[f32; 4]>()
 }
 
 impl RayList {
@@ -95,7 +100,7 @@ impl RayList {
             plan.tracer.map(|tracer| tracer == Tracer::Host) == Some(list.is_for_host)
                 && plan.rays_at_once == list.capacity
                 && plan.has_final_gather() == list.contributions.is_some()
-                && plan.bounced_tof().is_some() == list.has_phasors
+                && contribution_bytes(plan) == list.contribution_bytes
         });
         if !fits {
             *list = None;

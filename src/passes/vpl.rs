@@ -6,7 +6,7 @@ use crate::{
     plan::Plan,
     vulkan::{
         Allocate, Device, ImageShape, Recorder, Resource,
-        shaders::{Key, ListLengths, constants::VPLS_PER_ROW},
+        shaders::{Brdf, Key, ListLengths, constants::VPLS_PER_ROW},
     },
 };
 
@@ -40,11 +40,20 @@ impl<A: Allocate> VplLists<A> {
             matte: list("VPLs", "VPL_LAYERS")?,
             glossy: plan
                 .is_specular
-                .then(|| list("glossy VPLs", "GLOSSY_VPL_LAYERS"))
+                .then(|| list("glossy VPLs", vpl_layers(plan)))
                 .transpose()?,
             room_per_light: rows_per_light * columns,
             compactor: Compactor::new(allocate, texel_count)?,
         }))
+    }
+}
+
+/// The constant of shaders that counts the layers of VPLs that may have a lobe.
+pub(super) fn vpl_layers(plan: &Plan) -> &'static str {
+    match plan.brdf() {
+        Brdf::Lambert => "VPL_LAYERS",
+        Brdf::Specular => "PHONG_VPL_LAYERS",
+        Brdf::SpecularMicrofacet => "MICROFACET_VPL_LAYERS",
     }
 }
 

@@ -8,28 +8,30 @@ use crate::{
 
 impl Plan {
     pub(crate) fn brdf(&self) -> Brdf {
-        self.brdf_of(self.is_specular)
-    }
-
-    /// Of surfaces all of which may have a lobe, or none of which has.
-    pub(crate) fn brdf_of(&self, is_glossy: bool) -> Brdf {
-        match is_glossy {
-            true => Brdf::Specular,
-            false => Brdf::Lambert,
+        match (self.is_specular, self.has_microfacets) {
+            (_, true) => Brdf::SpecularMicrofacet,
+            (true, false) => Brdf::Specular,
+            (false, false) => Brdf::Lambert,
         }
     }
 
     /// The name of the BRDF for readers.
     pub(super) fn brdf_name(&self) -> &'static str {
-        if self.is_specular { "Phong" } else { "Lambert" }
+        match self.brdf() {
+            Brdf::Lambert => "Lambert",
+            Brdf::Specular => "Phong",
+            Brdf::SpecularMicrofacet => "microfacets",
+        }
     }
 
     /// Receivers all of which have a lobe, or none of which has.
     pub(crate) fn receiver(&self, is_glossy: bool) -> Receiver {
-        match (self.is_specular, is_glossy) {
+        match (self.brdf(), is_glossy) {
+            (Brdf::SpecularMicrofacet, true) => Receiver::SpecularMicrofacetGlossy,
+            (Brdf::SpecularMicrofacet, false) => Receiver::SpecularMicrofacetMatte,
             (_, true) => Receiver::SpecularGlossy,
-            (true, false) => Receiver::SpecularMatte,
-            (false, false) => Receiver::LambertMatte,
+            (Brdf::Specular, false) => Receiver::SpecularMatte,
+            (Brdf::Lambert, false) => Receiver::LambertMatte,
         }
     }
 

@@ -120,7 +120,7 @@ impl fmt::Display for Plan {
         let is_sum = self.bounce().is_some_and(|i| !i.is_final_gather());
         let has_maps = self.own_map_size().is_some() || !self.has_shadow_rays();
         for (is_there, what) in [
-            (self.is_specular, "specular terms: no material has k_s"),
+            (self.is_specular, "specular terms: no material has a lobe"),
             (self.is_smooth, "shading normals: no mesh has any"),
             (
                 self.is_textured,

@@ -44,6 +44,8 @@ pub struct Plan {
     pub resolution_px: [u32; 2],
     /// Some material has a specular lobe.
     pub is_specular: bool,
+    /// Some material is of microfacets.
+    pub has_microfacets: bool,
     /// Some mesh has shading normals.
     pub is_smooth: bool,
     /// Some visible material has a texture.
@@ -218,6 +220,8 @@ impl Plan {
         let distinct_meshes = scene.distinct_meshes();
         let meshes = || distinct_meshes.iter();
         let is_specular = |mesh: &Mesh| scene.has_material(mesh, Material::is_specular);
+        let has_microfacets =
+            |mesh: &Mesh| scene.has_material(mesh, |material| material.microfacets.is_some());
         let is_textured = meshes().any(|mesh| {
             let shows = |(_, lookup)| mesh.shows(&lookup);
             scene.has_material(mesh, |material| material.textures().any(shows))
@@ -270,6 +274,7 @@ impl Plan {
         let mut plan = Plan {
             resolution_px: scene.camera.resolution_px,
             is_specular: meshes().any(|mesh| is_specular(mesh)),
+            has_microfacets: meshes().any(|mesh| has_microfacets(mesh)),
             is_smooth: is_detailed || has_cutouts || meshes().any(|mesh| !mesh.normals.is_empty()),
             is_textured,
             is_detailed,

@@ -2,7 +2,7 @@
 
 use super::{
     Camera, Direct, Distortion, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
-    ParameterValue, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene, Sensor,
+    ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene, Sensor,
     SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight,
 };
 
@@ -253,6 +253,11 @@ impl Bytes {
             for value in reflectance.values {
                 self.numbers([*value]);
             }
+        }
+        let microfacets = material.microfacets.iter();
+        for (_, value) in microfacets.flat_map(Parameters::named_values) {
+            let number = value.and_then(ParameterValue::number);
+            self.numbers([number.unwrap_or_default()]);
         }
         self.numbers([material.alpha_cutoff]);
         for (role, lookup) in material.textures() {

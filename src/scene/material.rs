@@ -1,25 +1,29 @@
-//! Surface reflectance: modified Phong with an optional diffuse texture.
+//! Surface reflectance.
 
 use std::slice;
 
-use super::{Bands, Texels, TextureRole};
+use super::{Bands, MetallicRoughness, Texels, TextureRole};
 
-/// Modified Phong BRDF: f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s.
+/// Modified Phong BRDF: f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s. Or, if `microfacets` are given, a metallic-roughness surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     pub name: String,
-    /// k_d, diffuse reflectance per band, 0 to 1. Multiplied by the texture where there is one.
+    /// k_d, diffuse reflectance per band, 0 to 1. With microfacets, the base colour. Multiplied by the texture where there is one.
     pub kd: Bands,
     /// k_s, specular reflectance per band, 0 to 1.
     pub ks: Bands,
     /// s, the Phong exponent.
     pub shininess: f64,
+    /// A surface of microfacets, which has no k_s and no exponent.
+    pub microfacets: Option<MetallicRoughness>,
     /// Multiplies k_d. [`TextureSource`](super::TextureSource) makes textures for any role.
     pub kd_texture: Option<TextureLookup>,
     /// Multiplies k_s.
     pub ks_texture: Option<TextureLookup>,
-    /// Its red value multiplies s. Linear, as the two below are.
+    /// Its red value multiplies s. Linear, as those below are.
     pub shininess_texture: Option<TextureLookup>,
+    /// Its green value multiplies the roughness of microfacets, its blue value their metallic.
+    pub metallic_roughness_texture: Option<TextureLookup>,
     /// A normal map. Red, green and blue from 0 to 1 encode components of the shading normal from −1 to 1: along the direction in
     /// which u grows, along the one in which v grows, and along the mesh's normal.
     pub normal_texture: Option<TextureLookup>,
@@ -136,9 +140,11 @@ impl Material {
             kd,
             ks: [0.0; 3],
             shininess: 1.0,
+            microfacets: None,
             kd_texture: None,
             ks_texture: None,
             shininess_texture: None,
+            metallic_roughness_texture: None,
             normal_texture: None,
             alpha_texture: None,
             alpha_cutoff: 0.5,
@@ -152,21 +158,23 @@ impl Material {
     }
 
     /// The texture of each role.
-    pub fn by_role(&self) -> [(TextureRole, Option<TextureLookup>); 5] {
+    pub fn by_role(&self) -> [(TextureRole, Option<TextureLookup>); 6] {
         [
             (TextureRole::Kd, self.kd_texture),
             (TextureRole::Ks, self.ks_texture),
             (TextureRole::Shininess, self.shininess_texture),
+            (TextureRole::MetallicRoughness, self.metallic_roughness_texture),
             (TextureRole::Normal, self.normal_texture),
             (TextureRole::Alpha, self.alpha_texture),
         ]
     }
 
-    pub fn by_role_mut(&mut self) -> [(TextureRole, &mut Option<TextureLookup>); 5] {
+    pub fn by_role_mut(&mut self) -> [(TextureRole, &mut Option<TextureLookup>); 6] {
         [
             (TextureRole::Kd, &mut self.kd_texture),
             (TextureRole::Ks, &mut self.ks_texture),
             (TextureRole::Shininess, &mut self.shininess_texture),
+            (TextureRole::MetallicRoughness, &mut self.metallic_roughness_texture),
             (TextureRole::Normal, &mut self.normal_texture),
             (TextureRole::Alpha, &mut self.alpha_texture),
         ]
@@ -174,15 +182,17 @@ impl Material {
 
     /// The numbers of the BRDF, in the order of files.
     pub(crate) fn reflectance(&self) -> [Reflectance<'_>; 3] {
-        // Without `..`: hashes and files of scenes have what is here, the textures, and the cutoff.
+        // Without `..`: hashes and files of scenes have what is here, the microfacets, the textures, and the cutoff.
         let Material {
             name: _,
             kd,
             ks,
             shininess,
+            microfacets: _,
             kd_texture: _,
             ks_texture: _,
             shininess_texture: _,
+            metallic_roughness_texture: _,
             normal_texture: _,
             alpha_texture: _,
             alpha_cutoff: _,
@@ -210,13 +220,13 @@ impl Material {
         self.textures().next().is_some()
     }
 
-    /// Whether the material has a specular term.
+    /// Whether the material has a specular lobe.
     pub fn is_specular(&self) -> bool {
-        self.ks.iter().any(|&ks| ks > 0.0)
+        self.microfacets.is_some() || self.ks.iter().any(|&ks| ks > 0.0)
     }
 }
 
-/// An image of k_d, k_s, s, normals or alpha. It has no mip levels: pixels are point samples, as in the reference.
+/// An image of values of surfaces. It has no mip levels: pixels are point samples, as in the reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     pub name: String,

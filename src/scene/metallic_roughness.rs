@@ -1,43 +1,39 @@
-//! Metallic-roughness materials, as modified Phong.
+//! Surfaces of microfacets, as in glTF 2.0.
 
-use super::Bands;
+use super::{
+    Limits,
+    parameters::{check_limits, parameters},
+    validate::Part,
+};
+use crate::Result;
 
-/// The parameters of a glTF surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MetallicRoughness {
-    /// Linear, 0 to 1.
-    pub base_color: Bands,
-    /// 0 to 1.
-    pub metallic: f64,
-    /// 0 to 1.
-    pub roughness: f64,
+const SHARE: Limits = Limits::between(0.0, 1.0, "give a share from 0 to 1");
+
+parameters! {
+    /// A metallic-roughness surface, as in glTF 2.0: a Lambert base under microfacets (GGX). Metal reflects its base colour in the lobe and
+    /// nothing else.
+    pub struct MetallicRoughness {
+        /// Share of the surface that is metal.
+        metallic: f64 = 0.0, SHARE;
+        /// How rough the surface is, to the eye. α of the facets is its square.
+        roughness: f64 = 1.0, Limits::between(SMOOTHEST, 1.0, "give a roughness from 0.03 to 1: a smoother surface is a mirror, which is not modelled"); needs "roughness = 0.4";
+        /// Index of refraction where the surface is no metal. It reflects ((n−1)/(n+1))² straight on.
+        ior: f64 = 1.5, Limits::between(1.0, 10.0, "give an index of refraction from 1 to 10, such as 1.5");
+        /// Factor of what the surface reflects straight on where it is no metal.
+        specular: f64 = 1.0, SHARE;
+    }
 }
 
-/// Reflectance of a dielectric at normal incidence, for an index of refraction of 1.5.
-const DIELECTRIC: f64 = 0.04;
-/// The smallest roughness. A smoother lobe is narrower than a pixel.
-const SMOOTHEST: f64 = 0.03;
+/// The smallest roughness. A smoother lobe is narrower than f32 directions can express.
+pub(crate) const SMOOTHEST: f64 = 0.03;
 
 impl MetallicRoughness {
-    /// k_d, k_s and the exponent of modified Phong. F is the reflectance at normal incidence and α = roughness². The lobe gets a share of
-    /// F, and a width around the mirror direction; the rest of what a rough surface reflects is diffuse. The numbers are fitted to GGX
-    /// metals under light from 0 to 90° off the view (`benches/peers/run --gltf-materials` measures the fit). There is no Fresnel term:
-    /// towards grazing angles dielectrics reflect more than this.
-    pub fn as_phong(&self) -> (Bands, Bands, f64) {
-        let metallic = self.metallic.clamp(0.0, 1.0);
-        let roughness = self.roughness.clamp(SMOOTHEST, 1.0);
-        // (n·h)^m of microfacets. The angle to h is half the angle to the mirror direction.
-        let exponent = (2.0 / roughness.powi(4) - 2.0) / 4.0;
-        let diffuse = (0.14 + 0.36 * roughness.powi(2)).min(0.4);
-        let lobe = 0.84 * (1.0 - roughness.powi(4)).powf(3.5);
-        let straight_on = |base: f64| DIELECTRIC + metallic * (base - DIELECTRIC);
-        let kd =
-            |base: f64| base * (1.0 - metallic) * (1.0 - DIELECTRIC) + diffuse * straight_on(base);
-        let ks = |base: f64| lobe * straight_on(base);
-        (
-            self.base_color.map(kd),
-            self.base_color.map(ks),
-            1.3 * exponent + 0.8,
-        )
+    /// F_0 where the surface is no metal.
+    pub fn dielectric_reflectance(&self) -> f64 {
+        self.specular * ((self.ior - 1.0) / (self.ior + 1.0)).powi(2)
+    }
+
+    pub(super) fn validate(&self, part: &Part) -> Result<()> {
+        check_limits(part, self)
     }
 }

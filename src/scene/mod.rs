@@ -53,6 +53,7 @@ pub use material::{Filter, Material, Texture, TextureLookup, Wrap};
 pub use mesh::Mesh;
 pub use mesh_file::{MeshFile, MeshOptions};
 pub use metallic_roughness::MetallicRoughness;
+pub(crate) use metallic_roughness::SMOOTHEST;
 pub use parameters::{Limits, Parameter, ParameterKind, ParameterValue, Parameters};
 pub(crate) use pattern::{Measured, place};
 pub use pattern::{Pattern, PatternAxes};

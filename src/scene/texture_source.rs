@@ -12,6 +12,7 @@ pub enum TextureRole {
     Kd,
     Ks,
     Shininess,
+    MetallicRoughness,
     Normal,
     Alpha,
 }
@@ -41,6 +42,7 @@ impl TextureRole {
             TextureRole::Kd => "kd_texture",
             TextureRole::Ks => "ks_texture",
             TextureRole::Shininess => "shininess_texture",
+            TextureRole::MetallicRoughness => "metallic_roughness_texture",
             TextureRole::Normal => "normal_texture",
             TextureRole::Alpha => "alpha_texture",
         }
@@ -177,7 +179,7 @@ impl TextureSource {
     pub fn in_role(&self, role: TextureRole) -> Shared<Texture> {
         let texture = match role {
             TextureRole::Kd | TextureRole::Ks => self.reflectance(),
-            TextureRole::Normal => self.linear(),
+            TextureRole::Normal | TextureRole::MetallicRoughness => self.linear(),
             TextureRole::Shininess => self.brightness(),
             TextureRole::Alpha => self.grey_alpha(),
         };
@@ -334,7 +336,7 @@ mod tests {
     use super::*;
     use TextureRole::*;
 
-    const ROLES: [TextureRole; 5] = [Kd, Ks, Shininess, Normal, Alpha];
+    const ROLES: [TextureRole; 6] = [Kd, Ks, Shininess, MetallicRoughness, Normal, Alpha];
 
     fn source(texels: Texels, encoding: Option<Encoding>, alpha: Option<Vec<u8>>) -> TextureSource {
         let texture = Texture {
@@ -352,14 +354,14 @@ mod tests {
             let source = source(texels(), encoding, Some(vec![7, 9]));
             ROLES.map(|role| source.in_role(role).texels.is_srgb())
         };
-        assert_eq!(encodings(None), [true, true, false, false, false]);
-        assert_eq!(encodings(Some(Encoding::Linear)), [false; 5]);
+        assert_eq!(encodings(None), [true, true, false, false, false, false]);
+        assert_eq!(encodings(Some(Encoding::Linear)), [false; 6]);
         // What is refused stays sRGB. Alpha is linear whatever the colours are.
         let half = source(Texels::F32(vec![[0.5; 3]]), Some(Encoding::Srgb), None);
         let refused = ROLES.map(|role| half.contradicts(role));
-        assert_eq!(refused, [false, false, true, true, true]);
+        assert_eq!(refused, [false, false, true, true, true, true]);
         let named = encodings(Some(Encoding::Srgb));
-        assert_eq!(named, [true, true, true, true, false]);
+        assert_eq!(named, [true, true, true, true, true, false]);
     }
 
     #[test]

@@ -48,6 +48,14 @@ impl Material {
                 _ => part.require(is_fine, format_args!("{name} is {values:?}"), hint)?,
             }
         }
+        if let Some(microfacets) = &self.microfacets {
+            microfacets.validate(&part)?;
+            part.require(
+                self.ks == [0.0; 3],
+                "has microfacets and ks",
+                "give one of them: ks and shininess describe a Phong lobe",
+            )?;
+        }
         part.require(
             (0.0..=1.0).contains(&self.alpha_cutoff),
             format_args!("alpha_cutoff is {}", self.alpha_cutoff),

@@ -65,15 +65,14 @@ impl Errors {
         self.geometric_normal = self
             .geometric_normal
             .max(seen.geometric_normal.distance(hit.normal));
-        for band in 0..3 {
+        let [r, g, b, shininess] = seen.brdf.lobe.texel().map(f64::from);
+        for (band, ks) in [r, g, b].into_iter().enumerate() {
             self.kd = self.kd.max((seen.brdf.kd[band] - surface.kd[band]).abs());
-            self.ks = self
-                .ks
-                .max((seen.brdf.lobe.ks[band] - surface.ks[band]).abs());
+            self.ks = self.ks.max((ks - surface.ks[band]).abs());
         }
         let is_specular = surface.ks.iter().any(|&ks| ks > 0.0);
         if is_specular {
-            let off = (seen.brdf.lobe.shininess - surface.shininess).abs();
+            let off = (shininess - surface.shininess).abs();
             self.shininess = self.shininess.max(off / surface.shininess.max(1.0));
         }
         Some(hit)

@@ -7,7 +7,9 @@ use crate::common::gpu::Gpu;
 use crate::common::rows::assert_says;
 use crate::common::scene_folder::SceneFolder;
 use camlux::Scene;
-use camlux::scene::{Lens, Light, MetallicRoughness, Profile, Texels, TextureLookup};
+use camlux::scene::{
+    Encoding, Lens, Light, MetallicRoughness, Profile, Texels, TextureLookup,
+};
 use glam::{DQuat, DVec3};
 
 const HEAD: &str = "[camera]
@@ -130,24 +132,12 @@ fn a_scene_is_that_of_the_obj_bit_for_bit() {
     let mut gpu = Gpu::open();
     let folder = SceneFolder::new();
     let sheet = sheet(0.4);
-    // The Phong material that the mapping makes of the rough dielectric in the glTF file.
-    let (kd, ks, shininess) = MetallicRoughness {
-        base_color: [1.0; 3],
-        metallic: 0.0,
-        roughness: 0.5,
-    }
-    .as_phong();
-    let numbers = |bands: [f64; 3]| bands.map(|band| format!("{band:?}")).join(" ");
     folder
         .write("sheet.obj", sheet.obj())
         .write("checkered.png", checkered_png())
         .write(
             "sheet.mtl",
-            format!(
-                "newmtl textured\nKd {}\nKs {}\nNs {shininess:?}\nmap_Kd checkered.png\n",
-                numbers(kd),
-                numbers(ks)
-            ),
+            "newmtl textured\nKd 1 1 1\nPr 0.5\nmap_Kd checkered.png\n",
         );
     let mut builder = GltfBuilder::default();
     let image = builder.view(&checkered_png());
@@ -289,41 +279,6 @@ fn nodes_place_meshes_lights_and_cameras() {
 
 #[test]
 fn materials_are_mapped() {
-    let phong = |metallic, roughness| {
-        let base_color = [0.8, 0.5, 0.2];
-        MetallicRoughness {
-            base_color,
-            metallic,
-            roughness,
-        }
-        .as_phong()
-    };
-    // Rough surfaces are diffuse, smooth metals are specular, and none reflects more than it receives.
-    let (kd, ks, _) = phong(0.0, 1.0);
-    assert!((0..3).all(|i| ks[i] == 0.0 && (kd[i] - [0.784, 0.496, 0.208][i]).abs() < 1e-12));
-    let (kd, ks, _) = phong(1.0, 0.1);
-    assert!((0..3).all(|i| ks[i] > 0.8 * [0.8, 0.5, 0.2][i] && kd[i] < 0.2 * [0.8, 0.5, 0.2][i]));
-    for metallic in [0.0, 0.5, 1.0] {
-        for roughness in 0..=20 {
-            let (kd, ks, _) = MetallicRoughness {
-                base_color: [1.0; 3],
-                metallic,
-                roughness: f64::from(roughness) / 20.0,
-            }
-            .as_phong();
-            assert!(
-                kd[0] + ks[0] <= 1.0,
-                "{metallic} {roughness}: {kd:?} {ks:?}"
-            );
-        }
-    }
-    // The lobe narrows as roughness falls, but its exponent stays finite.
-    let widths = [1.0, 0.7, 0.4, 0.1, 0.0].map(|roughness| phong(0.5, roughness).2);
-    assert!(
-        widths.is_sorted_by(|a, b| a < b) && widths[4].is_finite(),
-        "{widths:?}"
-    );
-
     let folder = SceneFolder::new();
     let mut builder = GltfBuilder::default();
     let mut png = |texel: fn(u32) -> [u8; 4]| {
@@ -352,21 +307,20 @@ fn materials_are_mapped() {
     .unwrap();
     let material = &scene.materials[1];
     assert_eq!(material.name, "leaf");
+    assert_eq!(material.kd, [0.5, 1.0, 1.0]);
     let expected = MetallicRoughness {
-        base_color: [0.5, 1.0, 1.0],
-        metallic: 0.2,
-        roughness: 0.5,
+        metallic: 1.0,
+        roughness: 1.0,
+        ..MetallicRoughness::DEFAULT
     };
-    let (kd, ks, shininess) = expected.as_phong();
-    let near = |a: f64, b: f64| (a - b).abs() < 1e-6 * b.abs().max(1.0);
-    assert!((0..3).all(|i| near(material.kd[i], kd[i]) && near(material.ks[i], ks[i])));
-    assert!(
-        near(material.shininess, shininess),
-        "{}",
-        material.shininess
-    );
+    assert_eq!(material.microfacets, Some(expected));
     let texture = |lookup: Option<TextureLookup>| &scene.textures[lookup.unwrap().texture].texels;
     assert_eq!(texture(material.kd_texture).len(), 2);
+    // Roughness in green, metallic in blue, as they are.
+    let Texels::U8(facets, Encoding::Linear) = texture(material.metallic_roughness_texture) else {
+        panic!("linear bytes")
+    };
+    assert_eq!(facets[..], [[0, 0, 51], [0, 255, 51]]);
     // 60/255 is above the cutoff of 0.2, so no texel is cut out.
     assert!(material.alpha_texture.is_none());
     let Texels::F32(normals) = texture(material.normal_texture) else {
@@ -385,6 +339,19 @@ fn materials_are_mapped() {
     let blended = file(r#""alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.5]},"emissiveFactor":[1,1,1]"#).unwrap();
     let warnings = blended.warnings().join("\n");
     assert_says(&warnings, &["BLEND", "emissive"]);
+    let smooth = file(
+        r#""pbrMetallicRoughness":{"roughnessFactor":0.01,"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":1.3},
+        "KHR_materials_specular":{"specularFactor":0.5}}"#,
+    );
+    let smooth = smooth.unwrap();
+    let expected = MetallicRoughness {
+        metallic: 0.0,
+        roughness: 0.03,
+        ior: 1.3,
+        specular: 0.5,
+    };
+    assert_eq!(smooth.materials[1].microfacets, Some(expected));
+    assert_says(&smooth.warnings().join("\n"), &["roughness below 0.03"]);
     let other_set = file(r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}}"#);
     let message = other_set.unwrap_err().to_string();
     assert_says(&message, &["TEXCOORD_1", "material \"leaf\""]);

@@ -7,9 +7,10 @@ use crate::common::reference_frame::add_rounds;
 use crate::common::rooms::{floor, quad, scene_of};
 use camlux::{
     Scene,
+    model::Brdf,
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Lens, Light, Material, Mesh},
+    scene::{Lens, Light, Material, Mesh, MetallicRoughness},
 };
 use glam::{DQuat, DVec3};
 
@@ -179,6 +180,49 @@ fn phong_lobes_under_uniform_light() {
                 &sampled,
                 expected,
             );
+        }
+    }
+}
+
+/// The same for facets, by the formula of the model in f64 and a quadrature over h.
+#[test]
+fn facets_under_uniform_light() {
+    let side = 1e-3;
+    let corner = DVec3::new(0.5, -0.5 * side, -0.5 * side);
+    let patch = quad("patch", corner, side * DVec3::Y, side * DVec3::Z, 1);
+    for (metallic, roughness) in [(1.0, 0.03), (1.0, 0.4), (0.0, 0.1), (0.3, 1.0)] {
+        for sine in [0.0, 0.5, 0.95] {
+            let to_camera = DVec3::new(-f64::sqrt(1.0 - sine * sine), 0.0, sine);
+            let centre = DVec3::new(0.5, 0.0, 0.0);
+            let mut scene = lit_sphere(vec![patch.clone()], centre + 0.1 * to_camera);
+            scene.materials[1] = Material {
+                microfacets: Some(MetallicRoughness {
+                    metallic,
+                    roughness,
+                    ..MetallicRoughness::DEFAULT
+                }),
+                ..Material::lambert("facets", [0.6; 3])
+            };
+            let sampled = sample_with(&scene, centre, FEW);
+            let brdf = Brdf::from(&scene.materials[1]);
+            let lobe = Brdf { kd: [0.0; 3], ..brdf };
+            let alpha = roughness * roughness;
+            let reflected = unit_square(1e-6, |u, v| {
+                // u is the share of facets nearer to the normal: tan²θ = α²·u/(1−u).
+                let tangent = alpha * (u / (1.0 - u)).sqrt();
+                let cosine = (1.0 + tangent * tangent).sqrt().recip();
+                let (sin_turn, cos_turn) = (2.0 * PI * v).sin_cos();
+                let h = DVec3::new(-1.0, cos_turn * tangent, sin_turn * tangent) * cosine;
+                let l = 2.0 * h.dot(to_camera) * h - to_camera;
+                if l.x >= 0.0 || h.dot(to_camera) <= 0.0 {
+                    return 0.0;
+                }
+                let density = alpha * alpha
+                    / (PI * cosine.powi(3) * (alpha * alpha + tangent * tangent).powi(2));
+                lobe.eval(l, DVec3::NEG_X, to_camera)[0] * -l.x * 4.0 * h.dot(to_camera) / density
+            });
+            let what = format!("metallic {metallic}, roughness {roughness}, sin = {sine}");
+            assert_agrees(&what, &sampled, 0.5 * (brdf.kd[0] + reflected));
         }
     }
 }

@@ -93,15 +93,17 @@ fn around(
         .iter()
         .map(|other| vector(other.position).distance_squared(vector(own.position)))
         .fold(f64::INFINITY, f64::min);
-    let is_glossy = |ks: [f64; 3]| ks.iter().any(|&k| k > 0.0);
+    // k_s and s.
+    let texel = |pixel: &GatheredPixel| pixel.lobe.texel();
+    let is_glossy = |[r, g, b, _]: [f32; 4]| r.max(g).max(b) > 0.0;
     let mut around = Vec::new();
     for [dx, dy] in (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy])) {
         let other = at(pixels, options, [x + stride * dx, y + stride * dy]);
         let Some(other) = other.filter(|other| other.packets > 0) else {
             continue;
         };
-        let is_one_lobe = own.lobe.shininess == other.lobe.shininess
-            && is_glossy(own.lobe.ks) == is_glossy(other.lobe.ks);
+        let is_one_lobe = texel(&own)[3] == texel(&other)[3]
+            && is_glossy(texel(&own)) == is_glossy(texel(&other));
         if options.is_specular && !is_one_lobe {
             continue;
         }
@@ -261,7 +263,7 @@ fn the_fit_matches_the_model() {
                 pixel.packets = [0, 1, 1, 2, 3, 3, 4, 9][random.usize(..8)];
                 pixel.lobe = match random.usize(..4) {
                     0 => Lobe::default(),
-                    _ => Lobe {
+                    _ => Lobe::Phong {
                         ks: [0.4, 0.3, 0.2],
                         shininess: 20.0,
                     },

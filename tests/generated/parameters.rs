@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use camlux::scene::{
-    FinalGather, IndirectLight, InstantRadiosity, Limits, Parameter, ParameterKind, ParameterValue,
+    FinalGather, IndirectLight, InstantRadiosity, Limits, MetallicRoughness, Parameter, ParameterKind, ParameterValue,
     Parameters, RsmAverage, Sensor, SensorNoise,
 };
 
@@ -105,12 +105,14 @@ fn the_python_classes_are_those_of_the_parameters() {
         python_class("Sensor", &Sensor::DEFAULT, ""),
         python_class("SensorNoise", &SensorNoise::DEFAULT, ""),
     ];
+    let microfacets = python_class("MetallicRoughness", &MetallicRoughness::DEFAULT, "");
     let estimators = [
         python_estimator("FinalGather", &FinalGather::DEFAULT, &gather),
         python_estimator("RsmAverage", &RsmAverage::DEFAULT, &average),
         python_estimator("InstantRadiosity", &InstantRadiosity::DEFAULT, &radiosity),
     ];
     for (what, made) in [
+        ("microfacets", microfacets),
         ("sensor", sensor.concat()),
         ("indirect light", estimators.concat()),
     ] {
@@ -165,6 +167,7 @@ fn the_tables_of_scene_files_are_those_of_the_parameters() {
         ("rsm-average", keys(&RsmAverage::DEFAULT)),
         ("instant-radiosity", keys(&InstantRadiosity::DEFAULT)),
         ("[tof.noise]", keys(&SensorNoise::DEFAULT)),
+        ("microfacets", keys(&MetallicRoughness::DEFAULT)),
     ] {
         let lines = [
             format!("<!-- keys of {what}: from the rows of src/scene -->"),

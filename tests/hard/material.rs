@@ -10,6 +10,9 @@ hard_cases! {
     shininess_of_ten_thousand,
     shininess_of_a_million,
     glossy_seen_in_glossy,
+    facets_almost_smooth,
+    facets_of_every_kind,
+    light_that_grazes_facets,
     texture_of_black_and_white,
     reflects_more_than_it_receives,
 }

@@ -16,7 +16,7 @@ const UNIT_SPHERE: BoundingSphere = BoundingSphere {
     radius_m: 1.0,
 };
 
-const NO_LOBE: Lobe = Lobe {
+const NO_LOBE: Lobe = Lobe::Phong {
     ks: [0.0; 3],
     shininess: 1.0,
 };

@@ -113,6 +113,8 @@ pub(super) enum TextureUse {
     Alpha(u64),
     /// A grey factor, such as of the shininess.
     Factor,
+    /// The channels as they are, each a factor.
+    Factors,
 }
 
 impl MeshFile {

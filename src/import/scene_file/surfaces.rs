@@ -6,9 +6,12 @@ use crate::exr_decode::decode_file;
 use crate::import::texture;
 use crate::keys::{Keys, Value};
 use crate::scene::{
-    Encoding, Filter, Material, Shared, Texels, Texture, TextureLookup, TextureSource, Wrap,
+    Encoding, Filter, Material, MetallicRoughness, Parameters, Shared, Texels, Texture,
+    TextureLookup, TextureSource, Wrap,
 };
 use crate::{Error, Result};
+
+use super::value_of;
 
 /// Reads a `[[texture]]` table. Its role decides what is read, unless the table names an encoding.
 pub(super) fn texture(mut keys: Keys, folder: &Path) -> Result<TextureSource> {
@@ -62,24 +65,50 @@ fn float_texture(path: &Path, named_at: &str) -> Result<Texture> {
 
 /// Reads a `[material.KEY]` table. `textures`: the number of `[[texture]]` tables.
 pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<Material> {
-    keys.only(&[
-        "kd",
-        "ks",
-        "shininess",
-        "name",
+    let of_microfacets = MetallicRoughness::PARAMETERS.iter();
+    let of_microfacets = Vec::from_iter(of_microfacets.map(|parameter| parameter.name));
+    let textures_of_any = [
         "kd_texture",
         "ks_texture",
         "shininess_texture",
+        "metallic_roughness_texture",
         "normal_texture",
         "alpha_texture",
-        "alpha_cutoff",
-    ])?;
+    ];
+    let mut known = vec!["kd", "ks", "shininess", "base_color", "name", "alpha_cutoff"];
+    known.extend(textures_of_any);
+    known.extend(&of_microfacets);
+    keys.only(&known)?;
     let name = keys.optional("name", |name| Ok(name.text()?.to_owned()))?;
-    let kd = keys.need("kd", "kd = 0.8 or kd = [r, g, b]")?.bands()?;
+    let base_color = keys.optional("base_color", Value::bands)?;
+    let (others, problem, hint): (&[&str], _, _) = match base_color {
+        None => (
+            &[&of_microfacets[..], &["metallic_roughness_texture"]].concat(),
+            "is of a surface of microfacets, which has a base_color",
+            "add base_color = 0.8, and remove kd, ks and shininess; or remove it",
+        ),
+        Some(_) => (
+            &["kd", "ks", "shininess", "ks_texture", "shininess_texture"],
+            "is of a Phong lobe, and base_color of a surface of microfacets",
+            "remove it, or base_color",
+        ),
+    };
+    for key in others {
+        keys.refuse(key, problem, hint)?;
+    }
+    let kd = match base_color {
+        Some(base_color) => base_color,
+        None => keys.need("kd", "kd = 0.8 or kd = [r, g, b]")?.bands()?,
+    };
     let mut material = Material::lambert(name.unwrap_or(key), kd);
+    if base_color.is_some() {
+        let mut microfacets = MetallicRoughness::DEFAULT;
+        microfacets.read(|parameter| value_of(parameter, &mut keys))?;
+        material.microfacets = Some(microfacets);
+    }
     material.ks = keys.optional("ks", Value::bands)?.unwrap_or_default();
     // A default exponent of 1 would silently give a very wide lobe.
-    if material.is_specular() {
+    if material.microfacets.is_none() && material.is_specular() {
         let shininess = keys.need("shininess", "shininess = 20.0, the exponent of ks")?;
         material.shininess = shininess.number()?;
     } else if let Some(shininess) = keys.optional("shininess", Value::number)? {

@@ -34,8 +34,10 @@ pub(super) const WITHOUT_MEANING: [&str; 15] = [
 ];
 
 /// Extensions that a file may require.
-pub(super) const KNOWN_EXTENSIONS: [&str; 5] = [
+pub(super) const KNOWN_EXTENSIONS: [&str; 7] = [
     "KHR_lights_punctual",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     "EXT_texture_webp",
@@ -84,6 +86,9 @@ kinds! {
     MATERIAL "materials": "name" "extensions" "extras" "pbrMetallicRoughness" "normalTexture" "occlusionTexture" "emissiveTexture"
         "emissiveFactor" "alphaMode" "alphaCutoff" "doubleSided";
     PBR "materials": "baseColorFactor" "baseColorTexture" "metallicFactor" "roughnessFactor" "metallicRoughnessTexture" "extensions"
+        "extras";
+    IOR "KHR_materials_ior": "ior" "extensions" "extras";
+    SPECULAR "KHR_materials_specular": "specularFactor" "specularTexture" "specularColorFactor" "specularColorTexture" "extensions"
         "extras";
     MESH "meshes": "primitives" "weights" "name" "extensions" "extras";
     PRIMITIVE "primitives": "attributes" "indices" "material" "mode" "targets" "extensions" "extras";

@@ -1,4 +1,4 @@
-//! Converts metallic-roughness materials to modified Phong.
+//! Reads metallic-roughness materials.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use super::file::GltfFile;
 use super::surface::{self, AlphaMode, TextureInfo};
 use crate::import::mesh::{Assets, TextureUse};
 use crate::import::texture;
-use crate::scene::{Material, MetallicRoughness, Texture, TextureLookup};
+use crate::scene::{Material, MetallicRoughness, SMOOTHEST, Texture, TextureLookup};
 use crate::{Error, Result};
 
 /// A material of the file in the scene.
@@ -68,40 +68,38 @@ impl Conversion<'_> {
             Cutout::Below(lookup, cutoff) => (Some(lookup), cutoff),
         };
         let [r, g, b, _] = material.base_color;
-        let mut surface = MetallicRoughness {
-            base_color: [r, g, b],
-            metallic: material.metallic,
-            roughness: material.roughness,
-        };
         let kd_texture = self.lookup(assets, material.base_texture, TextureUse::Reflectance)?;
         let scale = material.normal_texture.map_or(1.0, |info| info.scale);
         let use_of = TextureUse::Normals(scale.to_bits(), false);
         let normal_texture = self.lookup(assets, material.normal_texture, use_of)?;
-        if let Some(info) = material.metallic_roughness_texture
-            && let Some([roughness, metallic]) = self.means_of_texture(&info)?
-        {
-            surface.roughness *= roughness;
-            surface.metallic *= metallic;
+        let of_facets = material.metallic_roughness_texture;
+        let sets = material.texcoord_sets();
+        let has_set = |info: &TextureInfo| sets.contains(&info.texcoord_set);
+        if !of_facets.iter().all(has_set) {
+            file.leave_out("a metallicRoughnessTexture with a third set of texture coordinates");
         }
-        // Without a diffuse part, the texture multiplies all that is reflected.
-        let is_metal = surface.metallic >= 1.0;
-        if kd_texture.is_some() && surface.metallic > 0.0 && !is_metal {
-            file.leave_out("baseColorTexture in the lobe of metals: it colours only the diffuse part, and baseColorFactor colours the lobe");
-        }
+        let of_facets = of_facets.filter(has_set);
+        let metallic_roughness_texture = self.lookup(assets, of_facets, TextureUse::Factors)?;
         if material.is_emissive {
             file.leave_out("emissive surfaces: they give no light");
         }
-        let (kd, ks, shininess) = surface.as_phong();
-        file.leave_out("the Fresnel term and the microfacets of metallic-roughness materials, which are modified Phong here");
+        let microfacets = MetallicRoughness {
+            metallic: material.metallic.clamp(0.0, 1.0),
+            roughness: material.roughness.clamp(SMOOTHEST, 1.0),
+            ior: material.ior.clamp(1.0, 10.0),
+            specular: material.specular.clamp(0.0, 1.0),
+        };
+        if material.roughness < SMOOTHEST {
+            file.leave_out("a roughness below 0.03: the surface is as rough as that");
+        }
         let material = Material {
-            ks,
-            shininess,
+            microfacets: Some(microfacets),
             kd_texture,
-            ks_texture: kd_texture.filter(|_| is_metal && ks != [0.0; 3]),
+            metallic_roughness_texture,
             normal_texture,
             alpha_texture: cutoff_texture,
             alpha_cutoff,
-            ..Material::lambert(name, kd)
+            ..Material::lambert(name, [r, g, b])
         };
         let index = assets.push_material(material, self.place.clone());
         Ok(Converted::Visible(index))
@@ -227,6 +225,7 @@ impl Conversion<'_> {
         let decoded = self.decoded(image)?;
         Ok(match use_of {
             TextureUse::Reflectance | TextureUse::Factor => Some(texture::of_image(name, decoded)),
+            TextureUse::Factors => Some(texture::of_image(name, decoded).into_linear()),
             TextureUse::Normals(strength, _) => {
                 let texture = texture::of_image(name, decoded);
                 let strength = f64::from_bits(*strength);
@@ -248,25 +247,5 @@ impl Conversion<'_> {
             let problem = format!("cannot read image {index}: {problem}");
             Error::scene(&self.place, problem, texture::GIVE_IMAGE)
         })
-    }
-
-    /// The means of the roughness and metal channels.
-    fn means_of_texture(&self, info: &TextureInfo) -> Result<Option<[f64; 2]>> {
-        let Some((index, _)) = self.image(Some(*info))? else {
-            return Ok(None);
-        };
-        let image = self.decoded(index)?.into_rgb8();
-        let texels = image.as_raw().as_chunks::<3>().0;
-        if texels.iter().any(|texel| texel[1..] != texels[0][1..]) {
-            self.file.leave_out(
-                "the variation in metallicRoughnessTexture: the whole surface gets its mean",
-            );
-        }
-        let count = f64::from(u8::MAX) * texels.len().max(1) as f64;
-        let sum = |channel: usize| {
-            let values = texels.iter().map(|texel| f64::from(texel[channel]));
-            values.sum::<f64>()
-        };
-        Ok(Some([1, 2].map(|channel| sum(channel) / count)))
     }
 }

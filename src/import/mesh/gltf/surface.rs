@@ -48,6 +48,10 @@ pub(super) struct Material {
     pub base_texture: Option<TextureInfo>,
     pub metallic: f64,
     pub roughness: f64,
+    /// Index of refraction, of `KHR_materials_ior`.
+    pub ior: f64,
+    /// The factor of `KHR_materials_specular`.
+    pub specular: f64,
     pub metallic_roughness_texture: Option<TextureInfo>,
     pub normal_texture: Option<TextureInfo>,
     pub alpha_mode: AlphaMode,
@@ -64,6 +68,8 @@ impl Default for Material {
             base_texture: None,
             metallic: 1.0,
             roughness: 1.0,
+            ior: 1.5,
+            specular: 1.0,
             metallic_roughness_texture: None,
             normal_texture: None,
             alpha_mode: AlphaMode::Opaque,
@@ -74,13 +80,20 @@ impl Default for Material {
 }
 
 impl Material {
-    /// The sets of texture coordinates that it uses, in order: two at most, one for each texture.
+    /// The sets of texture coordinates that it uses, in order: the first two of its textures.
     pub fn texcoord_sets(&self) -> Vec<usize> {
-        let infos = [self.base_texture, self.normal_texture];
-        let sets = infos.iter().flatten().map(|info| info.texcoord_set);
-        let mut sets: Vec<usize> = sets.collect();
+        let infos = [
+            self.base_texture,
+            self.normal_texture,
+            self.metallic_roughness_texture,
+        ];
+        let mut sets: Vec<usize> = Vec::new();
+        for set in infos.iter().flatten().map(|info| info.texcoord_set) {
+            if sets.len() < 2 && !sets.contains(&set) {
+                sets.push(set);
+            }
+        }
         sets.sort_unstable();
-        sets.dedup();
         sets
     }
 }
@@ -172,6 +185,14 @@ pub(super) fn material(mut keys: Record) -> Parsed<Material> {
         }
         None => None,
     };
+    let ior = match keys.extension("KHR_materials_ior", &keys::IOR)? {
+        Some(mut ior) => ior.number("ior")?.unwrap_or(default.ior),
+        None => default.ior,
+    };
+    let specular = match keys.extension("KHR_materials_specular", &keys::SPECULAR)? {
+        Some(mut of) => of.number("specularFactor")?.unwrap_or(default.specular),
+        None => default.specular,
+    };
     let emissive = keys.numbers("emissiveFactor")?.unwrap_or([0.0; 3]);
     let mut material = Material {
         name: keys.text("name")?,
@@ -184,6 +205,8 @@ pub(super) fn material(mut keys: Record) -> Parsed<Material> {
         },
         alpha_cutoff: keys.number("alphaCutoff")?.unwrap_or(0.5),
         is_emissive: emissive != [0.0; 3],
+        ior,
+        specular,
         ..default
     };
     if let Some(mut pbr) = pbr {

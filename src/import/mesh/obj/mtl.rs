@@ -28,6 +28,10 @@ const KEYS: [&str; 42] = [
     "map_Bump",
     "bump",
     "map_d",
+    "Pr",
+    "Pm",
+    "map_Pr",
+    "map_Pm",
     "Ka",
     "Ke",
     "Tf",
@@ -35,8 +39,6 @@ const KEYS: [&str; 42] = [
     "d",
     "Ni",
     "sharpness",
-    "Pr",
-    "Pm",
     "Ps",
     "Pc",
     "Pcr",
@@ -45,8 +47,6 @@ const KEYS: [&str; 42] = [
     "map_Ka",
     "map_Ke",
     "map_Tr",
-    "map_Pr",
-    "map_Pm",
     "map_Ps",
     "map_Pc",
     "map_Pcr",
@@ -100,6 +100,11 @@ pub(super) struct LibraryMaterial {
     pub kd_map: Option<Map>,
     pub ks_map: Option<Map>,
     pub shininess_map: Option<Map>,
+    /// `Pr`; without it and without `map_Pr`, the material is one of Phong.
+    pub roughness: Option<f64>,
+    pub metallic: Option<f64>,
+    pub roughness_map: Option<Map>,
+    pub metallic_map: Option<Map>,
     /// `norm` or `map_Bump`.
     pub normal_map: Option<Map>,
     pub alpha_map: Option<Map>,
@@ -180,7 +185,7 @@ impl Library {
 
 /// Whether a key is one of those that [`Record::read`] takes.
 fn is_read(keyword: &str) -> bool {
-    KEYS[1..12]
+    KEYS[1..16]
         .iter()
         .any(|key| key.eq_ignore_ascii_case(keyword))
 }
@@ -286,12 +291,15 @@ impl Record {
         };
         let kd = self.value("Kd", file, unused, bands)?;
         let mut ks = self.value("Ks", file, unused, bands)?;
-        let shininess = self.value("Ns", file, unused, |line| Ok(line.numbers(1..=1)?[0]))?;
+        let mut number = |key| self.value(key, file, unused, |line| Ok(line.numbers(1..=1)?[0]));
+        let shininess = number("Ns")?;
+        let (roughness, metallic) = (number("Pr")?, number("Pm")?);
         let illum = self.value("illum", file, unused, |line| Ok(line.numbers(1..=1)?[0]))?;
         let mut map = |keys: &[&'static str]| self.map(keys, file, folder, unused);
         let kd_map = map(&["map_Kd"])?;
         let mut ks_map = map(&["map_Ks"])?;
         let mut shininess_map = map(&["map_Ns"])?;
+        let (roughness_map, metallic_map) = (map(&["map_Pr"])?, map(&["map_Pm"])?);
         let normal_map = map(&["norm", "map_Bump", "bump"])?;
         let alpha_map = map(&["map_d"])?;
         match illum {
@@ -301,6 +309,11 @@ impl Record {
             }
             None | Some(2.0) => {}
             Some(illum) => unused.add(&format!("\"illum\" {illum}, which is more than highlights")),
+        }
+        // Exporters write both kinds of lobe. The one of microfacets says more.
+        let has_facets = roughness.is_some() || roughness_map.is_some();
+        if !has_facets && (metallic.is_some_and(|metallic| metallic != 0.0) || metallic_map.is_some()) {
+            unused.add("\"Pm\" or \"map_Pm\" without \"Pr\"");
         }
         self.report(unused);
         Ok(Some(LibraryMaterial {
@@ -312,6 +325,10 @@ impl Record {
             kd_map,
             ks_map,
             shininess_map,
+            roughness,
+            metallic,
+            roughness_map,
+            metallic_map,
             normal_map,
             alpha_map,
         }))
