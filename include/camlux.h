@@ -1039,15 +1039,15 @@ typedef struct camlux_texture {
 } camlux_texture;
 
 /**
- * Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Initialise with CAMLUX_MATERIAL_INIT: black,
- * without texture.
+ * Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s; or, with a roughness, metallic-roughness as in glTF
+ * 2.0. Initialise with CAMLUX_MATERIAL_INIT: black, without texture.
  */
 typedef struct camlux_material {
   /** Set by CAMLUX_MATERIAL_INIT. */
   uint32_t struct_size;
   /** The number of a texture, from camlux_scene_add_texture, that multiplies kd; 0: none. */
   uint32_t kd_texture;
-  /** Diffuse reflectance of the bands R, G, B, 0 to 1. */
+  /** Diffuse reflectance of the bands R, G, B, 0 to 1. With a roughness, the base colour. */
   double kd[3];
   /** Specular reflectance of the bands R, G, B, 0 to 1. */
   double ks[3];
@@ -1071,6 +1071,18 @@ typedef struct camlux_material {
   uint32_t shininess_texture;
   /** See alpha_texture; 0 to 1. */
   double alpha_cutoff;
+  /** Roughness of a metallic-roughness surface, 0.03 to 1; the alpha of its microfacets (GGX) is the square. Below 0: modified Phong. */
+  double roughness;
+  /** Share of a metallic-roughness surface that is metal, 0 to 1. */
+  double metallic;
+  /** Index of refraction of a metallic-roughness surface where it is no metal, 1 to 10. */
+  double ior;
+  /** Factor of what a metallic-roughness surface reflects straight on where it is no metal, 0 to 1. */
+  double specular;
+  /** The number of a texture whose green value multiplies the roughness and whose blue value multiplies metallic; 0: none. */
+  uint32_t metallic_roughness_texture;
+  /** 0. */
+  uint32_t reserved;
 } camlux_material;
 
 /**
@@ -2389,7 +2401,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_POSE_INIT { CAMLUX_INITIALISED + sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
 
-#define CAMLUX_MATERIAL_INIT { CAMLUX_INITIALISED + sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0, 0, 0, 0.5 }
+#define CAMLUX_MATERIAL_INIT { CAMLUX_INITIALISED + sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0, 0, 0, 0.5, -1.0, 0.0, 1.5, 1.0, 0, 0 }
 
 #define CAMLUX_TEXTURE_INIT { CAMLUX_INITIALISED + sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 

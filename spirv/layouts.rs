@@ -287,7 +287,7 @@ pub mod constants {
     pub const LEAF_CUTOUT: u32 = 536870912;
     pub const LEAF_FLAGS: u32 = 1879048192;
     pub const LEAF_INSTANCE: u32 = 268435456;
-    pub const LOBE_LAYERS: u32 = 1;
+    pub const LOBE_LAYERS: u32 = 3;
     pub const LOBE_MAP: u32 = 6;
     pub const LOBE_MAPS: u32 = 2;
     pub const MAP_TEXELS: u32 = 4;
@@ -305,6 +305,7 @@ pub mod constants {
     pub const NOTHING_HIT: u32 = 4294967295;
     pub const NO_PIXEL: u32 = 4294967295;
     pub const PHASOR_SQUARES: u32 = 2;
+    pub const PHONG_LAYERS: u32 = 1;
     pub const PLACES: u32 = 9;
     pub const PREDICTED: u32 = 1;
     pub const PREDICTED_ONE_WAY: u32 = 5;

@@ -77,11 +77,11 @@ bindings! {
         9 "lobe_parameters" SAMPLED_IMAGE, 10 "direct_radiance" STORAGE_IMAGE, 11 "direct_phasors" STORAGE_IMAGE,
         12 "hits" STORAGE_BUFFER,
     ];
-    GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS = [
+    GATHER_BROADCAST8_MATTE_BINDINGS = [
         0 "vpls" STORAGE_IMAGE, 2 "results" STORAGE_BUFFER, 3 "position_instance" SAMPLED_IMAGE,
         4 "normal_geometric" SAMPLED_IMAGE, 7 "receivers" STORAGE_BUFFER,
     ];
-    GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS = [
+    GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS = [
         0 "vpls" STORAGE_IMAGE, 1 "modulation" UNIFORM_BUFFER, 2 "results" STORAGE_BUFFER,
         3 "position_instance" SAMPLED_IMAGE, 4 "normal_geometric" SAMPLED_IMAGE, 6 "light" UNIFORM_BUFFER,
         7 "receivers" STORAGE_BUFFER,
@@ -284,118 +284,122 @@ modules! {
         "gbuffer_lambert" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
     GBUFFER_SPECULAR: Key::Gbuffer { brdf: Brdf::Specular, .. } =>
         "gbuffer_specular" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
+    GBUFFER_SPECULAR_MICROFACET: Key::Gbuffer { brdf: Brdf::SpecularMicrofacet, .. } =>
+        "gbuffer_specular_microfacet" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
     PRIMARY_RAYS_EMIT: Key::PrimaryRaysEmit { .. } =>
         "primary_rays_emit" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_EMIT_BINDINGS ["lens"] [];
     PRIMARY_RAYS_SHADE: Key::PrimaryRaysShade { .. } =>
-        "primary_rays_shade" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_SHADE_BINDINGS ["lens", "lambert", "specular", "flat", "textured", "smooth", "detailed", "instanced"] [];
+        "primary_rays_shade" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_SHADE_BINDINGS ["lens", "lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [];
     SHADOW: Key::Shadow { .. } =>
         "shadow" "shadow" c"fragment_main" [0, 0, 0] 80 SHADOW_BINDINGS [] [];
     RSM_LAMBERT: Key::Rsm { brdf: Brdf::Lambert, .. } =>
         "rsm_lambert" "rsm" c"fragment_main" [0, 0, 0] 80 RSM_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
     RSM_SPECULAR: Key::Rsm { brdf: Brdf::Specular, .. } =>
         "rsm_specular" "rsm" c"fragment_main" [0, 0, 0] 80 RSM_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
+    RSM_SPECULAR_MICROFACET: Key::Rsm { brdf: Brdf::SpecularMicrofacet, .. } =>
+        "rsm_specular_microfacet" "rsm" c"fragment_main" [0, 0, 0] 80 RSM_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
     RECEIVERS_COUNT: Key::ReceiversCount { .. } =>
-        "receivers_count" "receivers" c"compute_main" [64, 1, 1] 12 RECEIVERS_COUNT_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 2)];
+        "receivers_count" "receivers" c"compute_main" [64, 1, 1] 12 RECEIVERS_COUNT_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 2)];
     RECEIVERS_WRITE: Key::ReceiversWrite { .. } =>
-        "receivers_write" "receivers" c"compute_main" [64, 1, 1] 12 RECEIVERS_WRITE_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 2)];
+        "receivers_write" "receivers" c"compute_main" [64, 1, 1] 12 RECEIVERS_WRITE_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 2)];
     VPL_COUNT: Key::VplCount { .. } =>
-        "vpl_count" "vpl" c"compute_main" [64, 1, 1] 12 VPL_COUNT_BINDINGS ["lambert", "specular"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
+        "vpl_count" "vpl" c"compute_main" [64, 1, 1] 12 VPL_COUNT_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7)];
     VPL_WRITE: Key::VplWrite { .. } =>
-        "vpl_write" "vpl" c"compute_main" [64, 1, 1] 12 VPL_WRITE_BINDINGS ["lambert", "specular", "average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
+        "vpl_write" "vpl" c"compute_main" [64, 1, 1] 12 VPL_WRITE_BINDINGS ["lambert", "specular", "microfacet", "average", "radiosity"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7)];
     COMPACT_SCAN: Key::CompactScan { .. } =>
         "compact_scan" "compact" c"compute_main" [256, 1, 1] 12 COMPACT_SCAN_BINDINGS [] [];
     DIRECT_EMIT: Key::DirectEmit { .. } =>
         "direct_emit" "direct_emit" c"compute_main" [8, 8, 1] 48 DIRECT_EMIT_BINDINGS ["point", "spot", "directional", "pattern", "projector"] [];
     DIRECT_MAP: Key::Direct { shadow: Shadow::Map, phasors: false, .. } =>
-        "direct_map" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "specular", "area"] [("PAIRS", 2)];
+        "direct_map" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "specular", "microfacet", "area"] [("PAIRS", 2)];
     DIRECT_MAP_PHASORS: Key::Direct { shadow: Shadow::Map, phasors: true, .. } =>
-        "direct_map_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "specular", "area"] [("PAIRS", 2)];
+        "direct_map_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_MAP_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "specular", "microfacet", "area"] [("PAIRS", 2)];
     DIRECT_RAYS: Key::Direct { shadow: Shadow::Rays, phasors: false, .. } =>
-        "direct_rays" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "specular", "area"] [("PAIRS", 2)];
+        "direct_rays" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "specular", "microfacet", "area"] [("PAIRS", 2)];
     DIRECT_RAYS_PHASORS: Key::Direct { shadow: Shadow::Rays, phasors: true, .. } =>
-        "direct_rays_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "specular", "area"] [("PAIRS", 2)];
-    GATHER_BROADCAST8_LAMBERT_MATTE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_broadcast8_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast8_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast8_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_LAMBERT_GLOSSY: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_broadcast8_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_LAMBERT_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast8_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_LAMBERT_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast8_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_SPECULAR_MATTE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_broadcast8_specular_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast8_specular_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast8_specular_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_SPECULAR_GLOSSY: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_broadcast8_specular_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_SPECULAR_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast8_specular_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST8_SPECULAR_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast8_specular_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
-    GATHER_BROADCAST4_LAMBERT_MATTE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_broadcast4_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_LAMBERT_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast4_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_LAMBERT_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast4_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_LAMBERT_GLOSSY: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_broadcast4_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_LAMBERT_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast4_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_LAMBERT_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast4_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_SPECULAR_MATTE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_broadcast4_specular_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_SPECULAR_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast4_specular_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_SPECULAR_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast4_specular_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_SPECULAR_GLOSSY: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_broadcast4_specular_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_SPECULAR_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_broadcast4_specular_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_BROADCAST4_SPECULAR_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_broadcast4_specular_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
-    GATHER_TILE_LAMBERT_MATTE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_tile_lambert_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
-    GATHER_TILE_LAMBERT_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_tile_lambert_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
-    GATHER_TILE_LAMBERT_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_tile_lambert_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
-    GATHER_TILE_LAMBERT_GLOSSY: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_tile_lambert_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
-    GATHER_TILE_LAMBERT_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_tile_lambert_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
-    GATHER_TILE_LAMBERT_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Lambert, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_tile_lambert_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_LAMBERT_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
-    GATHER_TILE_SPECULAR_MATTE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: None, .. } =>
-        "gather_tile_specular_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
-    GATHER_TILE_SPECULAR_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_tile_specular_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
-    GATHER_TILE_SPECULAR_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Specular, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_tile_specular_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
-    GATHER_TILE_SPECULAR_GLOSSY: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: None, .. } =>
-        "gather_tile_specular_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
-    GATHER_TILE_SPECULAR_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
-        "gather_tile_specular_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
-    GATHER_TILE_SPECULAR_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, brdf: Brdf::Specular, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
-        "gather_tile_specular_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+        "direct_rays_phasors" "direct" c"compute_main" [8, 8, 1] 48 DIRECT_RAYS_PHASORS_BINDINGS ["point", "spot", "directional", "pattern", "projector", "lambert", "specular", "microfacet", "area"] [("PAIRS", 2)];
+    GATHER_BROADCAST8_MATTE: Key::Gather { distribution: Distribution::Broadcast8, specular: false, lobes: Lobes::Matte, frequencies: None, .. } =>
+        "gather_broadcast8_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, specular: false, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_broadcast8_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, specular: false, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_broadcast8_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_GLOSSY: Key::Gather { distribution: Distribution::Broadcast8, specular: false, lobes: Lobes::Glossy, frequencies: None, .. } =>
+        "gather_broadcast8_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, specular: false, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_broadcast8_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, specular: false, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_broadcast8_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_SPECULAR_MATTE: Key::Gather { distribution: Distribution::Broadcast8, specular: true, lobes: Lobes::Matte, frequencies: None, .. } =>
+        "gather_broadcast8_specular_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, specular: true, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_broadcast8_specular_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, specular: true, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_broadcast8_specular_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_SPECULAR_GLOSSY: Key::Gather { distribution: Distribution::Broadcast8, specular: true, lobes: Lobes::Glossy, frequencies: None, .. } =>
+        "gather_broadcast8_specular_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_SPECULAR_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast8, specular: true, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_broadcast8_specular_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST8_SPECULAR_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast8, specular: true, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_broadcast8_specular_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 8)];
+    GATHER_BROADCAST4_MATTE: Key::Gather { distribution: Distribution::Broadcast4, specular: false, lobes: Lobes::Matte, frequencies: None, .. } =>
+        "gather_broadcast4_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, specular: false, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_broadcast4_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, specular: false, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_broadcast4_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_GLOSSY: Key::Gather { distribution: Distribution::Broadcast4, specular: false, lobes: Lobes::Glossy, frequencies: None, .. } =>
+        "gather_broadcast4_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, specular: false, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_broadcast4_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, specular: false, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_broadcast4_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_SPECULAR_MATTE: Key::Gather { distribution: Distribution::Broadcast4, specular: true, lobes: Lobes::Matte, frequencies: None, .. } =>
+        "gather_broadcast4_specular_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_SPECULAR_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, specular: true, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_broadcast4_specular_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_SPECULAR_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, specular: true, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_broadcast4_specular_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_SPECULAR_GLOSSY: Key::Gather { distribution: Distribution::Broadcast4, specular: true, lobes: Lobes::Glossy, frequencies: None, .. } =>
+        "gather_broadcast4_specular_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_SPECULAR_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Broadcast4, specular: true, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_broadcast4_specular_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_BROADCAST4_SPECULAR_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Broadcast4, specular: true, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_broadcast4_specular_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 4)];
+    GATHER_TILE_MATTE: Key::Gather { distribution: Distribution::Tile, specular: false, lobes: Lobes::Matte, frequencies: None, .. } =>
+        "gather_tile_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
+    GATHER_TILE_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, specular: false, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_tile_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
+    GATHER_TILE_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, specular: false, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_tile_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 8), ("FETCH_VPLS", 64)];
+    GATHER_TILE_GLOSSY: Key::Gather { distribution: Distribution::Tile, specular: false, lobes: Lobes::Glossy, frequencies: None, .. } =>
+        "gather_tile_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+    GATHER_TILE_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, specular: false, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_tile_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+    GATHER_TILE_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, specular: false, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_tile_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+    GATHER_TILE_SPECULAR_MATTE: Key::Gather { distribution: Distribution::Tile, specular: true, lobes: Lobes::Matte, frequencies: None, .. } =>
+        "gather_tile_specular_matte" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+    GATHER_TILE_SPECULAR_MATTE_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, specular: true, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_tile_specular_matte_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+    GATHER_TILE_SPECULAR_MATTE_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, specular: true, lobes: Lobes::Matte, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_tile_specular_matte_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+    GATHER_TILE_SPECULAR_GLOSSY: Key::Gather { distribution: Distribution::Tile, specular: true, lobes: Lobes::Glossy, frequencies: None, .. } =>
+        "gather_tile_specular_glossy" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 2), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+    GATHER_TILE_SPECULAR_GLOSSY_PHASORS_ONE: Key::Gather { distribution: Distribution::Tile, specular: true, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsOne), .. } =>
+        "gather_tile_specular_glossy_phasors_one" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 1), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
+    GATHER_TILE_SPECULAR_GLOSSY_PHASORS_FOUR: Key::Gather { distribution: Distribution::Tile, specular: true, lobes: Lobes::Glossy, frequencies: Some(Frequencies::PhasorsFour), .. } =>
+        "gather_tile_specular_glossy_phasors_four" "gather" c"compute_main" [64, 1, 1] 48 GATHER_BROADCAST8_SPECULAR_MATTE_PHASORS_ONE_BINDINGS ["average", "radiosity", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2), ("RESULT_VECTORS", 16), ("RECEIVERS", 4), ("FETCH_VPLS", 64)];
     PIXEL_FILTER_DEPTHS: Key::PixelFilterDepths { .. } =>
         "pixel_filter_depths" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_DEPTHS_BINDINGS [] [];
     PIXEL_FILTER_INTERPOLATE: Key::PixelFilterInterpolate { phasors: false, .. } =>
-        "pixel_filter_interpolate" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
+        "pixel_filter_interpolate" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     PIXEL_FILTER_INTERPOLATE_PHASORS: Key::PixelFilterInterpolate { phasors: true, .. } =>
-        "pixel_filter_interpolate_phasors" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_PHASORS_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
+        "pixel_filter_interpolate_phasors" "pixel_filter" c"compute_main" [8, 8, 1] 80 PIXEL_FILTER_INTERPOLATE_PHASORS_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     PIXEL_FILTER_GATHERED: Key::PixelFilterGathered { phasors: false, .. } =>
-        "pixel_filter_gathered" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_BINDINGS ["lambert", "specular", "noisy"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
+        "pixel_filter_gathered" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_BINDINGS ["lambert", "specular", "microfacet", "noisy"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     PIXEL_FILTER_GATHERED_PHASORS: Key::PixelFilterGathered { phasors: true, .. } =>
-        "pixel_filter_gathered_phasors" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_PHASORS_BINDINGS ["lambert", "specular", "noisy"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
+        "pixel_filter_gathered_phasors" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     SENSOR: Key::Sensor { .. } =>
         "sensor" "sensor" c"compute_main" [8, 8, 1] 32 SENSOR_BINDINGS ["indirect", "aperture", "sampled"] [];
     TRACE_ANY_KERNEL: Key::Trace { hit: Hit::Any, search: Search::Kernel, .. } =>
@@ -407,51 +411,51 @@ modules! {
     TRACE_CLOSEST_QUERY: Key::Trace { hit: Hit::Closest, search: Search::Query, .. } =>
         "trace_closest_query" "trace" c"compute_main" [64, 1, 1] 8 TRACE_ANY_QUERY_BINDINGS ["cutout", "instanced"] [];
     LIGHT_RAYS_EMIT: Key::LightRaysEmit { .. } =>
-        "light_rays_emit" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_EMIT_BINDINGS [] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2)];
+        "light_rays_emit" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_EMIT_BINDINGS [] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
     LIGHT_RAYS_SHADE: Key::LightRaysShade { phasors: false, .. } =>
-        "light_rays_shade" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_BINDINGS ["lambert", "specular", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("PAIRS", 2)];
+        "light_rays_shade" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
     LIGHT_RAYS_SHADE_PHASORS: Key::LightRaysShade { phasors: true, .. } =>
-        "light_rays_shade_phasors" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_PHASORS_BINDINGS ["lambert", "specular", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("PAIRS", 2)];
+        "light_rays_shade_phasors" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
     FINAL_GATHER_EMIT: Key::FinalGatherEmit { .. } =>
-        "final_gather_emit" "final_gather_emit" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_EMIT_BINDINGS ["lambert", "matte", "specular", "glossy"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 1)];
+        "final_gather_emit" "final_gather_emit" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_EMIT_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_DRAW: Key::FinalGatherDraw { phasors: false, .. } =>
-        "final_gather_draw" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_BINDINGS ["lambert", "matte", "specular", "glossy"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 1), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
+        "final_gather_draw" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7)];
     FINAL_GATHER_DRAW_PHASORS: Key::FinalGatherDraw { phasors: true, .. } =>
-        "final_gather_draw_phasors" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 2), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6)];
+        "final_gather_draw_phasors" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8)];
     FINAL_GATHER_SHADE: Key::FinalGatherShade { phasors: false, .. } =>
-        "final_gather_shade" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_BINDINGS ["lambert", "matte", "specular", "glossy", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 1)];
+        "final_gather_shade" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_SHADE_PHASORS: Key::FinalGatherShade { phasors: true, .. } =>
-        "final_gather_shade_phasors" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 2)];
+        "final_gather_shade_phasors" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     FINAL_GATHER_SUM: Key::FinalGatherSum { phasors: false, .. } =>
-        "final_gather_sum" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_BINDINGS ["lambert", "matte", "specular", "glossy"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 1)];
+        "final_gather_sum" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_SUM_PHASORS: Key::FinalGatherSum { phasors: true, .. } =>
-        "final_gather_sum_phasors" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("CONTRIBUTION_VECTORS", 2)];
+        "final_gather_sum_phasors" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     SAMPLE_COUNTS: Key::SampleCounts { phasors: false, .. } =>
-        "sample_counts" "sample_counts" c"compute_main" [64, 1, 1] 40 SAMPLE_COUNTS_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 2)];
+        "sample_counts" "sample_counts" c"compute_main" [64, 1, 1] 40 SAMPLE_COUNTS_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 2)];
     SAMPLE_COUNTS_PHASORS: Key::SampleCounts { phasors: true, .. } =>
-        "sample_counts_phasors" "sample_counts" c"compute_main" [64, 1, 1] 40 SAMPLE_COUNTS_PHASORS_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 16)];
+        "sample_counts_phasors" "sample_counts" c"compute_main" [64, 1, 1] 40 SAMPLE_COUNTS_PHASORS_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 16)];
     PREDICT: Key::Predict { phasors: false, .. } =>
-        "predict" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_BINDINGS ["lambert", "specular", "noisy", "range"] [("RESULT_VECTORS", 2)];
+        "predict" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_BINDINGS ["lambert", "specular", "microfacet", "noisy", "range"] [("RESULT_VECTORS", 2)];
     PREDICT_PHASORS: Key::Predict { phasors: true, .. } =>
-        "predict_phasors" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_PHASORS_BINDINGS ["lambert", "specular", "noisy", "range"] [("RESULT_VECTORS", 16)];
+        "predict_phasors" "predict" c"compute_main" [64, 1, 1] 28 PREDICT_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy", "range"] [("RESULT_VECTORS", 16)];
     SCATTER: Key::Scatter { phasors: false, .. } =>
-        "scatter" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_BINDINGS ["lambert", "specular", "noisy", "range"] [("RESULT_VECTORS", 2)];
+        "scatter" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_BINDINGS ["lambert", "specular", "microfacet", "noisy", "range"] [("RESULT_VECTORS", 2)];
     SCATTER_PHASORS: Key::Scatter { phasors: true, .. } =>
-        "scatter_phasors" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_PHASORS_BINDINGS ["lambert", "specular", "noisy", "range"] [("RESULT_VECTORS", 16)];
+        "scatter_phasors" "scatter" c"compute_main" [64, 1, 1] 24 SCATTER_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy", "range"] [("RESULT_VECTORS", 16)];
     UNOCCLUDED: Key::Unoccluded { .. } =>
-        "unoccluded" "unoccluded" c"compute_main" [64, 1, 1] 8 UNOCCLUDED_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 2), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5)];
+        "unoccluded" "unoccluded" c"compute_main" [64, 1, 1] 8 UNOCCLUDED_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 2), ("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7)];
     SMOOTH: Key::Smooth { phasors: false, .. } =>
-        "smooth" "smooth" c"compute_main" [64, 1, 1] 24 SMOOTH_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 2)];
+        "smooth" "smooth" c"compute_main" [64, 1, 1] 24 SMOOTH_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 2)];
     SMOOTH_PHASORS: Key::Smooth { phasors: true, .. } =>
-        "smooth_phasors" "smooth" c"compute_main" [64, 1, 1] 24 SMOOTH_PHASORS_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 16)];
+        "smooth_phasors" "smooth" c"compute_main" [64, 1, 1] 24 SMOOTH_PHASORS_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 16)];
     SMOOTH_RESIDUALS: Key::SmoothResiduals { phasors: false, .. } =>
-        "smooth_residuals" "smooth_residuals" c"compute_main" [64, 1, 1] 12 SMOOTH_RESIDUALS_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 2)];
+        "smooth_residuals" "smooth_residuals" c"compute_main" [64, 1, 1] 12 SMOOTH_RESIDUALS_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 2)];
     SMOOTH_RESIDUALS_PHASORS: Key::SmoothResiduals { phasors: true, .. } =>
-        "smooth_residuals_phasors" "smooth_residuals" c"compute_main" [64, 1, 1] 12 SMOOTH_RESIDUALS_PHASORS_BINDINGS ["lambert", "specular"] [("RESULT_VECTORS", 16)];
+        "smooth_residuals_phasors" "smooth_residuals" c"compute_main" [64, 1, 1] 12 SMOOTH_RESIDUALS_PHASORS_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 16)];
     RESOLVE: Key::Resolve { phasors: false, .. } =>
-        "resolve" "resolve" c"compute_main" [8, 8, 1] 20 RESOLVE_BINDINGS ["lambert", "specular", "noisy"] [("RESULT_VECTORS", 2)];
+        "resolve" "resolve" c"compute_main" [8, 8, 1] 20 RESOLVE_BINDINGS ["lambert", "specular", "microfacet", "noisy"] [("RESULT_VECTORS", 2)];
     RESOLVE_PHASORS: Key::Resolve { phasors: true, .. } =>
-        "resolve_phasors" "resolve" c"compute_main" [8, 8, 1] 20 RESOLVE_PHASORS_BINDINGS ["lambert", "specular", "noisy"] [("RESULT_VECTORS", 16)];
+        "resolve_phasors" "resolve" c"compute_main" [8, 8, 1] 20 RESOLVE_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy"] [("RESULT_VECTORS", 16)];
     STDERR: Key::Stderr { .. } =>
         "stderr" "stderr" c"compute_main" [8, 8, 1] 8 STDERR_BINDINGS [] [];
     AREA_LIGHT_MERGE: Key::AreaLightMerge { .. } =>
@@ -461,7 +465,7 @@ modules! {
     RANGE_WEIGHTS: Key::RangeWeights { .. } =>
         "range_weights" "range_weights" c"compute_main" [8, 8, 1] 32 RANGE_WEIGHTS_BINDINGS [] [];
     ERROR_ESTIMATE: Key::ErrorEstimate { phasors: false, .. } =>
-        "error_estimate" "error_estimate" c"compute_main" [64, 1, 1] 12 ERROR_ESTIMATE_BINDINGS ["lambert", "specular", "noisy", "range"] [("RESULT_VECTORS", 2), ("ESTIMATE_VECTORS", 3)];
+        "error_estimate" "error_estimate" c"compute_main" [64, 1, 1] 12 ERROR_ESTIMATE_BINDINGS ["lambert", "specular", "microfacet", "noisy", "range"] [("RESULT_VECTORS", 2), ("ESTIMATE_VECTORS", 3)];
     ERROR_ESTIMATE_PHASORS: Key::ErrorEstimate { phasors: true, .. } =>
-        "error_estimate_phasors" "error_estimate" c"compute_main" [64, 1, 1] 12 ERROR_ESTIMATE_PHASORS_BINDINGS ["lambert", "specular", "noisy", "range"] [("RESULT_VECTORS", 16), ("ESTIMATE_VECTORS", 7)];
+        "error_estimate_phasors" "error_estimate" c"compute_main" [64, 1, 1] 12 ERROR_ESTIMATE_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy", "range"] [("RESULT_VECTORS", 16), ("ESTIMATE_VECTORS", 7)];
 }

@@ -314,6 +314,23 @@ class Material(Fields):
 
 # microfacets: from the rows of the engine's parameters.
 
+
+@dataclass(slots=True, eq=False)
+class MetallicRoughness(Fields):
+    """A metallic-roughness surface, as in glTF 2.0: a Lambert base under microfacets (GGX). Metal reflects its base colour in the lobe and nothing else.
+
+    roughness: how rough the surface is, to the eye. α of the facets is its square. Limits: 0.03 to 1.
+    metallic: share of the surface that is metal. Limits: 0 to 1.
+    ior: index of refraction where the surface is no metal. It reflects ((n−1)/(n+1))² straight on. Limits: 1 to 10.
+    specular: factor of what the surface reflects straight on where it is no metal. Limits: 0 to 1.
+    """
+
+    roughness: Number
+    metallic: Number = 0.0
+    ior: Number = 1.5
+    specular: Number = 1.0
+
+
 # End of microfacets.
 
 

@@ -13,10 +13,10 @@ parameters! {
     /// A metallic-roughness surface, as in glTF 2.0: a Lambert base under microfacets (GGX). Metal reflects its base colour in the lobe and
     /// nothing else.
     pub struct MetallicRoughness {
-        /// Share of the surface that is metal.
-        metallic: f64 = 0.0, SHARE;
         /// How rough the surface is, to the eye. α of the facets is its square.
         roughness: f64 = 1.0, Limits::between(SMOOTHEST, 1.0, "give a roughness from 0.03 to 1: a smoother surface is a mirror, which is not modelled"); needs "roughness = 0.4";
+        /// Share of the surface that is metal.
+        metallic: f64 = 0.0, SHARE;
         /// Index of refraction where the surface is no metal. It reflects ((n−1)/(n+1))² straight on.
         ior: f64 = 1.5, Limits::between(1.0, 10.0, "give an index of refraction from 1 to 10, such as 1.5");
         /// Factor of what the surface reflects straight on where it is no metal.

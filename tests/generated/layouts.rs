@@ -155,7 +155,8 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_material {
             kd_texture, kd, ks, shininess, name, normal_texture, alpha_texture, ks_texture,
-            shininess_texture, alpha_cutoff,
+            shininess_texture, alpha_cutoff, roughness, metallic, ior, specular,
+            metallic_roughness_texture, reserved,
         }
         camlux_texture {
             width_px, height_px, component, channels, encoding, pixels, row_stride_bytes, name,
