@@ -36,12 +36,13 @@ use camlux::{
 };
 use two_threads::Failure;
 
-const SCENES: [&str; 11] = [
+const SCENES: [&str; 12] = [
     "cornell",
     "cornell_spot",
     "glossy",
     "textured",
     "knot",
+    "metals",
     "bumps",
     "leaves",
     "lamp",
