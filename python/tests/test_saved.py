@@ -32,6 +32,7 @@ def test_a_scene_from_arrays_comes_back(renderer, tmp_path):
     materials = [
         camlux.Material("same", kd=(0.1, 0.2, 1 / 3), kd_texture=textures[0], ks=0.1, shininess=7, ks_texture=lookup),
         camlux.Material("same", kd=0.4, kd_texture=textures[1]),
+        camlux.Material("gold", kd=(1, 0.77, 0.34), microfacets=camlux.MetallicRoughness(roughness=1 / 3, metallic=0.9)),
     ]
     light = camlux.PointLight((0.2, 1 / 3, 0.1), power_w=20)
     scene = camlux.Scene(

@@ -72,8 +72,13 @@ impl<A: Allocate> RayList<A> {
         let buffer =
             |name, bytes: usize, usage| allocate.buffer(name, capacity * bytes as u64, usage);
         let contribution_bytes = contribution_bytes(plan);
-        let contributions =
-            || buffer("contributions of rays", contribution_bytes, BufferUse::Device);
+        let contributions = || {
+            buffer(
+                "contributions of rays",
+                contribution_bytes,
+                BufferUse::Device,
+            )
+        };
         Ok(Some(RayList {
             rays: buffer("rays", size_of::<shaders::Ray>(), usage)?,
             hits: buffer("hits", size_of::<u32>(), usage)?,

@@ -2,8 +2,8 @@
 
 use super::{
     Camera, Direct, Distortion, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
-    ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene, Sensor,
-    SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight,
+    ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene,
+    Sensor, SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight,
 };
 
 /// The beginning of every hashed scene. Change it when the format of the bytes after it changes.

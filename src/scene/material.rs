@@ -163,7 +163,10 @@ impl Material {
             (TextureRole::Kd, self.kd_texture),
             (TextureRole::Ks, self.ks_texture),
             (TextureRole::Shininess, self.shininess_texture),
-            (TextureRole::MetallicRoughness, self.metallic_roughness_texture),
+            (
+                TextureRole::MetallicRoughness,
+                self.metallic_roughness_texture,
+            ),
             (TextureRole::Normal, self.normal_texture),
             (TextureRole::Alpha, self.alpha_texture),
         ]
@@ -174,7 +177,10 @@ impl Material {
             (TextureRole::Kd, &mut self.kd_texture),
             (TextureRole::Ks, &mut self.ks_texture),
             (TextureRole::Shininess, &mut self.shininess_texture),
-            (TextureRole::MetallicRoughness, &mut self.metallic_roughness_texture),
+            (
+                TextureRole::MetallicRoughness,
+                &mut self.metallic_roughness_texture,
+            ),
             (TextureRole::Normal, &mut self.normal_texture),
             (TextureRole::Alpha, &mut self.alpha_texture),
         ]

@@ -139,6 +139,13 @@ fn missing_keys() {
             "scene.toml:11: [material.clay] has no \"kd\"", "add kd";
         format!("{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\nks = 0.2\n") =>
             "scene.toml:11: [material.clay] has no \"shininess\"", "add shininess";
+        format!("{CAMERA}{LIGHT}[material.clay]\nbase_color = 0.5\nmetallic = 1\n") =>
+            "scene.toml:11: [material.clay] has no \"roughness\"", "add roughness = 0.4";
+        format!("{CAMERA}{LIGHT}[material.clay]\nbase_color = 0.5\nroughness = 0.5\nkd = 0.5\n") =>
+            "scene.toml:14: \"kd\" in [material.clay] is of a Phong lobe", "remove it, or base_color";
+        format!("{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\nroughness = 0.5\n") =>
+            "scene.toml:13: \"roughness\" in [material.clay] is of a surface of microfacets",
+            "add base_color = 0.8";
     }
 }
 

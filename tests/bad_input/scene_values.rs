@@ -5,10 +5,18 @@ use crate::common::rows::rows;
 use crate::common::scene_folder::assert_says;
 use camlux::scene::{
     AreaShape, Camera, ChargeUnit, Direct, Encoding, IndirectLight, Intrinsics, Lens, Light,
-    Material, Mesh, PixelFilter, PixelSampling, RsmAverage, Scene, Sensor, SensorNoise, Shadow,
-    SpotCone, Texels, Texture, TimeOfFlight, VplSum,
+    Material, Mesh, MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene, Sensor,
+    SensorNoise, Shadow, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
+
+fn facets(roughness: f64, ior: f64) -> Option<MetallicRoughness> {
+    Some(MetallicRoughness {
+        roughness,
+        ior,
+        ..MetallicRoughness::DEFAULT
+    })
+}
 
 /// A valid scene of one triangle, from slices.
 fn scene() -> Scene {
@@ -309,6 +317,14 @@ fn scenes_from_slices_are_validated() {
         |s| s.materials[0].kd[0] = NAN => "material 0 (\"clay\"): kd is [NaN";
         |s| s.materials[0].shininess = -1.0 => "material 0 (\"clay\"): shininess is -1";
         |s| s.materials[0].shininess = f64::INFINITY => "material 0 (\"clay\"): shininess is inf";
+        |s| s.materials[0].microfacets = facets(0.02, 1.5) =>
+            "material 0 (\"clay\"): roughness is 0.02", "0.03 to 1: a smoother surface is a mirror";
+        |s| s.materials[0].microfacets = facets(NAN, 1.5) => "roughness is NaN";
+        |s| s.materials[0].microfacets = facets(0.5, 0.9) => "ior is 0.9", "from 1 to 10";
+        |s| (s.materials[0].microfacets, s.materials[0].ks) = (facets(0.5, 1.5), [0.1; 3]) =>
+            "has microfacets and ks", "give one of them";
+        |s| s.materials[0].metallic_roughness_texture = Some(1.into()) =>
+            "metallic_roughness_texture is 1, but the number of textures is 1";
         |s| s.materials[0].normal_texture = Some(1.into()) =>
             "normal_texture is 1, but the number of textures is 1";
         |s| s.materials[0].alpha_texture = Some(1.into()) =>

@@ -3,7 +3,7 @@
 use crate::host::*;
 use camlux::{
     capi::*,
-    scene::{Encoding, Lens, Texels, Texture, TextureRole, TextureSource},
+    scene::{Encoding, Lens, MetallicRoughness, Texels, Texture, TextureRole, TextureSource},
 };
 
 /// R, G, B, alpha.
@@ -98,6 +98,54 @@ fn a_role_decides_how_pixels_are_read() {
         assert!(found == engine_frame(&expected));
         assert!(found != plain);
     }
+}
+
+#[test]
+fn facets_are_those_of_the_engine() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let texels = [[9_u8, 128, 250], [9, 255, 51]];
+    let source = TextureSource::from_pixels("two".into(), [2, 1], texels.as_flattened(), 3, None)
+        .expect("a texture");
+    let mut expected = untextured();
+    let scene = from_arrays(&expected);
+    let given = init!(camlux_texture {
+        width_px: 2,
+        height_px: 1,
+        channels: 3,
+        pixels: texels.as_ptr().cast(),
+    });
+    let number = scene.add_texture(&given).expect("it is added");
+    expected.textures = vec![source.in_role(TextureRole::MetallicRoughness)];
+    for (index, due) in expected.materials.iter_mut().enumerate() {
+        let of = MetallicRoughness {
+            metallic: 0.9,
+            roughness: 0.7,
+            ior: 1.4,
+            specular: 0.5,
+        };
+        (due.ks, due.microfacets) = ([0.0; 3], Some(of));
+        due.metallic_roughness_texture = Some(0.into());
+        let mut found = scene.material(index as u32);
+        assert_eq!(
+            (found.roughness, found.ior, found.specular),
+            (-1.0, 1.5, 1.0)
+        );
+        found.ks = [0.0; 3];
+        (found.roughness, found.metallic) = (of.roughness, of.metallic);
+        (found.ior, found.specular) = (of.ior, of.specular);
+        found.metallic_roughness_texture = number;
+        ok(scene.set_material(index as u32, &found));
+        let again = scene.material(index as u32);
+        assert_eq!((again.roughness, again.metallic), (0.7, 0.9));
+        assert_eq!((again.ior, again.specular), (1.4, 0.5));
+        assert_eq!(again.metallic_roughness_texture, number);
+    }
+    let frame = renderer.render(&scene).layers();
+    assert!(frame == engine_frame(&expected));
+    let mut wrong = scene.material(0);
+    wrong.roughness = 0.01;
+    fails(scene.set_material(0, &wrong), SCENE, "roughness is 0.01");
 }
 
 /// Textures of k_s and the shininess, and another cutoff of alpha.

@@ -7,9 +7,7 @@ use crate::common::gpu::Gpu;
 use crate::common::rows::assert_says;
 use crate::common::scene_folder::SceneFolder;
 use camlux::Scene;
-use camlux::scene::{
-    Encoding, Lens, Light, MetallicRoughness, Profile, Texels, TextureLookup,
-};
+use camlux::scene::{Encoding, Lens, Light, MetallicRoughness, Profile, Texels, TextureLookup};
 use glam::{DQuat, DVec3};
 
 const HEAD: &str = "[camera]

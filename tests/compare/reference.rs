@@ -205,7 +205,10 @@ fn facets_under_uniform_light() {
             };
             let sampled = sample_with(&scene, centre, FEW);
             let brdf = Brdf::from(&scene.materials[1]);
-            let lobe = Brdf { kd: [0.0; 3], ..brdf };
+            let lobe = Brdf {
+                kd: [0.0; 3],
+                ..brdf
+            };
             let alpha = roughness * roughness;
             let reflected = unit_square(1e-6, |u, v| {
                 // u is the share of facets nearer to the normal: tan²θ = α²·u/(1−u).

@@ -289,7 +289,15 @@ void settings_come_back()
     shiny.ks_texture = shiny.shininess_texture = shiny.alpha_texture = scene.add_texture(grey);
     shiny.alpha_cutoff = 0.25;
     const camlux::material found = scene.material(scene.add_material(shiny));
-    CHECK(found.ks_texture == 1 && found.shininess_texture == 1 && found.alpha_cutoff == 0.25);
+    CHECK(found.ks_texture == 1 && found.shininess_texture == 1 && found.alpha_cutoff == 0.25 && !found.microfacets);
+
+    camlux::material gold;
+    gold.kd = {1, 0.77, 0.34};
+    gold.microfacets = camlux::metallic_roughness{0.3, 1};
+    gold.metallic_roughness_texture = 1;
+    const camlux::material as_set = scene.material(scene.add_material(gold));
+    CHECK(as_set.microfacets && as_set.microfacets->roughness == 0.3 && as_set.microfacets->metallic == 1);
+    CHECK(as_set.microfacets->ior == 1.5 && as_set.microfacets->specular == 1 && as_set.metallic_roughness_texture == 1);
 }
 
 void handles_share_and_give_back()

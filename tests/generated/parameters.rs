@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use camlux::scene::{
-    FinalGather, IndirectLight, InstantRadiosity, Limits, MetallicRoughness, Parameter, ParameterKind, ParameterValue,
-    Parameters, RsmAverage, Sensor, SensorNoise,
+    FinalGather, IndirectLight, InstantRadiosity, Limits, MetallicRoughness, Parameter,
+    ParameterKind, ParameterValue, Parameters, RsmAverage, Sensor, SensorNoise,
 };
 
 use crate::layers::assert_part_is_checked_in;

@@ -149,7 +149,8 @@ fn reflected_by_facets(roughness: f64, v: DVec3) -> f64 {
         // t in 0 to 1 is the share of facets within the angle: tan²θ = α²·t/(1−t).
         let t = (i as f64 + 0.5) / steps as f64;
         let theta = (alpha * (t / (1.0 - t)).sqrt()).atan();
-        let density = alpha.powi(2) / (PI * theta.cos().powi(3) * (alpha.powi(2) + theta.tan().powi(2)).powi(2));
+        let density = alpha.powi(2)
+            / (PI * theta.cos().powi(3) * (alpha.powi(2) + theta.tan().powi(2)).powi(2));
         for j in 0..turns {
             let phi = (j as f64 + 0.5) / turns as f64 * 2.0 * PI;
             let h = on_hemisphere(theta, phi);
@@ -168,7 +169,8 @@ fn reflected_by_facets(roughness: f64, v: DVec3) -> f64 {
 fn facets_reflect_no_more_than_they_receive() {
     for roughness in [0.03, 0.1, 0.2, 0.4, 0.7, 1.0] {
         for view_deg in [0.0, 30.0, 60.0, 80.0, 89.0] {
-            let share = reflected_by_facets(roughness, on_hemisphere(f64::to_radians(view_deg), 0.3));
+            let share =
+                reflected_by_facets(roughness, on_hemisphere(f64::to_radians(view_deg), 0.3));
             assert!(share < 1.0 + 1e-6, "{roughness} {view_deg}°: {share}");
             if roughness <= 0.1 && view_deg <= 60.0 {
                 assert!(share > 0.999, "{roughness} {view_deg}°: {share}");
@@ -192,7 +194,10 @@ fn facets_make_up_the_surface() {
         let alpha = f64::powi(roughness, 2);
         let along_n = facets(1.0, roughness).eval(DVec3::Z, DVec3::Z, DVec3::Z)[0];
         // F = 1 and V = 1/4.
-        assert!((along_n * 4.0 * PI * alpha * alpha - 1.0).abs() < 1e-12, "{roughness}");
+        assert!(
+            (along_n * 4.0 * PI * alpha * alpha - 1.0).abs() < 1e-12,
+            "{roughness}"
+        );
     }
 }
 
@@ -206,7 +211,10 @@ fn facets_are_reciprocal() {
             let l = to_n * on_hemisphere(1.5 * f64::from(i % 17) / 17.0, f64::from(i));
             let v = to_n * on_hemisphere(1.5 * f64::from(i % 23) / 23.0, 3.0 * f64::from(i));
             let (there, back) = (brdf.eval(l, n, v)[0], brdf.eval(v, n, l)[0]);
-            assert!(there > 0.0 && (there - back).abs() <= 1e-11 * there, "{there} {back}");
+            assert!(
+                there > 0.0 && (there - back).abs() <= 1e-11 * there,
+                "{there} {back}"
+            );
         }
     }
 }
@@ -224,7 +232,10 @@ fn fresnel_goes_from_straight_on_to_grazing() {
         Brdf::metallic_roughness([0.8, 0.5, 0.2], &of)
     };
     // With α = 1, D·V straight on is 1/(4π).
-    let straight_on = |brdf: &Brdf| brdf.eval(DVec3::Z, DVec3::Z, DVec3::Z).map(|f| f * 4.0 * PI);
+    let straight_on = |brdf: &Brdf| {
+        brdf.eval(DVec3::Z, DVec3::Z, DVec3::Z)
+            .map(|f| f * 4.0 * PI)
+    };
     let glass = surface(0.0, 1.5);
     assert!((straight_on(&glass)[0] - (0.04 + 4.0 * glass.kd[0])).abs() < 1e-12);
     assert!((glass.kd[0] - 0.8 * 0.96).abs() < 1e-12);
@@ -234,8 +245,14 @@ fn fresnel_goes_from_straight_on_to_grazing() {
     let grazing = on_hemisphere(FRAC_PI_2 - 1e-4, 0.0);
     let across = DVec3::new(-grazing.x, 0.0, grazing.z);
     let [as_glass, as_metal] = [glass, metal].map(|brdf| {
-        let lobe = Brdf { kd: [0.0; 3], ..brdf };
+        let lobe = Brdf {
+            kd: [0.0; 3],
+            ..brdf
+        };
         lobe.eval(across, DVec3::Z, grazing)[2]
     });
-    assert!((as_glass / as_metal - 1.0).abs() < 1e-3, "{as_glass} {as_metal}");
+    assert!(
+        (as_glass / as_metal - 1.0).abs() < 1e-3,
+        "{as_glass} {as_metal}"
+    );
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 use crate::common::scene_folder::assert_says;
 use camlux::scene::{
     AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, Encoding, ErrorNorm, Filter,
-    FinalGather, IndirectLight, Instance, Intrinsics, Lens, Light, Material, Mesh, Pattern,
-    PixelFilter, PixelSampling, PlacedLight, ProjectedImage, RsmAverage, Scene, Sensor,
-    SensorNoise, Shadow, Shared, SpotCone, Texels, Texture, TextureLookup, TimeOfFlight, VplSum,
-    Wrap,
+    FinalGather, IndirectLight, Instance, Intrinsics, Lens, Light, Material, Mesh,
+    MetallicRoughness, Pattern, PixelFilter, PixelSampling, PlacedLight, ProjectedImage,
+    RsmAverage, Scene, Sensor, SensorNoise, Shadow, Shared, SpotCone, Texels, Texture,
+    TextureLookup, TimeOfFlight, VplSum, Wrap,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -182,6 +182,16 @@ fn scene() -> Scene {
         Material {
             shininess: 3.5,
             ..material("same", d)
+        },
+        Material {
+            microfacets: Some(MetallicRoughness {
+                metallic: d.share(),
+                roughness: 1.0 / 3.0,
+                ior: 1.0 + d.share(),
+                specular: d.share(),
+            }),
+            metallic_roughness_texture: Some(lookup(3, d)),
+            ..material("facets", d)
         },
         material("same", d),
         material("same 3", d),

@@ -4,8 +4,8 @@ use crate::common::gather::gather;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
     AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, Filter, IndirectLight, Lens, Light,
-    PixelFilter, PixelSampling, RsmAverage, Scene, Shadow, SpotCone, Texels, TextureLookup, VplSum,
-    Wrap,
+    MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene, Shadow, SpotCone, Texels,
+    TextureLookup, VplSum, Wrap,
 };
 use glam::DVec3;
 
@@ -47,7 +47,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 70] = [
+    let edits: [fn(&mut Scene); 76] = [
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }).into(),
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }).into(),
         |s| {
@@ -92,6 +92,12 @@ fn hash_changes_with_everything_but_names() {
         |s| s.materials[0].kd[1] = 0.51,
         |s| s.materials[0].ks[2] = 0.01,
         |s| s.materials[0].shininess = 2.0,
+        |s| s.materials[0].microfacets = Some(MetallicRoughness::DEFAULT),
+        |s| facets(s).metallic = 0.1,
+        |s| facets(s).roughness = 0.1,
+        |s| facets(s).ior = 1.4,
+        |s| facets(s).specular = 0.1,
+        |s| s.materials[1].metallic_roughness_texture = Some(0.into()),
         |s| s.materials[1].normal_texture = Some(0.into()),
         |s| s.materials[1].alpha_texture = Some(0.into()),
         |s| s.materials[1].kd_texture = None,
@@ -132,6 +138,11 @@ fn hash_changes_with_everything_but_names() {
         );
         hashes.push(hash);
     }
+}
+
+fn facets(scene: &mut Scene) -> &mut MetallicRoughness {
+    let facets = &mut scene.materials[0].microfacets;
+    facets.get_or_insert(MetallicRoughness::DEFAULT)
 }
 
 fn looked_up(scene: &mut Scene) -> &mut TextureLookup {

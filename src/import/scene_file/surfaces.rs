@@ -75,7 +75,14 @@ pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<M
         "normal_texture",
         "alpha_texture",
     ];
-    let mut known = vec!["kd", "ks", "shininess", "base_color", "name", "alpha_cutoff"];
+    let mut known = vec![
+        "kd",
+        "ks",
+        "shininess",
+        "base_color",
+        "name",
+        "alpha_cutoff",
+    ];
     known.extend(textures_of_any);
     known.extend(&of_microfacets);
     keys.only(&known)?;

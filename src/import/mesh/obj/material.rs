@@ -86,8 +86,15 @@ impl Assets {
             let problem = format!("map_Pr and map_Pm of material \"{}\" {problem}", entry.name);
             Error::scene(&entry.at, problem, hint)
         };
-        if maps.iter().flatten().any(|map| map.lookup(0) != first.lookup(0)) {
-            return Err(differ("have different options", "give both the same -s, -o and -clamp"));
+        if maps
+            .iter()
+            .flatten()
+            .any(|map| map.lookup(0) != first.lookup(0))
+        {
+            return Err(differ(
+                "have different options",
+                "give both the same -s, -o and -clamp",
+            ));
         }
         let load = |_: &TextureUse| {
             let load = |map: &Map| texture::load(&map.file, &map.named_at);
@@ -114,7 +121,10 @@ impl Assets {
             });
             Ok(of_first)
         };
-        let files = maps.into_iter().flatten().map(|map| map.file.display().to_string());
+        let files = maps
+            .into_iter()
+            .flatten()
+            .map(|map| map.file.display().to_string());
         let both = PathBuf::from(Vec::from_iter(files).join(" and "));
         let texture = self.texture(&both, TextureUse::Factors, load)?;
         Ok(texture.map(|texture| first.lookup(texture)))

@@ -312,7 +312,9 @@ impl Record {
         }
         // Exporters write both kinds of lobe. The one of microfacets says more.
         let has_facets = roughness.is_some() || roughness_map.is_some();
-        if !has_facets && (metallic.is_some_and(|metallic| metallic != 0.0) || metallic_map.is_some()) {
+        if !has_facets
+            && (metallic.is_some_and(|metallic| metallic != 0.0) || metallic_map.is_some())
+        {
             unused.add("\"Pm\" or \"map_Pm\" without \"Pr\"");
         }
         self.report(unused);
