@@ -33,7 +33,7 @@ fn load_candidate(receiver: Receiver, vpl_index: u32) -> Candidate {
         let turns = vpl_turns(vpl_index) + modulation.turns_per_unit * sqrt(distance_squared);
         contribution.turns = select(vec4<f32>(-1.0), turns, vpl.is_modulated == 1.0);
     }
-    let weight = diffuse_factor(vec3<f32>(1.0)).x + mean_shape(contribution.lobe);
+    let weight = select(0.0, diffuse_factor(vec3<f32>(1.0)).x, receiver.has_base) + mean_shape(contribution.lobe);
     return Candidate(contribution, vpl.position, weight * band_sum(contribution.irradiance));
 }
 

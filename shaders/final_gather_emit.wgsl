@@ -28,7 +28,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     for (var sample = local % LANES; sample < SAMPLES; sample += LANES) {
         let place = textureLoad(lattice, list_place(SAMPLES * packet.number + sample), 0).xy;
         let direction = sample_diffuse(fract(place + shift), around_normal);
-        emit(direction_ray(index, 0u, sample), receiver, direction, dot(receiver.geometric_normal, direction) > 0.0);
+        emit(direction_ray(index, 0u, sample), receiver, direction, receiver.has_base && dot(receiver.geometric_normal, direction) > 0.0);
         if (GLOSSY) {
             let in_lobe = sample_lobe(fract(place + shift.yx), receiver.lobe, around_lobe);
             let is_above = dot(receiver.geometric_normal, in_lobe) > 0.0 && dot(receiver.normal, in_lobe) > 0.0;

@@ -9,8 +9,12 @@
 
 #import math
 
-// Phong: k_s per band; s, the exponent. Microfacets: F_0 per band; −α. 0 without a lobe. A texel of materials, of the G-buffer and of RSMs.
+// Phong: k_s per band; s, the exponent. Microfacets: F_0 per band; −α, or −α·BARE where k_d is 0. 0 without a lobe. A texel of materials, of
+// the G-buffer and of RSMs.
 alias LobeParameters = vec4<f32>;
+
+// A power of two, so that α stays as it is, and so large that the least α becomes more than the largest.
+const BARE: f32 = 2048.0;
 
 struct Brdf {
     // k_d per band.
@@ -42,12 +46,18 @@ fn brdf_of_material(material: Brdf) -> Brdf {
         let dielectric = material.lobe.x;
         let roughness = clamp(-material.lobe.w, SMOOTHEST, 1.0);
         let kd = material.kd * ((1.0 - metallic) * (1.0 - dielectric));
-        let lobe = vec4<f32>(mix(vec3<f32>(dielectric), material.kd, metallic), -roughness * roughness);
+        let alpha = roughness * roughness * select(BARE, 1.0, any(kd > vec3<f32>(0.0)));
+        let lobe = vec4<f32>(mix(vec3<f32>(dielectric), material.kd, metallic), -alpha);
         let is_it = is_microfacet(material.lobe);
         return Brdf(select(material.kd, kd, is_it), select(material.lobe, lobe, is_it));
     } else {
         return material;
     }
+}
+
+// Whether the surface reflects by its lobe alone. Then no direction is drawn for the base. (Phong lobes are not told apart.)
+fn is_bare(parameters: LobeParameters) -> bool {
+    return MICROFACET & (parameters.w < -1.0);
 }
 
 fn has_lobe(parameters: LobeParameters) -> bool {
@@ -113,7 +123,8 @@ fn mean_shape(shape: Shape) -> f32 {
 }
 
 fn lobe_of(direction: vec3<f32>, normal: vec3<f32>, parameters: LobeParameters) -> Lobe {
-    return Lobe(2.0 * dot(normal, direction) * normal - direction, parameters.w, normal, parameters.rgb);
+    let spread = select(parameters.w, parameters.w / BARE, is_bare(parameters));
+    return Lobe(2.0 * dot(normal, direction) * normal - direction, spread, normal, parameters.rgb);
 }
 
 // Texels of a stored lobe, one per layer of a list: of Phong lobes, and of any.

@@ -78,6 +78,8 @@ struct Receiver {
     normal: vec3<f32>,
     geometric_normal: vec3<f32>,
     lobe: Lobe,
+    // Whether it reflects by more than its lobe.
+    has_base: bool,
 }
 
 // What a Q contributes to a sum over samples.

@@ -17,7 +17,7 @@ fn mis_contribution(
     let cosine = dot(receiver.normal, direction);
     let is_above = cosine > 0.0 && dot(receiver.geometric_normal, direction) > 0.0 && cosine_q > 0.0;
     // Samples per solid angle at P: from P, and from L.
-    var density = diffuse_density(1.0, cosine);
+    var density = select(0.0, diffuse_density(1.0, cosine), receiver.has_base);
     var contribution: Contribution;
     if (GLOSSY) {
         let shape = eval_lobe(receiver.lobe, direction);
@@ -27,7 +27,7 @@ fn mis_contribution(
     if (parameters.vpl_samples > 0u) {
         density += f32(CANDIDATES) * vpl_density * distance_squared / max(cosine_q, 1e-6);
     }
-    contribution.irradiance = select(vec3<f32>(0.0), radiance * (cosine / density), is_above);
+    contribution.irradiance = select(vec3<f32>(0.0), radiance * (cosine / max(density, 1e-30)), is_above);
     return contribution;
 }
 

@@ -20,8 +20,11 @@ fn receiver_of(packet: Packet) -> Receiver {
     // P and the camera.
     let to_camera = normalize(parameters.camera_position - receiver.position);
     receiver.start = before_surface(receiver.position, receiver.geometric_normal, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
+    receiver.has_base = true;
     if (GLOSSY) {
-        receiver.lobe = lobe_of(to_camera, receiver.normal, textureLoad(lobe_parameters, receiver.pixel, 0));
+        let lobe = textureLoad(lobe_parameters, receiver.pixel, 0);
+        receiver.lobe = lobe_of(to_camera, receiver.normal, lobe);
+        receiver.has_base = !is_bare(lobe);
     }
     return receiver;
 }

@@ -6,6 +6,9 @@ use glam::DVec3;
 
 use crate::scene::{Bands, Material, MetallicRoughness};
 
+/// As in `shaders/shared/brdf.wgsl`.
+const BARE: f32 = 2048.0;
+
 /// f = k_d/π + what the lobe adds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Brdf {
@@ -102,9 +105,15 @@ impl Lobe {
         [r, g, b, spread].map(|number| number as f32)
     }
 
-    /// The inverse of [`Lobe::texel`].
+    /// The inverse of [`Lobe::texel`]. Shaders also tell whether k_d is 0.
     pub fn of_texel(texel: [f32; 4]) -> Lobe {
         let [r, g, b, spread] = texel.map(f64::from);
+        let is_bare = spread < -1.0;
+        let spread = if is_bare {
+            spread / f64::from(BARE)
+        } else {
+            spread
+        };
         match spread < 0.0 {
             false => Lobe::Phong {
                 ks: [r, g, b],
