@@ -1,5 +1,7 @@
 //! Options for indirect light.
 
+use std::collections::HashSet;
+
 use super::{
     Limits, Parameter, ParameterKind, ParameterValue, Parameters,
     parameters::{ParameterType, check_limits, parameters},
@@ -196,54 +198,42 @@ impl IndirectLight {
 
     /// Every parameter of any estimator, each once.
     pub fn all_parameters() -> impl Iterator<Item = &'static Parameter> {
-        let is_of_sum = |parameter: &&Parameter| parameter.name != "rsm_size";
-        let of_sums = RsmAverage::PARAMETERS.iter().filter(is_of_sum);
-        FinalGather::PARAMETERS.iter().chain(of_sums)
+        let mut names = HashSet::new();
+        let all = IndirectLight::all().into_iter();
+        let rows = all.flat_map(|indirect| indirect.parameters().rows());
+        rows.filter(move |row| names.insert(row.name))
     }
 
-    /// Its parameters, with their values if they are set.
-    pub fn parameters(&self) -> Vec<(&'static Parameter, Option<ParameterValue>)> {
+    pub fn parameters(&self) -> &dyn Parameters {
         match self {
-            IndirectLight::FinalGather(gather) => gather.named_values(),
-            IndirectLight::RsmAverage(average) => average.named_values(),
-            IndirectLight::InstantRadiosity(radiosity) => radiosity.named_values(),
+            IndirectLight::FinalGather(gather) => gather,
+            IndirectLight::RsmAverage(average) => average,
+            IndirectLight::InstantRadiosity(radiosity) => radiosity,
+        }
+    }
+
+    pub fn parameters_mut(&mut self) -> &mut dyn Parameters {
+        match self {
+            IndirectLight::FinalGather(gather) => gather,
+            IndirectLight::RsmAverage(average) => average,
+            IndirectLight::InstantRadiosity(radiosity) => radiosity,
         }
     }
 
     /// Whether the estimator has a parameter of this name.
     pub fn has(&self, name: &str) -> bool {
-        let mut parameters = self.parameters().into_iter();
-        parameters.any(|(parameter, _)| parameter.name == name)
+        let mut rows = self.parameters().rows().iter();
+        rows.any(|parameter| parameter.name == name)
     }
 
     /// The value of the parameter of this name, if the estimator has it and it is set.
     pub fn value(&self, name: &str) -> Option<ParameterValue> {
-        let mut parameters = self.parameters().into_iter();
+        let mut parameters = self.parameters().named_values().into_iter();
         parameters.find(|(parameter, _)| parameter.name == name)?.1
     }
 
-    /// Sets each of its parameters for which `read` finds a value; the others stay.
-    ///
-    /// # Errors
-    /// The first of `read`.
-    pub fn read<E>(
-        &mut self,
-        read: impl FnMut(&'static Parameter) -> std::result::Result<Option<ParameterValue>, E>,
-    ) -> std::result::Result<(), E> {
-        match self {
-            IndirectLight::FinalGather(gather) => gather.read(read),
-            IndirectLight::RsmAverage(average) => average.read(read),
-            IndirectLight::InstantRadiosity(radiosity) => radiosity.read(read),
-        }
-    }
-
     pub(crate) fn validate(&self) -> Result<()> {
-        let part = Part("indirect".into());
-        match self {
-            IndirectLight::FinalGather(gather) => check_limits(&part, gather),
-            IndirectLight::RsmAverage(average) => check_limits(&part, average),
-            IndirectLight::InstantRadiosity(radiosity) => check_limits(&part, radiosity),
-        }
+        check_limits(&Part("indirect".into()), self.parameters())
     }
 }
 
