@@ -157,14 +157,6 @@ impl IndirectLight {
         }
     }
 
-    /// Those of final gathering as a mutable reference.
-    pub fn gather_mut(&mut self) -> Option<&mut FinalGather> {
-        match self {
-            IndirectLight::FinalGather(gather) => Some(gather),
-            _ => None,
-        }
-    }
-
     /// The target error against the true bounce; `None` for sums.
     pub fn target_error(&self) -> Option<f64> {
         self.gather().map(|gather| gather.target_error)
@@ -172,28 +164,13 @@ impl IndirectLight {
 
     /// Texels along one edge of a face of the RSM; `None`: camlux chooses.
     pub fn rsm_size(&self) -> Option<u32> {
-        match self {
-            IndirectLight::RsmAverage(RsmAverage { rsm_size, .. })
-            | IndirectLight::InstantRadiosity(InstantRadiosity { rsm_size }) => Some(*rsm_size),
-            IndirectLight::FinalGather(gather) => gather.rsm_size,
-        }
-    }
-
-    /// Sets the size of the RSM, texels along one edge of a face.
-    pub const fn set_rsm_size(&mut self, size: u32) {
-        match self {
-            IndirectLight::RsmAverage(RsmAverage { rsm_size, .. })
-            | IndirectLight::InstantRadiosity(InstantRadiosity { rsm_size }) => *rsm_size = size,
-            IndirectLight::FinalGather(gather) => gather.rsm_size = Some(size),
-        }
+        let size = self.value("rsm_size")?.number()?;
+        Some(size as u32)
     }
 
     /// The target error of the interpolation, against the sum at every pixel; `None` if nothing is interpolated.
     pub fn interpolation_error(&self) -> Option<f64> {
-        match self {
-            IndirectLight::RsmAverage(average) => average.interpolation_error,
-            _ => None,
-        }
+        self.value("interpolation_error")?.number()
     }
 
     /// Every parameter of any estimator, each once.
