@@ -221,17 +221,22 @@ fn keys(defaults: &dyn Parameters) -> String {
 
 #[test]
 fn the_tables_of_scene_files_are_those_of_the_parameters() {
+    let titled = |title: &str, parameters: &dyn Parameters| {
+        format!("\nThe keys of {title}:\n{}", keys(parameters))
+    };
     let of_light = |profile: Profile| {
-        let (kind, keys) = (profile.kind(), keys(profile.numbers()?));
-        Some(format!(
-            "\nThe keys of `kind = \"{kind}\"`, beside `position`, `direction` and `power_w`:\n{keys}"
-        ))
+        let kind = profile.kind();
+        let title = format!("`kind = \"{kind}\"`, beside `position`, `direction` and `power_w`");
+        Some(titled(&title, profile.numbers()?))
     };
     let profiles = Light::KINDS.into_iter().filter_map(Profile::of_kind);
-    let lights: String = profiles.filter_map(of_light).collect();
-    let noise = ("[tof.noise]", keys(&SensorNoise::DEFAULT));
-    let estimators = IndirectLight::all().map(|each| (each.name(), keys(each.parameters())));
-    for (what, made) in estimators.into_iter().chain([("lights", lights), noise]) {
+    let estimators =
+        IndirectLight::all().map(|each| titled(&format!("`{}`", each.name()), each.parameters()));
+    for (what, made) in [
+        ("lights", profiles.filter_map(of_light).collect()),
+        ("[tof.noise]", keys(&SensorNoise::DEFAULT)),
+        ("estimators", estimators.concat()),
+    ] {
         let lines = [
             format!("<!-- keys of {what}: from the rows of src/scene -->"),
             "<!-- end of the keys -->".into(),
