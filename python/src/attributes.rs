@@ -185,7 +185,8 @@ impl<'py> Part<'py> {
     /// Those of the object of that name, unless it is None; it has all of them.
     pub fn parameters<T: Parameters>(&self, name: &str, mut into: T) -> PyResult<Option<T>> {
         let part = self.part(name)?;
-        part.map(|part| part.read(&mut into).map(|()| into)).transpose()
+        part.map(|part| part.read(&mut into).map(|()| into))
+            .transpose()
     }
 
     /// The object of that name, unless it is None.

@@ -64,16 +64,13 @@ impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
         let lights = scene.lights.iter().map(|light| self.light(light));
-        let sensor = scene
-            .sensor
-            .map(|sensor| self.parameters(&sensor));
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
             meshes: PyList::new(py, meshes(py, &scene.meshes)?)?,
             materials: self.materials(&scene.materials, scene.textures.clone())?,
             indirect: scene.indirect.map(|indirect| self.parameters(indirect.parameters())).transpose()?,
-            sensor: sensor.transpose()?,
+            sensor: scene.sensor.map(|sensor| self.parameters(&sensor)).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
         )
@@ -214,8 +211,6 @@ impl<'py> Classes<'py> {
     }
 
     fn tof(&self, tof: &TimeOfFlight) -> PyResult<Bound<'py, PyAny>> {
-        let noise = tof.noise.as_ref();
-        let noise = noise.map(|noise| self.parameters(noise));
         object!(self, "TimeOfFlight",
             frequencies_hz: &tof.frequencies_hz,
             phase_count: tof.phase_count,
@@ -224,7 +219,7 @@ impl<'py> Classes<'py> {
             phase_offset_deg: tof.phase_offset_deg,
             ambient_lights: &tof.ambient_lights,
             output: tof.output.name(),
-            noise: noise.transpose()?,
+            noise: tof.noise.map(|noise| self.parameters(&noise)).transpose()?,
         )
     }
 
@@ -241,8 +236,6 @@ impl<'py> Classes<'py> {
                 Some(ParameterValue::Flag(flag)) => fields.set_item(name, flag)?,
             }
         }
-        self.0
-            .getattr(parameters.name())?
-            .call((), Some(&fields))
+        self.0.getattr(parameters.name())?.call((), Some(&fields))
     }
 }
