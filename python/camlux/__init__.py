@@ -79,9 +79,9 @@ from .writer import DatasetWriter
 _Mapping.register(_Layers)  # pyright: ignore[reportAttributeAccessIssue]
 
 __all__ = [
+    "AreaLight",
     "ArgumentError",
     "ArgumentTypeError",
-    "AreaLight",
     "Camera",
     "CamluxWarning",
     "Cancelled",

@@ -170,27 +170,6 @@ class PointLight(Fields):
 
 
 @dataclass(slots=True, eq=False)
-class SpotLight(Fields):
-    """Emits its power into a cone: evenly inside the inner half angle, and nothing outside the outer one.
-
-    position_m: position, m.
-    direction: of the axis, of any length.
-    inner_half_angle_deg, outer_half_angle_deg: from the axis, degrees, up to 180.
-    power_w: power of each band, W.
-    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
-        they are in world space.
-    """
-
-    kind: ClassVar[str] = "spot"
-    position_m: Vector
-    direction: Vector
-    inner_half_angle_deg: Number
-    outer_half_angle_deg: Number
-    power_w: Bands
-    relative_to: Literal["camera"] | None = None
-
-
-@dataclass(slots=True, eq=False)
 class DirectionalLight(Fields):
     """Parallel light.
 
@@ -252,7 +231,35 @@ class AreaLight(Fields):
     relative_to: Literal["camera"] | None = None
 
 
+# lights: from the rows of the engine's parameters.
+
+
+@dataclass(slots=True, eq=False)
+class SpotLight(Fields):
+    """Emits its power into a cone: evenly inside the inner half angle, and nothing outside the outer one.
+
+    position_m: position, m.
+    direction: of the axis, of any length.
+    inner_half_angle_deg: θ_i, up to which the intensity is full, degrees from the axis; at most `outer_half_angle_deg`.
+    outer_half_angle_deg: θ_o, beyond which there is no light, degrees from the axis. Limits: 0.0001 to 180.
+    power_w: power of each band, W.
+    relative_to: camera: position and directions are in the camera's axes (x right, y down, z forward), and the light moves with it; None:
+        they are in world space.
+    """
+
+    kind: ClassVar[str] = "spot"
+    position_m: Vector
+    direction: Vector
+    inner_half_angle_deg: Number
+    outer_half_angle_deg: Number
+    power_w: Bands
+    relative_to: Literal["camera"] | None = None
+
+
 Light: TypeAlias = Union[PointLight, SpotLight, DirectionalLight, PatternLight, AreaLight]
+
+
+# End of lights.
 
 
 Wrap: TypeAlias = Literal["repeat", "mirror", "clamp"]
@@ -463,10 +470,10 @@ class InstantRadiosity(Fields):
     rsm_size: Whole = 64
 
 
-# End of indirect light.
-
-
 Indirect: TypeAlias = Union[FinalGather, RsmAverage, InstantRadiosity]
+
+
+# End of indirect light.
 
 
 @dataclass(slots=True, eq=False)

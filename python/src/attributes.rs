@@ -1,6 +1,6 @@
 //! Reads the attributes of scene.py's objects; each error names the part of the scene.
 
-use camlux::scene::{Parameter, ParameterKind, ParameterValue};
+use camlux::scene::{Parameter, ParameterKind, ParameterValue, Parameters};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyType};
 
@@ -141,7 +141,7 @@ impl<'py> Part<'py> {
     }
 
     /// The value of a parameter; `None`: an optional one that is None.
-    pub fn parameter(&self, parameter: &Parameter) -> PyResult<Option<ParameterValue>> {
+    fn parameter(&self, parameter: &Parameter) -> PyResult<Option<ParameterValue>> {
         let Parameter {
             name, is_optional, ..
         } = *parameter;
@@ -175,6 +175,18 @@ impl<'py> Part<'py> {
                 return Ok(chosen.map(ParameterValue::Name));
             }
         }))
+    }
+
+    /// Sets parameters to the attributes of their names.
+    pub fn read(&self, into: &mut dyn Parameters) -> PyResult<()> {
+        into.read(|parameter| self.parameter(parameter))
+    }
+
+    /// Those of the object of that name, unless it is None; it has all of them.
+    pub fn parameters<T: Parameters>(&self, name: &str, mut into: T) -> PyResult<Option<T>> {
+        let part = self.part(name)?;
+        part.map(|part| part.read(&mut into).map(|()| into))
+            .transpose()
     }
 
     /// The object of that name, unless it is None.

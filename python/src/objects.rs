@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use camlux::scene::{
-    self, Camera, Carrier, Distortion, IndirectLight, Lens, Material, Parameter, ParameterValue,
-    Parameters, PlacedLight, Profile, Shadow, Shared, TextureLookup, TimeOfFlight,
+    self, Camera, Carrier, Distortion, Lens, Material, Parameter, ParameterValue, Parameters,
+    PlacedLight, Profile, Shadow, Shared, TextureLookup, TimeOfFlight,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -48,6 +48,13 @@ pub fn materials<'py>(
     Classes(py.import("camlux.scene")?).materials(materials, textures)
 }
 
+/// The class of lights of a kind. A projector is a light whose pattern is an image.
+pub fn light_class(kind: &str) -> String {
+    let kind = if kind == "projector" { "pattern" } else { kind };
+    let (first, rest) = kind.split_at(1);
+    format!("{}{rest}Light", first.to_uppercase())
+}
+
 /// A tuple, because Python compares tuples by value.
 fn triple(vector: impl Into<[f64; 3]>) -> (f64, f64, f64) {
     vector.into().into()
@@ -57,16 +64,13 @@ impl<'py> Classes<'py> {
     fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
         let py = self.0.py();
         let lights = scene.lights.iter().map(|light| self.light(light));
-        let sensor = scene
-            .sensor
-            .map(|sensor| self.parameters("Sensor", sensor.named_values()));
         object!(self, "Scene",
             camera: self.camera(&scene.camera)?,
             lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
             meshes: PyList::new(py, meshes(py, &scene.meshes)?)?,
             materials: self.materials(&scene.materials, scene.textures.clone())?,
-            indirect: scene.indirect.map(|indirect| self.indirect(&indirect)).transpose()?,
-            sensor: sensor.transpose()?,
+            indirect: scene.indirect.map(|indirect| self.parameters(indirect.parameters())).transpose()?,
+            sensor: scene.sensor.map(|sensor| self.parameters(&sensor)).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
         )
@@ -110,13 +114,6 @@ impl<'py> Classes<'py> {
             Some(Carrier::Camera) => Some("camera"),
             Some(Carrier::Mesh(_)) | None => None,
         };
-        let class = match placed.kind() {
-            "point" => "PointLight",
-            "spot" => "SpotLight",
-            "directional" => "DirectionalLight",
-            "area" => "AreaLight",
-            _ => "PatternLight",
-        };
         let fields = PyDict::new(py);
         for (name, numbers) in placed.parameters() {
             match numbers[..] {
@@ -134,7 +131,8 @@ impl<'py> Classes<'py> {
             _ => {}
         }
         fields.set_item("relative_to", relative_to)?;
-        self.0.getattr(class)?.call((), Some(&fields))
+        let class = self.0.getattr(light_class(placed.kind()))?;
+        class.call((), Some(&fields))
     }
 
     fn materials(
@@ -174,7 +172,7 @@ impl<'py> Classes<'py> {
             let lookup = lookup.map(|lookup| self.lookup(lookup, &textures[lookup.texture]));
             lookup.transpose()
         };
-        let facets = microfacets.map(|of| self.parameters("MetallicRoughness", of.named_values()));
+        let facets = microfacets.map(|of| self.parameters(&of));
         object!(self, "Material",
             name: name,
             kd: triple(*kd),
@@ -218,8 +216,6 @@ impl<'py> Classes<'py> {
     }
 
     fn tof(&self, tof: &TimeOfFlight) -> PyResult<Bound<'py, PyAny>> {
-        let noise = tof.noise.as_ref();
-        let noise = noise.map(|noise| self.parameters("SensorNoise", noise.named_values()));
         object!(self, "TimeOfFlight",
             frequencies_hz: &tof.frequencies_hz,
             phase_count: tof.phase_count,
@@ -228,27 +224,14 @@ impl<'py> Classes<'py> {
             phase_offset_deg: tof.phase_offset_deg,
             ambient_lights: &tof.ambient_lights,
             output: tof.output.name(),
-            noise: noise.transpose()?,
+            noise: tof.noise.map(|noise| self.parameters(&noise)).transpose()?,
         )
     }
 
-    fn indirect(&self, indirect: &IndirectLight) -> PyResult<Bound<'py, PyAny>> {
-        let class = match indirect {
-            IndirectLight::FinalGather(_) => "FinalGather",
-            IndirectLight::RsmAverage(_) => "RsmAverage",
-            IndirectLight::InstantRadiosity(_) => "InstantRadiosity",
-        };
-        self.parameters(class, indirect.parameters())
-    }
-
-    /// An object of a class whose fields are these parameters.
-    fn parameters(
-        &self,
-        class: &str,
-        values: Vec<(&Parameter, Option<ParameterValue>)>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    /// An object of the class whose fields are these parameters.
+    fn parameters(&self, parameters: &dyn Parameters) -> PyResult<Bound<'py, PyAny>> {
         let fields = PyDict::new(self.0.py());
-        for (Parameter { name, .. }, value) in values {
+        for (Parameter { name, .. }, value) in parameters.named_values() {
             match value {
                 None => fields.set_item(name, None::<f64>)?,
                 Some(ParameterValue::Number(number)) => fields.set_item(name, number)?,
@@ -258,6 +241,6 @@ impl<'py> Classes<'py> {
                 Some(ParameterValue::Flag(flag)) => fields.set_item(name, flag)?,
             }
         }
-        self.0.getattr(class)?.call((), Some(&fields))
+        self.0.getattr(parameters.name())?.call((), Some(&fields))
     }
 }

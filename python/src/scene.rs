@@ -5,14 +5,15 @@ use std::path::PathBuf;
 use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, Filter, IndirectLight,
-    Intrinsics, Lens, Light, Material, MetallicRoughness, Parameters, PixelFilter, PixelSampling, PlacedLight,
-    Profile, Sensor, SensorNoise, Shadow, SpotCone, TextureLookup, TimeOfFlight, Wrap,
+    Intrinsics, Lens, Light, Material, MetallicRoughness, PixelFilter, PixelSampling, PlacedLight,
+    Profile, Sensor, SensorNoise, Shadow, TextureLookup, TimeOfFlight, Wrap,
 };
 use pyo3::prelude::*;
 
 use crate::attributes::Part;
 use crate::errors::{ArgumentTypeError, raised};
 use crate::mesh::Mesh;
+use crate::objects::light_class;
 use crate::parts::{Pattern, ProjectedImage, Texture};
 
 /// The scene that a `camlux.Scene` describes; its values are not validated yet.
@@ -34,10 +35,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     });
     let mut scene = camlux::Scene {
         camera,
-        sensor: part
-            .part("sensor")?
-            .map(|sensor| sensor_from(&sensor))
-            .transpose()?,
+        sensor: part.parameters("sensor", Sensor::DEFAULT)?,
         tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
         lights: lights.iter().map(placed_from).collect::<PyResult<_>>()?,
         meshes: meshes.collect::<PyResult<_>>()?,
@@ -151,26 +149,23 @@ fn placed_from(part: &Part) -> PyResult<PlacedLight> {
 }
 
 fn light_from(part: &Part) -> PyResult<Light> {
-    let class = part
-        .object
-        .getattr("kind")
-        .and_then(|kind| kind.extract::<String>());
-    Ok(match class.as_deref() {
-        Ok("point") => Light::point(part.vector("position_m")?, part.bands("power_w")?),
-        Ok("spot") => {
-            let position_m = part.vector("position_m")?;
-            let direction = part.vector("direction")?;
-            let cone = SpotCone {
-                inner_half_angle_deg: part.number("inner_half_angle_deg")?,
-                outer_half_angle_deg: part.number("outer_half_angle_deg")?,
-            };
-            Light::spot(position_m, direction, cone, part.bands("power_w")?)
+    let kind = kind_of(part, "kind");
+    if let Some(mut profile) = Profile::of_kind(&kind) {
+        let position_m = part.vector("position_m")?;
+        let direction = profile.has_axis().then(|| part.vector("direction"));
+        let direction = direction.transpose()?.unwrap_or(DVec3::Z);
+        if let Some(numbers) = profile.numbers_mut() {
+            part.read(numbers)?;
         }
-        Ok("directional") => {
+        let power_w = part.bands("power_w")?;
+        return Ok(Light::spot(position_m, direction, profile, power_w));
+    }
+    Ok(match &*kind {
+        "directional" => {
             let direction = part.vector("direction")?;
             Light::directional(direction, part.bands("irradiance_w_m2")?)
         }
-        Ok("pattern") => {
+        "pattern" => {
             let pattern: Bound<PyAny> = part.need("pattern", "give a camlux.Pattern")?;
             let position_m = part.vector("position_m")?;
             let direction = part.vector("direction")?;
@@ -185,7 +180,7 @@ fn light_from(part: &Part) -> PyResult<Light> {
             };
             Light::with_profile(position_m, direction, up, profile, part.bands("power_w")?)
         }
-        Ok("area") => {
+        "area" => {
             let direction = part.vector("direction")?;
             let size_m = part.optional("size_m", "give width and height, metres")?;
             let up: Option<[f64; 3]> = part.optional("up", "give three numbers")?;
@@ -204,10 +199,23 @@ fn light_from(part: &Part) -> PyResult<Light> {
             Light::area(position_m, direction, up.map(DVec3::from), shape, power_w)
         }
         _ => {
-            let hint = "give a PointLight, SpotLight, DirectionalLight, PatternLight or AreaLight";
-            return Err(part.type_error(format_args!("is of {}", part.object.get_type()), hint));
+            let mut classes = Vec::from_iter(Light::KINDS.map(light_class));
+            classes.dedup();
+            return Err(wrong_class(part, &classes, ""));
         }
     })
+}
+
+/// What an object of a scene is, by a variable of its class. Empty for other objects.
+fn kind_of(part: &Part, variable: &str) -> String {
+    let kind = part.object.getattr(variable);
+    kind.and_then(|kind| kind.extract()).unwrap_or_default()
+}
+
+fn wrong_class(part: &Part, classes: &[String], or_none: &str) -> PyErr {
+    let (last, others) = classes.split_last().expect("there are classes");
+    let hint = format!("give a {} or {last}{or_none}", others.join(", "));
+    part.type_error(format_args!("is of {}", part.object.get_type()), &hint)
 }
 
 /// The textures of a scene, each once.
@@ -266,11 +274,6 @@ impl<'py> Textures<'py> {
             let problem = format_args!("ks is {ks:?}, but shininess is None");
             return Err(part.error(problem, "set shininess to an exponent such as 20"));
         }
-        let microfacets = part.part("microfacets")?.map(|part| {
-            let mut of = MetallicRoughness::DEFAULT;
-            of.read(|parameter| part.parameter(parameter))?;
-            Ok::<_, PyErr>(of)
-        });
         Ok(Material {
             name: part.text("name")?,
             kd: part.bands("kd")?,
@@ -282,16 +285,10 @@ impl<'py> Textures<'py> {
             normal_texture: self.lookup(part, "normal_texture")?,
             alpha_texture: self.lookup(part, "alpha_texture")?,
             alpha_cutoff: part.number("alpha_cutoff")?,
-            microfacets: microfacets.transpose()?,
+            microfacets: part.parameters("microfacets", MetallicRoughness::DEFAULT)?,
             metallic_roughness_texture: self.lookup(part, "metallic_roughness_texture")?,
         })
     }
-}
-
-fn sensor_from(part: &Part) -> PyResult<Sensor> {
-    let mut sensor = Sensor::DEFAULT;
-    sensor.read(|parameter| part.parameter(parameter))?;
-    Ok(sensor)
 }
 
 fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
@@ -301,12 +298,6 @@ fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
         Err(_) => part.need("contrasts", "give a number, or one for each frequency")?,
     };
     let output = part.choice("output", &ChargeUnit::ALL, ChargeUnit::name)?;
-    let noise = part.part("noise")?;
-    let noise = noise.map(|part| {
-        let mut noise = SensorNoise::of_full_well(0.0);
-        noise.read(|parameter| part.parameter(parameter))?;
-        Ok::<_, PyErr>(noise)
-    });
     Ok(TimeOfFlight {
         frequencies_hz,
         phase_count: part.count("phase_count")?,
@@ -315,23 +306,17 @@ fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
         phase_offset_deg: part.number("phase_offset_deg")?,
         ambient_lights: part.need("ambient_lights", "give a list of indices of lights")?,
         output: output.unwrap_or_default(),
-        noise: noise.transpose()?,
+        noise: part.parameters("noise", SensorNoise::DEFAULT)?,
     })
 }
 
 fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
-    let class = part
-        .object
-        .getattr("estimator")
-        .and_then(|name| name.extract::<String>());
-    let mut indirect = class
-        .ok()
-        .and_then(|name| IndirectLight::from_name(&name))
-        .ok_or_else(|| {
-            let hint = "give a FinalGather, RsmAverage or InstantRadiosity, or None";
-            part.type_error(format_args!("is of {}", part.object.get_type()), hint)
-        })?;
-    indirect.read(|parameter| part.parameter(parameter))?;
+    let name = kind_of(part, "estimator");
+    let mut indirect = IndirectLight::from_name(&name).ok_or_else(|| {
+        let classes = IndirectLight::all().map(|indirect| indirect.parameters().name().into());
+        wrong_class(part, &classes, ", or None")
+    })?;
+    part.read(indirect.parameters_mut())?;
     Ok(indirect)
 }
 

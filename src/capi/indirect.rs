@@ -275,7 +275,7 @@ fn indirect_from_c(mut raw: camlux_indirect) -> Outcome<IndirectLight> {
             return Err(Error::scene("indirect", problem, hint).into());
         }
     }
-    indirect.read(|parameter| {
+    indirect.parameters_mut().read(|parameter| {
         let member = members.iter().find(|(name, _)| *name == parameter.name);
         member.map_or(Ok(None), |(name, member)| member.value(name))
     })?;

@@ -1,11 +1,13 @@
 //! Lights.
 
+use std::slice;
+
 use glam::DVec3;
 
 use super::*;
 use crate::{
     Error,
-    scene::{AreaShape, Carrier, Light, PlacedLight, Profile, SpotCone},
+    scene::{AreaShape, Carrier, Light, ParameterValue, PlacedLight, Profile},
 };
 
 /// Emits its power evenly over the sphere: position_m, power_w.
@@ -145,53 +147,79 @@ pub unsafe extern "C" fn camlux_scene_get_light(
     })
 }
 
-fn light_from_c(light: camlux_light, profile: Option<Profile>) -> Outcome<PlacedLight> {
+const KINDS: [(i32, &str, &str); 6] = args::choices![
+    CAMLUX_LIGHT_POINT => "point",
+    CAMLUX_LIGHT_SPOT => "spot",
+    CAMLUX_LIGHT_DIRECTIONAL => "directional",
+    CAMLUX_LIGHT_PATTERN => "pattern",
+    CAMLUX_LIGHT_PROJECTOR => "projector",
+    CAMLUX_LIGHT_AREA => "area",
+];
+
+/// The member that holds a parameter of a light.
+fn member<'l>(light: &'l mut camlux_light, name: &str) -> &'l mut [f64] {
+    match name {
+        "position_m" => &mut light.position_m,
+        "direction" => &mut light.direction,
+        "up" => &mut light.up,
+        "power_w" => &mut light.power_w,
+        "irradiance_w_m2" => &mut light.irradiance_w_m2,
+        "inner_half_angle_deg" => slice::from_mut(&mut light.inner_half_angle_deg),
+        "outer_half_angle_deg" => slice::from_mut(&mut light.outer_half_angle_deg),
+        "size_m" => &mut light.size_m,
+        "radius_m" => slice::from_mut(&mut light.radius_m),
+        _ => unreachable!("camlux_light has no {name}"),
+    }
+}
+
+fn light_from_c(mut light: camlux_light, given: Option<Profile>) -> Outcome<PlacedLight> {
     args::reserved(camlux_light::NAME, light.reserved)?;
     let carriers = args::choices![
         CAMLUX_RELATIVE_TO_WORLD => None,
         CAMLUX_RELATIVE_TO_CAMERA => Some(Carrier::Camera),
     ];
-    type Make = fn(&camlux_light, Option<Profile>) -> Outcome<Light>;
-    let choices = args::choices![
-        CAMLUX_LIGHT_POINT => (|light, _| {
-            Ok(Light::point(light.position_m.into(), light.power_w))
-        }) as Make,
-        CAMLUX_LIGHT_SPOT => |light, _| {
-            let cone = SpotCone {
-                inner_half_angle_deg: light.inner_half_angle_deg,
-                outer_half_angle_deg: light.outer_half_angle_deg,
+    let kind = args::one_of("kind", light.kind, &KINDS)?;
+    let (position_m, direction) = (light.position_m.into(), light.direction.into());
+    let given = given.filter(|profile| profile.kind() == kind);
+    let read = match (kind, Profile::of_kind(kind), given) {
+        (_, Some(mut profile), _) => {
+            if let Some(numbers) = profile.numbers_mut() {
+                numbers.read(|row| {
+                    let number = member(&mut light, row.name)[0];
+                    Ok::<_, Failure>(Some(ParameterValue::Number(number)))
+                })?;
+            }
+            let direction = if profile.has_axis() {
+                direction
+            } else {
+                DVec3::Z
             };
-            let (position_m, direction) = (light.position_m.into(), light.direction.into());
-            Ok(Light::spot(position_m, direction, cone, light.power_w))
-        },
-        CAMLUX_LIGHT_DIRECTIONAL => |light, _| {
-            Ok(Light::directional(light.direction.into(), light.irradiance_w_m2))
-        },
-        CAMLUX_LIGHT_PATTERN => |light, profile| match profile {
-            Some(profile @ Profile::Measured(_)) => Ok(with_profile(light, profile)),
-            _ => Err(Failure::argument("pattern is NULL; give the pattern of the lamp")),
-        },
-        CAMLUX_LIGHT_PROJECTOR => |light, profile| match profile {
-            Some(profile @ Profile::Projected(_)) => Ok(with_profile(light, profile)),
-            _ => Err(Failure::argument("image is NULL; give the image of the projector")),
-        },
-        CAMLUX_LIGHT_AREA => |light, _| area(light),
-    ];
+            Light::spot(position_m, direction, profile, light.power_w)
+        }
+        (_, _, Some(profile)) => Light::with_profile(
+            position_m,
+            direction,
+            light.up.into(),
+            profile,
+            light.power_w,
+        ),
+        ("directional", ..) => Light::directional(direction, light.irradiance_w_m2),
+        ("area", ..) => area(&light)?,
+        ("pattern", ..) => {
+            return Err(Failure::argument(
+                "pattern is NULL; give the pattern of the lamp",
+            ));
+        }
+        _ => {
+            return Err(Failure::argument(
+                "image is NULL; give the image of the projector",
+            ));
+        }
+    };
     Ok(PlacedLight {
-        light: args::one_of("kind", light.kind, &choices)?(&light, profile)?,
+        light: read,
         relative_to: args::one_of("relative_to", light.relative_to, &carriers)?,
     })
-}
-
-fn with_profile(light: &camlux_light, profile: Profile) -> Light {
-    let (position_m, direction) = (light.position_m.into(), light.direction.into());
-    Light::with_profile(
-        position_m,
-        direction,
-        light.up.into(),
-        profile,
-        light.power_w,
-    )
 }
 
 fn area(light: &camlux_light) -> Outcome<Light> {
@@ -217,37 +245,19 @@ fn area(light: &camlux_light) -> Outcome<Light> {
 }
 
 fn placed_to_c(placed: &PlacedLight) -> camlux_light {
-    // The constants are numbered like these names.
-    let kind = Light::KINDS.iter().position(|kind| *kind == placed.kind());
-    let vector = |vector: Option<DVec3>| vector.unwrap_or_default().to_array();
+    let mut kinds = KINDS.iter();
+    let kind = kinds.find(|(.., kind)| *kind == placed.kind());
     let mut light = camlux_light {
-        kind: kind.unwrap_or_default() as i32,
-        position_m: vector(placed.position_m()),
-        direction: vector(placed.direction()),
-        up: vector(placed.up()),
+        kind: kind.map_or(CAMLUX_LIGHT_POINT, |(number, ..)| *number),
         relative_to: match placed.relative_to {
             Some(Carrier::Camera) => CAMLUX_RELATIVE_TO_CAMERA,
             Some(Carrier::Mesh(_)) | None => CAMLUX_RELATIVE_TO_WORLD,
         },
         ..Default::default()
     };
-    let Some(lamp) = placed.lamp() else {
-        light.irradiance_w_m2 = placed.emission();
-        return light;
-    };
-    light.power_w = lamp.power_w;
-    match &lamp.profile {
-        // Patterns and images are not returned.
-        Profile::Uniform | Profile::Measured(_) | Profile::Projected(_) => {}
-        Profile::Cone(cone) => {
-            light.inner_half_angle_deg = cone.inner_half_angle_deg;
-            light.outer_half_angle_deg = cone.outer_half_angle_deg;
-        }
-    }
-    match lamp.area {
-        None => {}
-        Some(AreaShape::Rectangle { size_m }) => light.size_m = size_m,
-        Some(AreaShape::Disc { radius_m }) => light.radius_m = radius_m,
+    // Patterns and images are not returned.
+    for (name, numbers) in placed.parameters() {
+        member(&mut light, name).copy_from_slice(&numbers);
     }
     light
 }

@@ -66,8 +66,8 @@ pub struct camlux_tof {
 
 c_struct!(
     camlux_tof_noise, 56,
-    bits: SensorNoise::of_full_well(0.0).bits,
-    gain_dn_per_e: SensorNoise::of_full_well(0.0).gain_dn_per_e,
+    bits: SensorNoise::DEFAULT.bits,
+    gain_dn_per_e: SensorNoise::DEFAULT.gain_dn_per_e,
 );
 
 c_struct!(

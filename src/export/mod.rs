@@ -109,7 +109,7 @@ impl Scene {
         };
         toml.table("[indirect]");
         toml.string("estimator", indirect.name());
-        toml.parameters(indirect.parameters());
+        toml.parameters(indirect.parameters().named_values());
     }
 }
 

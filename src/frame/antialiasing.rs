@@ -39,7 +39,7 @@ pub(super) fn average(
         for (light, squared_error) in squared_errors.iter_mut().enumerate() {
             let light = lights.update(context, light, scene)?;
             draw_maps(context, surfaces, &light)?;
-            if let Some(error) = shade(context, surfaces, seen, &light, images, seed, progress)? {
+            if let Some(error) = shade(context, seen, &light, images, seed, progress)? {
                 *squared_error.get_or_insert(0.0) += (sample.share * error).powi(2);
             }
         }

@@ -11,7 +11,6 @@ use crate::{
         direct::{self, SeenPoints},
         light::upload_area_point,
         random::hash,
-        surface::Surfaces,
     },
 };
 
@@ -29,7 +28,6 @@ const POINTS_PER_SUBMISSION: u32 = 32;
 /// Returns an estimate of the relRMSE of that light, from the difference of two halves of the points; `None` if no light shines.
 pub(super) fn shade(
     context: &Context,
-    surfaces: &Surfaces,
     seen: SeenPoints,
     light: &UpdatedLight,
     images: &FrameImages,
@@ -58,15 +56,7 @@ pub(super) fn shade(
             let place = lattice::scrambled(point, seed);
             let point_of_area = upload_area_point(context, index, device, place)?;
             let (point_of_area, half) = (Some(&point_of_area), sums.half(half));
-            direct::shade(
-                context,
-                surfaces,
-                unweighted,
-                device,
-                point_of_area,
-                occluders,
-                half,
-            )?;
+            direct::shade(context, unweighted, device, point_of_area, occluders, half)?;
             if (point + 1) % POINTS_PER_SUBMISSION == 0 {
                 context.finish()?;
             }

@@ -21,20 +21,25 @@ use crate::{
 /// its pixel, unless it is the only one.
 pub(super) fn see<'g>(
     context: &Context,
-    scene: &SceneResources,
+    scene: &'g SceneResources,
     offset_px: DVec2,
     share: Option<f64>,
     gbuffer: &'g GBuffer,
 ) -> Result<SeenPoints<'g>> {
+    let surfaces = scene.surfaces()?;
     let camera = view::of_camera(&context.scene.camera, context.space, offset_px);
     let camera = upload_view(context.device, &camera)?;
     if context.plan.has_primary_rays {
         let (scene, lens) = (scene.hit_scene()?, scene.lens_rays());
         primary_rays::draw(context, scene, &camera, lens, offset_px, gbuffer)?;
     } else {
-        gbuffer::draw(context, scene.surfaces()?, &camera, gbuffer)?;
+        gbuffer::draw(context, surfaces, &camera, gbuffer)?;
     }
-    Ok(SeenPoints { gbuffer, share })
+    Ok(SeenPoints {
+        surfaces,
+        gbuffer,
+        share,
+    })
 }
 
 /// Draws the maps of a light that have to be made.
@@ -56,7 +61,6 @@ pub(super) fn draw_maps(
 /// Returns an estimate of the relRMSE of a light with an area.
 pub(super) fn shade(
     context: &Context,
-    surfaces: &Surfaces,
     seen: SeenPoints,
     light: &UpdatedLight,
     images: &FrameImages,
@@ -64,17 +68,9 @@ pub(super) fn shade(
     progress: &mut ProgressReport,
 ) -> Result<Option<f64>> {
     if light.device.plan.is_area() {
-        return area_light::shade(context, surfaces, seen, light, images, seed, progress);
+        return area_light::shade(context, seen, light, images, seed, progress);
     }
     let direct = images.direct_images();
-    direct::shade(
-        context,
-        surfaces,
-        seen,
-        light.device,
-        None,
-        light.occluders,
-        direct,
-    )?;
+    direct::shade(context, seen, light.device, None, light.occluders, direct)?;
     Ok(None)
 }

@@ -94,7 +94,7 @@ pub(crate) fn draw(
         // Otherwise, direct light is averaged over the pixels below.
         if context.plan.pixel_sampling.is_none() {
             let seed = context.seed;
-            let error = shade(context, surfaces, centres, &light, images, seed, progress)?;
+            let error = shade(context, centres, &light, images, seed, progress)?;
             area_light_error = area_light_error.into_iter().chain(error).reduce(f64::max);
         }
         if let Some((rsm, vpls)) = light.vpls_to_list {

@@ -153,9 +153,7 @@ pub(crate) fn read_layers(
         phasors,
         has_radiance,
     } = NeededImages::new(images, wanted);
-    let tof = description
-        .time_of_flight()
-        .filter(|_| phasors[0].is_some());
+    let tof = TofCamera::of(description).filter(|_| phasors[0].is_some());
 
     let (mut geometry, mut paths) = (None, None);
     if let Some(position_instance) = position_instance {

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::atomic::output_error;
-use super::tof::TofCamera;
 use super::{Layer, TofQuantity};
 use crate::error::Result;
 use crate::model::FrameKey;
@@ -448,18 +447,6 @@ impl FrameDescription {
             key: FrameKey::default(),
             scene_hash,
         }
-    }
-
-    /// The time-of-flight camera, if there is one.
-    pub(crate) fn time_of_flight(&self) -> Option<TofCamera<'_>> {
-        let sensor = self.sensor?;
-        Some(TofCamera {
-            tof: self.tof.as_ref()?,
-            camera: self.camera,
-            sensor,
-            photodetector: sensor.photodetector()?,
-            frame: self.key,
-        })
     }
 }
 

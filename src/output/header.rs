@@ -111,7 +111,7 @@ pub(super) fn attributes(
     match (indirect, reference) {
         (Some(indirect), _) => {
             add("estimator", indirect.name().into());
-            for (parameter, value) in indirect.parameters() {
+            for (parameter, value) in indirect.parameters().named_values() {
                 match (parameter.kind, value) {
                     (ParameterKind::Count, Some(ParameterValue::Count(size))) => {
                         add(parameter.name, count(size as u32));

@@ -1,6 +1,8 @@
 //! Computes a time-of-flight camera's layers from the phasors of its pixels. Uses f64, because f32 resolves a phase only to 1e-7 turns.
 
-use super::{Frame, Layer, LayerData, TofQuantity, per_pixel, pixels_of_a_thread};
+use super::{
+    Frame, FrameDescription, Layer, LayerData, TofQuantity, per_pixel, pixels_of_a_thread,
+};
 use crate::{
     Error, Result,
     model::{
@@ -51,6 +53,18 @@ pub(crate) struct WantedLayers<'w> {
 }
 
 impl TofCamera<'_> {
+    /// That of a frame, if there is one.
+    pub fn of(description: &FrameDescription) -> Option<TofCamera<'_>> {
+        let sensor = description.sensor?;
+        Some(TofCamera {
+            tof: description.tof.as_ref()?,
+            camera: description.camera,
+            sensor,
+            photodetector: sensor.photodetector()?,
+            frame: description.key,
+        })
+    }
+
     /// The wanted layers of one frequency, except the standard error. `phasors`, `radiances` (L of all light at the pixel, W/sr/m²) and
     /// `half_paths_m` have one value per pixel; `lens_factors` are those of [`TofCamera::lens_factors`].
     pub fn layers(
@@ -368,7 +382,7 @@ impl Frame {
     /// [`Error::Internal`] for a frame without time of flight at that frequency, or unless each phase image has an exposure with the
     /// frame's number of pixels.
     pub fn expose(&mut self, frequency: usize, exposures: &[Exposure]) -> Result<()> {
-        let camera = self.description.time_of_flight();
+        let camera = TofCamera::of(&self.description);
         let camera = camera.filter(|camera| frequency < camera.tof.frequencies_hz.len());
         let camera = camera.ok_or_else(|| Error::internal("a frame has no phase images"))?;
         let count: usize = self.resolution_px.iter().map(|&px| px as usize).product();

@@ -33,9 +33,10 @@ pub(crate) struct DirectImages<'i> {
     pub phasors: Option<&'i Image>,
 }
 
-/// A G-buffer, and which points of the pixels it shows.
+/// Surfaces, a G-buffer of them, and which points of the pixels it shows.
 #[derive(Clone, Copy)]
 pub(crate) struct SeenPoints<'g> {
+    pub surfaces: &'g Surfaces,
     pub gbuffer: &'g GBuffer,
     /// Weight of each point in its pixel; `None`: the points are the pixels' centres.
     pub share: Option<f64>,
@@ -44,7 +45,6 @@ pub(crate) struct SeenPoints<'g> {
 /// Shades the points. For a light with an area, `point_of_area` is the uploaded point that shines.
 pub(crate) fn shade(
     context: &Context,
-    surfaces: &Surfaces,
     seen: SeenPoints,
     light: &DeviceLight,
     point_of_area: Option<&Buffer>,
@@ -99,7 +99,7 @@ pub(crate) fn shade(
     };
     match occluders {
         Occluders::Map(map) => {
-            resources.extend(surfaces.triangles());
+            resources.extend(seen.surfaces.triangles());
             resources.push(("light_map", Resource::Image(map)));
             dispatch(key(shaders::Shadow::Map), &resources, [0, height])
         }

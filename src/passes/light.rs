@@ -151,7 +151,6 @@ pub(crate) fn upload_area_point(
 
 fn pattern_numbers(profile: &Profile) -> Vec<f32> {
     match profile {
-        Profile::Uniform | Profile::Cone(_) => Vec::new(),
         Profile::Measured(pattern) => {
             let nodes = pattern.gammas_rad.iter().chain(&pattern.planes_rad);
             let values = nodes.chain(&pattern.intensities);
@@ -162,6 +161,7 @@ fn pattern_numbers(profile: &Profile) -> Vec<f32> {
             let lens = [fx, fy, cx, cy].map(|number| number as f32);
             [&lens, &image.values[..]].concat()
         }
+        _ => Vec::new(),
     }
 }
 

@@ -35,7 +35,7 @@ use crate::{
     Error, Result, Scene,
     output::{
         Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, PixelPhasors,
-        ReferenceSamples, TofQuantity, WantedLayers,
+        ReferenceSamples, TofCamera, TofQuantity, WantedLayers,
     },
     scene::{Bands, Camera, ChargeUnit, Direct, PixelSampling, TimeOfFlight},
 };
@@ -397,7 +397,7 @@ impl Reference {
         description: &FrameDescription,
         radiance: &dyn Fn(&Pixel) -> Bands,
     ) -> Vec<(Layer, LayerData)> {
-        let Some(camera) = description.time_of_flight() else {
+        let Some(camera) = TofCamera::of(description) else {
             return Vec::new();
         };
         let tof = camera.tof;

@@ -2,20 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::validate::Part;
+use super::{SpotCone, validate::Part};
 use crate::Result;
-
-/// The narrowest cone. f32 cannot tell a narrower one from a ray.
-const NARROWEST_DEG: f64 = 1e-4;
-
-/// Opening of a spot light: full intensity up to the inner half angle, falling to 0 at the outer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpotCone {
-    /// θ_i
-    pub inner_half_angle_deg: f64,
-    /// θ_o
-    pub outer_half_angle_deg: f64,
-}
 
 impl SpotCone {
     /// s(θ), 0 to 1, at the angle θ from the axis: 1 up to θ_i, cos(½π·(θ−θ_i)/(θ_o−θ_i)) up to θ_o, 0 beyond.
@@ -33,16 +21,6 @@ impl SpotCone {
 
     pub(super) fn validate(self, part: &Part) -> Result<()> {
         let (inner, outer) = (self.inner_half_angle_deg, self.outer_half_angle_deg);
-        part.require(
-            (NARROWEST_DEG..=180.0).contains(&outer),
-            format_args!("outer_half_angle_deg is {outer}"),
-            "give degrees above 0 (1e-4 at least), up to 180",
-        )?;
-        part.require(
-            inner >= 0.0,
-            format_args!("inner_half_angle_deg is {inner}"),
-            "give degrees from 0 up to outer_half_angle_deg",
-        )?;
         part.require(
             inner <= outer,
             format_args!(

@@ -1,5 +1,7 @@
 //! Options for indirect light.
 
+use std::collections::HashSet;
+
 use super::{
     Limits, Parameter, ParameterKind, ParameterValue, Parameters,
     parameters::{ParameterType, check_limits, parameters},
@@ -155,14 +157,6 @@ impl IndirectLight {
         }
     }
 
-    /// Those of final gathering as a mutable reference.
-    pub fn gather_mut(&mut self) -> Option<&mut FinalGather> {
-        match self {
-            IndirectLight::FinalGather(gather) => Some(gather),
-            _ => None,
-        }
-    }
-
     /// The target error against the true bounce; `None` for sums.
     pub fn target_error(&self) -> Option<f64> {
         self.gather().map(|gather| gather.target_error)
@@ -170,80 +164,53 @@ impl IndirectLight {
 
     /// Texels along one edge of a face of the RSM; `None`: camlux chooses.
     pub fn rsm_size(&self) -> Option<u32> {
-        match self {
-            IndirectLight::RsmAverage(RsmAverage { rsm_size, .. })
-            | IndirectLight::InstantRadiosity(InstantRadiosity { rsm_size }) => Some(*rsm_size),
-            IndirectLight::FinalGather(gather) => gather.rsm_size,
-        }
-    }
-
-    /// Sets the size of the RSM, texels along one edge of a face.
-    pub const fn set_rsm_size(&mut self, size: u32) {
-        match self {
-            IndirectLight::RsmAverage(RsmAverage { rsm_size, .. })
-            | IndirectLight::InstantRadiosity(InstantRadiosity { rsm_size }) => *rsm_size = size,
-            IndirectLight::FinalGather(gather) => gather.rsm_size = Some(size),
-        }
+        let size = self.value("rsm_size")?.number()?;
+        Some(size as u32)
     }
 
     /// The target error of the interpolation, against the sum at every pixel; `None` if nothing is interpolated.
     pub fn interpolation_error(&self) -> Option<f64> {
-        match self {
-            IndirectLight::RsmAverage(average) => average.interpolation_error,
-            _ => None,
-        }
+        self.value("interpolation_error")?.number()
     }
 
     /// Every parameter of any estimator, each once.
     pub fn all_parameters() -> impl Iterator<Item = &'static Parameter> {
-        let is_of_sum = |parameter: &&Parameter| parameter.name != "rsm_size";
-        let of_sums = RsmAverage::PARAMETERS.iter().filter(is_of_sum);
-        FinalGather::PARAMETERS.iter().chain(of_sums)
+        let mut names = HashSet::new();
+        let all = IndirectLight::all().into_iter();
+        let rows = all.flat_map(|indirect| indirect.parameters().rows());
+        rows.filter(move |row| names.insert(row.name))
     }
 
-    /// Its parameters, with their values if they are set.
-    pub fn parameters(&self) -> Vec<(&'static Parameter, Option<ParameterValue>)> {
+    pub fn parameters(&self) -> &dyn Parameters {
         match self {
-            IndirectLight::FinalGather(gather) => gather.named_values(),
-            IndirectLight::RsmAverage(average) => average.named_values(),
-            IndirectLight::InstantRadiosity(radiosity) => radiosity.named_values(),
+            IndirectLight::FinalGather(gather) => gather,
+            IndirectLight::RsmAverage(average) => average,
+            IndirectLight::InstantRadiosity(radiosity) => radiosity,
+        }
+    }
+
+    pub fn parameters_mut(&mut self) -> &mut dyn Parameters {
+        match self {
+            IndirectLight::FinalGather(gather) => gather,
+            IndirectLight::RsmAverage(average) => average,
+            IndirectLight::InstantRadiosity(radiosity) => radiosity,
         }
     }
 
     /// Whether the estimator has a parameter of this name.
     pub fn has(&self, name: &str) -> bool {
-        let mut parameters = self.parameters().into_iter();
-        parameters.any(|(parameter, _)| parameter.name == name)
+        let mut rows = self.parameters().rows().iter();
+        rows.any(|parameter| parameter.name == name)
     }
 
     /// The value of the parameter of this name, if the estimator has it and it is set.
     pub fn value(&self, name: &str) -> Option<ParameterValue> {
-        let mut parameters = self.parameters().into_iter();
+        let mut parameters = self.parameters().named_values().into_iter();
         parameters.find(|(parameter, _)| parameter.name == name)?.1
     }
 
-    /// Sets each of its parameters for which `read` finds a value; the others stay.
-    ///
-    /// # Errors
-    /// The first of `read`.
-    pub fn read<E>(
-        &mut self,
-        read: impl FnMut(&'static Parameter) -> std::result::Result<Option<ParameterValue>, E>,
-    ) -> std::result::Result<(), E> {
-        match self {
-            IndirectLight::FinalGather(gather) => gather.read(read),
-            IndirectLight::RsmAverage(average) => average.read(read),
-            IndirectLight::InstantRadiosity(radiosity) => radiosity.read(read),
-        }
-    }
-
     pub(crate) fn validate(&self) -> Result<()> {
-        let part = Part("indirect".into());
-        match self {
-            IndirectLight::FinalGather(gather) => check_limits(&part, gather),
-            IndirectLight::RsmAverage(average) => check_limits(&part, average),
-            IndirectLight::InstantRadiosity(radiosity) => check_limits(&part, radiosity),
-        }
+        check_limits(&Part("indirect".into()), self.parameters())
     }
 }
 

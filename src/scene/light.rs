@@ -96,12 +96,17 @@ fn any_up(direction: DVec3) -> DVec3 {
 impl Light {
     /// A point that emits equally in all directions.
     pub fn point(position_m: DVec3, power_w: Bands) -> Light {
-        Light::with_profile(position_m, DVec3::Z, DVec3::Y, Profile::Uniform, power_w)
+        Light::spot(position_m, DVec3::Z, Profile::Uniform, power_w)
     }
 
-    /// A point that emits into a cone about the direction.
-    pub fn spot(position_m: DVec3, direction: DVec3, cone: SpotCone, power_w: Bands) -> Light {
-        Light::with_profile(position_m, direction, DVec3::Y, cone, power_w)
+    /// A point that emits into a cone about the direction, or with another profile that does not change with a rotation about it.
+    pub fn spot(
+        position_m: DVec3,
+        direction: DVec3,
+        profile: impl Into<Profile>,
+        power_w: Bands,
+    ) -> Light {
+        Light::with_profile(position_m, direction, DVec3::Y, profile, power_w)
     }
 
     /// A measured lamp or a projector. `up` is not parallel to the direction.
@@ -183,7 +188,11 @@ impl Light {
         let given = given.filter_map(|(name, vector)| Some((name, vector?.to_array().to_vec())));
         let mut parameters: Vec<_> = given.collect();
         if let Some(lamp) = self.lamp() {
-            parameters.extend(lamp.profile.parameters());
+            let numbers = lamp.profile.numbers().into_iter();
+            let numbers = numbers.flat_map(|numbers| numbers.named_values());
+            parameters.extend(
+                numbers.filter_map(|(row, value)| Some((row.name, vec![value?.number()?]))),
+            );
             parameters.extend(lamp.area.map(AreaShape::parameter));
         }
         parameters.push((self.emission_name(), self.emission().to_vec()));

@@ -39,12 +39,9 @@ pub use area::AreaShape;
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::{Carrier, PlacedLight};
-pub use cone::{ConeIntegral, SpotCone};
+pub use cone::ConeIntegral;
 pub use distortion::Distortion;
-pub use indirect::{
-    DEFAULT_RSM_SIZE, DEFAULT_TARGET_ERROR, ErrorNorm, FinalGather, IndirectLight,
-    InstantRadiosity, RsmAverage, TARGET_ERRORS, VplSum,
-};
+pub use indirect::*;
 pub use instance::Instance;
 pub use lens_lights::LensLights;
 pub use light::{Lamp, Light};
@@ -59,7 +56,7 @@ pub(crate) use pattern::{Measured, place};
 pub use pattern::{Pattern, PatternAxes};
 pub use pattern_integral::PatternIntegral;
 pub use pixel_sampling::{PixelFilter, PixelSampling};
-pub use profile::Profile;
+pub use profile::*;
 pub use projected_image::ProjectedImage;
 pub use sensor::{Photodetector, Sensor};
 pub use shared::Shared;

@@ -156,10 +156,14 @@ impl<T: ParameterType + Default> ParameterType for Option<T> {
 
 /// A struct whose fields are parameters.
 pub trait Parameters {
+    /// The name of the struct.
+    fn name(&self) -> &'static str;
+
     /// What the struct is, in one or more sentences.
-    const ABOUT: &'static str;
+    fn about(&self) -> &'static str;
+
     /// A row for each field, in the order of the fields.
-    const PARAMETERS: &'static [Parameter];
+    fn rows(&self) -> &'static [Parameter];
 
     /// In the order of the rows; `None` for an optional parameter without a value.
     fn values(&self) -> Vec<Option<ParameterValue>>;
@@ -167,30 +171,32 @@ pub trait Parameters {
     /// Sets the parameter of this row to a value of its kind.
     fn set(&mut self, row: usize, value: ParameterValue);
 
+    /// Each parameter with its value.
+    fn named_values(&self) -> Vec<(&'static Parameter, Option<ParameterValue>)> {
+        self.rows().iter().zip(self.values()).collect()
+    }
+}
+
+impl dyn Parameters + '_ {
     /// Sets each parameter for which `read` finds a value; the others stay.
     ///
     /// # Errors
     /// The first of `read`.
-    fn read<E>(
+    pub fn read<E>(
         &mut self,
         mut read: impl FnMut(&'static Parameter) -> std::result::Result<Option<ParameterValue>, E>,
     ) -> std::result::Result<(), E> {
-        for (row, parameter) in Self::PARAMETERS.iter().enumerate() {
+        for (row, parameter) in self.rows().iter().enumerate() {
             if let Some(value) = read(parameter)? {
                 self.set(row, value);
             }
         }
         Ok(())
     }
-
-    /// Each parameter with its value.
-    fn named_values(&self) -> Vec<(&'static Parameter, Option<ParameterValue>)> {
-        Self::PARAMETERS.iter().zip(self.values()).collect()
-    }
 }
 
 /// Refuses values beyond the limits of their parameters.
-pub(super) fn check_limits(part: &Part, parameters: &impl Parameters) -> Result<()> {
+pub(super) fn check_limits(part: &Part, parameters: &dyn Parameters) -> Result<()> {
     for (parameter, value) in parameters.named_values() {
         let (Some(limits), Some(value)) = (parameter.limits, value) else {
             continue;
@@ -236,22 +242,32 @@ macro_rules! parameters {
         }
 
         impl $crate::scene::Parameters for $Struct {
-            const ABOUT: &'static str = concat!($($about),+);
-            const PARAMETERS: &'static [$crate::scene::Parameter] = &[$({
+            fn name(&self) -> &'static str {
+                stringify!($Struct)
+            }
+
+            fn about(&self) -> &'static str {
+                concat!($($about),+)
+            }
+
+            fn rows(&self) -> &'static [$crate::scene::Parameter] {
                 use $crate::scene::parameters::ParameterType;
-                #[allow(unused_mut, unused_assignments)]
-                let (mut limits, mut example) = (None, None);
-                $(limits = Some($limits);)?
-                $(example = Some($example);)?
-                $crate::scene::Parameter {
-                    name: stringify!($name),
-                    kind: <$type>::KIND,
-                    is_optional: <$type>::IS_OPTIONAL,
-                    limits,
-                    example,
-                    meaning: concat!($($meaning),+),
-                }
-            }),+];
+                const ROWS: &[$crate::scene::Parameter] = &[$({
+                    #[allow(unused_mut, unused_assignments)]
+                    let (mut limits, mut example) = (None, None);
+                    $(limits = Some($limits);)?
+                    $(example = Some($example);)?
+                    $crate::scene::Parameter {
+                        name: stringify!($name),
+                        kind: <$type>::KIND,
+                        is_optional: <$type>::IS_OPTIONAL,
+                        limits,
+                        example,
+                        meaning: concat!($($meaning),+),
+                    }
+                }),+];
+                ROWS
+            }
 
             fn values(&self) -> Vec<Option<$crate::scene::ParameterValue>> {
                 use $crate::scene::parameters::ParameterType;

@@ -7,8 +7,9 @@ use glam::DVec3;
 use super::hash::{digest_of_image, digest_of_pattern};
 use super::validate::Part;
 use super::{
-    ConeIntegral, Lamp, Light, Pattern, PatternAxes, PatternIntegral, ProjectedImage, Shared,
-    SpotCone,
+    ConeIntegral, Lamp, Light, Limits, Parameters, Pattern, PatternAxes, PatternIntegral,
+    ProjectedImage, Shared,
+    parameters::{check_limits, parameters},
 };
 use crate::Result;
 
@@ -23,6 +24,19 @@ pub enum Profile {
     Measured(Shared<Pattern>),
     /// A projector. Right in its image points against the plane C = 90°, and down points against C = 0.
     Projected(Shared<ProjectedImage>),
+}
+
+/// The narrowest cone. f32 cannot tell a narrower one from a ray.
+const NARROWEST_DEG: f64 = 1e-4;
+
+parameters! {
+    /// Emits its power into a cone: evenly inside the inner half angle, and nothing outside the outer one.
+    pub struct SpotCone {
+        /// θ_i, up to which the intensity is full, degrees from the axis; at most `outer_half_angle_deg`.
+        inner_half_angle_deg: f64 = 0.0, Limits::between(0.0, f64::INFINITY, "give degrees from 0 up to outer_half_angle_deg"); needs "inner_half_angle_deg = 20.0";
+        /// θ_o, beyond which there is no light, degrees from the axis.
+        outer_half_angle_deg: f64 = 0.0, Limits::between(NARROWEST_DEG, 180.0, "give degrees above 0 (1e-4 at least), up to 180"); needs "outer_half_angle_deg = 30.0";
+    }
 }
 
 impl From<SpotCone> for Profile {
@@ -44,7 +58,7 @@ impl From<ProjectedImage> for Profile {
 }
 
 impl Light {
-    /// The names of the kinds in scene files. Add new ones at the end: the C interface uses the index.
+    /// The names of the kinds in scene files.
     pub const KINDS: [&str; 6] = [
         "point",
         "spot",
@@ -59,19 +73,45 @@ impl Light {
         match self.lamp() {
             None => "directional",
             Some(Lamp { area: Some(_), .. }) => "area",
-            Some(lamp) => match lamp.profile {
-                Profile::Uniform => "point",
-                Profile::Cone(_) => "spot",
-                Profile::Measured(_) => "pattern",
-                Profile::Projected(_) => "projector",
-            },
+            Some(lamp) => lamp.profile.kind(),
         }
     }
 }
 
 impl Profile {
+    /// The profile of lights of this kind if numbers alone describe it, with the defaults of these.
+    pub fn of_kind(kind: &str) -> Option<Profile> {
+        let all = [Profile::Uniform, Profile::Cone(SpotCone::DEFAULT)];
+        all.into_iter().find(|profile| profile.kind() == kind)
+    }
+
+    /// The kind of the lights that have it, without an area.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Profile::Uniform => "point",
+            Profile::Cone(_) => "spot",
+            Profile::Measured(_) => "pattern",
+            Profile::Projected(_) => "projector",
+        }
+    }
+
+    /// The numbers that describe it.
+    pub fn numbers(&self) -> Option<&dyn Parameters> {
+        match self {
+            Profile::Cone(cone) => Some(cone),
+            _ => None,
+        }
+    }
+
+    pub fn numbers_mut(&mut self) -> Option<&mut dyn Parameters> {
+        match self {
+            Profile::Cone(cone) => Some(cone),
+            _ => None,
+        }
+    }
+
     /// Whether it differs between directions.
-    pub(super) fn has_axis(&self) -> bool {
+    pub fn has_axis(&self) -> bool {
         !matches!(self, Profile::Uniform)
     }
 
@@ -80,32 +120,24 @@ impl Profile {
         matches!(self, Profile::Measured(_) | Profile::Projected(_))
     }
 
-    /// The numbers that describe it, by their names in headers and manifests.
-    pub(super) fn parameters(&self) -> Vec<(&'static str, Vec<f64>)> {
-        match self {
-            Profile::Cone(cone) => vec![
-                ("inner_half_angle_deg", vec![cone.inner_half_angle_deg]),
-                ("outer_half_angle_deg", vec![cone.outer_half_angle_deg]),
-            ],
-            Profile::Uniform | Profile::Measured(_) | Profile::Projected(_) => Vec::new(),
-        }
-    }
-
-    /// The digest of what its parameters do not tell.
+    /// The digest of what its numbers do not tell.
     pub(super) fn digest(&self) -> Option<[u8; 32]> {
         match self {
-            Profile::Uniform | Profile::Cone(_) => None,
             Profile::Measured(pattern) => Some(pattern.digest(digest_of_pattern)),
             Profile::Projected(image) => Some(image.digest(digest_of_image)),
+            _ => None,
         }
     }
 
     pub(super) fn validate(&self, part: &Part) -> Result<()> {
+        if let Some(numbers) = self.numbers() {
+            check_limits(part, numbers)?;
+        }
         let checked = match self {
-            Profile::Uniform => Ok(()),
             Profile::Cone(cone) => return cone.validate(part),
             Profile::Measured(pattern) => pattern.check(),
             Profile::Projected(image) => image.check(),
+            _ => Ok(()),
         };
         checked.or_else(|problem| part.require(false, problem, "correct the pattern"))
     }
@@ -136,9 +168,9 @@ impl Profile {
     /// Count of the values that it takes on the device.
     pub(crate) fn number_count(&self) -> u32 {
         match self {
-            Profile::Uniform | Profile::Cone(_) => 0,
             Profile::Measured(pattern) => pattern.number_count(),
             Profile::Projected(image) => 4 + image.values.len() as u32,
+            _ => 0,
         }
     }
 }

@@ -194,14 +194,6 @@ impl TimeOfFlight {
 }
 
 impl SensorNoise {
-    /// A sensor with this full well, and with shot noise only: 12 bits, 1 DN per electron.
-    pub const fn of_full_well(full_well_e: f64) -> SensorNoise {
-        SensorNoise {
-            full_well_e,
-            ..SensorNoise::DEFAULT
-        }
-    }
-
     /// The reading from which a tap counts as full, or nearly full: read noise may have lowered it.
     pub(crate) fn full_tap(&self, output: ChargeUnit) -> f64 {
         let full_e = self.full_well_e - f64::min(3.0 * self.read_noise_e, 0.5 * self.full_well_e);

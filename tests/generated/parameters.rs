@@ -1,13 +1,13 @@
 //! The Python classes and the tables of docs/scene.md that come from the rows of parameters are up to date.
 
-use std::fmt::Write;
+use std::{collections::BTreeSet, fmt::Write};
 
 use camlux::scene::{
-    FinalGather, IndirectLight, InstantRadiosity, Limits, MetallicRoughness, Parameter,
-    ParameterKind, ParameterValue, Parameters, RsmAverage, Sensor, SensorNoise,
+    IndirectLight, Light, Limits, MetallicRoughness, Parameter, ParameterKind, ParameterValue,
+    Parameters, Profile, Sensor, SensorNoise,
 };
 
-use crate::layers::assert_part_is_checked_in;
+use crate::{header::read, layers::assert_part_is_checked_in};
 
 /// The limits in words: "0.002 to 0.5". Those that only rule out 0 or what overflows are left out.
 fn limits(parameter: &Parameter) -> Option<String> {
@@ -54,10 +54,16 @@ fn wrapped(text: &str, rest_indent: &str) -> String {
     lines.join("\n")
 }
 
-fn python_class<T: Parameters>(name: &str, defaults: &T, first: &str) -> String {
+/// A class with these parameters. The fields before and after them are given as lines of its docstring and of its code.
+fn python_class(
+    name: &str,
+    defaults: &dyn Parameters,
+    [first_text, first]: [&str; 2],
+    [last_text, last]: [&str; 2],
+) -> String {
     let mut class = format!(
-        "\n\n@dataclass(slots=True, eq=False)\nclass {name}(Fields):\n    \"\"\"{}\n\n",
-        T::ABOUT.trim()
+        "\n\n@dataclass(slots=True, eq=False)\nclass {name}(Fields):\n    \"\"\"{}\n\n{first_text}",
+        defaults.about().trim()
     );
     let mut fields = first.to_owned();
     for (parameter, value) in defaults.named_values() {
@@ -90,31 +96,68 @@ fn python_class<T: Parameters>(name: &str, defaults: &T, first: &str) -> String 
         };
         writeln!(fields, "    {name}: {kind}{or_none}{default}").expect("a string takes it");
     }
-    class + "    \"\"\"\n\n" + &fields
+    class + last_text + "    \"\"\"\n\n" + &fields + last
 }
 
-fn python_estimator<T: Parameters>(class: &str, defaults: &T, indirect: &IndirectLight) -> String {
-    let first = format!("    estimator: ClassVar[str] = \"{}\"\n", indirect.name());
-    python_class(class, defaults, &first)
+/// The class of the same name as the struct.
+fn python_struct(defaults: &dyn Parameters, first: &str) -> String {
+    python_class(defaults.name(), defaults, ["", first], ["", ""])
+}
+
+fn light_class(kind: &str) -> String {
+    let (first, rest) = kind.split_at(1);
+    format!("{}{rest}Light", first.to_uppercase())
+}
+
+fn python_light(profile: Profile) -> Option<String> {
+    let kind = profile.kind();
+    let first = [
+        "    position_m: position, m.\n    direction: of the axis, of any length.\n",
+        &format!(
+            "    kind: ClassVar[str] = \"{kind}\"\n    position_m: Vector\n    direction: Vector\n"
+        ),
+    ];
+    let last = [
+        "    power_w: power of each band, W.\n    relative_to: camera: position and directions are in the camera's axes \
+         (x right, y down, z forward), and the light moves with it; None:\n        they are in world space.\n",
+        "    power_w: Bands\n    relative_to: Literal[\"camera\"] | None = None\n",
+    ];
+    Some(python_class(
+        &light_class(kind),
+        profile.numbers()?,
+        first,
+        last,
+    ))
+}
+
+fn union(name: &str, classes: &str) -> String {
+    format!("\n\n{name}: TypeAlias = Union[{classes}]\n")
 }
 
 #[test]
 fn the_python_classes_are_those_of_the_parameters() {
-    let [gather, average, radiosity] = IndirectLight::all();
-    let sensor = [
-        python_class("Sensor", &Sensor::DEFAULT, ""),
-        python_class("SensorNoise", &SensorNoise::DEFAULT, ""),
-    ];
-    let microfacets = python_class("MetallicRoughness", &MetallicRoughness::DEFAULT, "");
-    let estimators = [
-        python_estimator("FinalGather", &FinalGather::DEFAULT, &gather),
-        python_estimator("RsmAverage", &RsmAverage::DEFAULT, &average),
-        python_estimator("InstantRadiosity", &InstantRadiosity::DEFAULT, &radiosity),
-    ];
+    let profiles = Light::KINDS.into_iter().filter_map(Profile::of_kind);
+    let mut lights: String = profiles.filter_map(python_light).collect();
+    // A projector is a light with a pattern.
+    let classes = Light::KINDS.map(light_class).join(", ");
+    lights += &union("Light", &classes.replace(" ProjectorLight,", ""));
+
+    let microfacets = python_struct(&MetallicRoughness::DEFAULT, "");
+    let sensor = python_struct(&Sensor::DEFAULT, "") + &python_struct(&SensorNoise::DEFAULT, "");
+
+    let estimators = IndirectLight::all();
+    let classes = estimators.map(|indirect| indirect.parameters().name());
+    let estimators = estimators.map(|indirect| {
+        let first = format!("    estimator: ClassVar[str] = \"{}\"\n", indirect.name());
+        python_struct(indirect.parameters(), &first)
+    });
+    let estimators = estimators.concat() + &union("Indirect", &classes.join(", "));
+
     for (what, made) in [
+        ("lights", lights),
         ("microfacets", microfacets),
-        ("sensor", sensor.concat()),
-        ("indirect light", estimators.concat()),
+        ("sensor", sensor),
+        ("indirect light", estimators),
     ] {
         let lines = [
             format!("# {what}: from the rows of the engine's parameters."),
@@ -128,8 +171,26 @@ fn the_python_classes_are_those_of_the_parameters() {
     }
 }
 
+#[test]
+fn the_python_package_has_the_classes_of_scenes() {
+    let (package, scene) = ("python/camlux/__init__.py", read("python/camlux/scene.py"));
+    let class = |line| str::strip_prefix(line, "class ")?.strip_suffix("(Fields):");
+    for (begin, end, quote) in [
+        ("from .scene import (\n", ")\n", ""),
+        ("__all__ = [\n", "]\n", "\""),
+    ] {
+        let text = read(package);
+        let (_, rest) = text.split_once(begin).expect("a list begins");
+        let (listed, _) = rest.split_once(end).expect("it ends");
+        let lines = scene.lines().filter_map(class);
+        let lines = lines.map(|class| format!("    {quote}{class}{quote},\n"));
+        let all = BTreeSet::from_iter(listed.split_inclusive('\n').map(String::from).chain(lines));
+        assert_part_is_checked_in(package, [begin, end], &String::from_iter(all));
+    }
+}
+
 /// The keys of a table of scene files.
-fn keys<T: Parameters>(defaults: &T) -> String {
+fn keys(defaults: &dyn Parameters) -> String {
     let mut table = "\n| key | value | when absent | meaning |\n|---|---|---|---|\n".to_owned();
     for (parameter, value) in defaults.named_values() {
         let value_kind = match (parameter.kind, limits(parameter)) {
@@ -162,12 +223,22 @@ fn keys<T: Parameters>(defaults: &T) -> String {
 
 #[test]
 fn the_tables_of_scene_files_are_those_of_the_parameters() {
+    let titled = |title: &str, parameters: &dyn Parameters| {
+        format!("\nThe keys of {title}:\n{}", keys(parameters))
+    };
+    let of_light = |profile: Profile| {
+        let kind = profile.kind();
+        let title = format!("`kind = \"{kind}\"`, beside `position`, `direction` and `power_w`");
+        Some(titled(&title, profile.numbers()?))
+    };
+    let profiles = Light::KINDS.into_iter().filter_map(Profile::of_kind);
+    let estimators =
+        IndirectLight::all().map(|each| titled(&format!("`{}`", each.name()), each.parameters()));
     for (what, made) in [
-        ("final-gather", keys(&FinalGather::DEFAULT)),
-        ("rsm-average", keys(&RsmAverage::DEFAULT)),
-        ("instant-radiosity", keys(&InstantRadiosity::DEFAULT)),
+        ("lights", profiles.filter_map(of_light).collect()),
         ("[tof.noise]", keys(&SensorNoise::DEFAULT)),
         ("microfacets", keys(&MetallicRoughness::DEFAULT)),
+        ("estimators", estimators.concat()),
     ] {
         let lines = [
             format!("<!-- keys of {what}: from the rows of src/scene -->"),

@@ -8,8 +8,8 @@ use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, Quirks, RenderOptions, Renderer, Scene,
     output::Layer,
     scene::{
-        ChargeUnit, IndirectLight, Instance, Light, Mesh, PixelFilter, PixelSampling, RsmAverage,
-        Sensor, Shadow, Texels, Texture, TimeOfFlight, VplSum,
+        ChargeUnit, FinalGather, IndirectLight, Instance, Light, Mesh, PixelFilter, PixelSampling,
+        RsmAverage, Sensor, Shadow, Texels, Texture, TimeOfFlight, VplSum,
     },
 };
 use glam::{DAffine3, DVec3, dvec3};
@@ -34,9 +34,10 @@ const INTERPOLATED_AVERAGE: Option<IndirectLight> = Some(IndirectLight::RsmAvera
 }));
 
 const fn final_gather(rsm_size: u32) -> IndirectLight {
-    let mut indirect = IndirectLight::final_gather(0.3);
-    indirect.set_rsm_size(rsm_size);
-    indirect
+    IndirectLight::FinalGather(FinalGather {
+        rsm_size: Some(rsm_size),
+        ..FinalGather::new(0.3)
+    })
 }
 
 /// Gives the scene a time-of-flight camera with three frequencies.

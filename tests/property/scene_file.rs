@@ -152,14 +152,12 @@ fn how_shadows_are_found_is_left_to_the_engine_unless_the_file_says() {
 }
 
 #[test]
-fn every_estimator_has_the_name_by_which_it_is_found_and_the_size_that_is_set() {
+fn every_estimator_has_the_name_by_which_it_is_found_and_the_size_that_is_read() {
     for name in IndirectLight::NAMES {
-        let mut indirect = IndirectLight::from_name(name).unwrap();
-        assert_eq!(indirect.name(), name);
+        assert_eq!(IndirectLight::from_name(name).unwrap().name(), name);
         let toml = format!("[indirect]\nestimator = \"{name}\"\nrsm_size = 8\n");
         let read = load(&format!("{CAMERA}{LIGHT}{toml}")).indirect.unwrap();
-        indirect.set_rsm_size(8);
-        assert_eq!(read, indirect);
+        assert_eq!((read.name(), read.rsm_size()), (name, Some(8)));
     }
     assert_eq!(IndirectLight::from_name("path-tracing"), None);
 }

@@ -71,7 +71,7 @@ impl IndirectArgs {
             format!("no rsm_size for {estimator}: using {DEFAULT_RSM_SIZE} (--rsm-size sets it)")
         });
         let value_of = |name| given.iter().find(|(given, _)| *given == name);
-        indirect.read(|parameter| {
+        indirect.parameters_mut().read(|parameter| {
             let in_scene = (parameter.name == "rsm_size").then_some(size_in_scene);
             let given = value_of(parameter.name).map(|(_, value)| *value);
             Ok::<_, String>(given.or(in_scene.flatten()))

@@ -53,6 +53,7 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
         };
         keys.refuse(parameter.name, &problem, hint)?;
     }
-    indirect.read(|parameter| value_of(parameter, &mut keys))?;
+    let parameters = indirect.parameters_mut();
+    parameters.read(|parameter| value_of(parameter, &mut keys))?;
     Ok(indirect)
 }

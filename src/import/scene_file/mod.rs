@@ -267,12 +267,12 @@ fn transform(keys: &mut Keys) -> Result<Transform> {
 }
 
 /// Reads a table whose keys are these parameters.
-fn read_parameters<T: Parameters>(
+fn read_parameters(
     mut keys: Keys,
-    into: &mut T,
+    into: &mut dyn Parameters,
     is_key: impl Fn(&Parameter) -> bool,
 ) -> Result<()> {
-    let known = T::PARAMETERS.iter().filter(|parameter| is_key(parameter));
+    let known = into.rows().iter().filter(|parameter| is_key(parameter));
     keys.only(&Vec::from_iter(known.map(|parameter| parameter.name)))?;
     into.read(|parameter| match is_key(parameter) {
         true => value_of(parameter, &mut keys),

@@ -8,11 +8,11 @@ use crate::import::{lamp, mesh::gltf};
 use crate::keys::{Keys, Value};
 use crate::scene::{
     AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Parameter,
-    PatternIntegral, PixelFilter, PixelSampling, ProjectedImage, Sensor, Shadow, SpotCone,
+    PatternIntegral, PixelFilter, PixelSampling, Profile, ProjectedImage, Sensor, Shadow, SpotCone,
 };
 use crate::{Error, Result};
 
-use super::read_parameters;
+use super::{read_parameters, value_of};
 
 pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
     keys.only(&[
@@ -213,8 +213,6 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
     const DIRECTION: &str = "direction = [x, y, z], the way the light travels";
     const POWER: &str = "power_w = 50.0 or power_w = [r, g, b]";
     const IRRADIANCE: &str = "irradiance_w_m2 = 1000.0 or [r, g, b]";
-    const INNER: &str = "inner_half_angle_deg";
-    const OUTER: &str = "outer_half_angle_deg";
 
     let kinds = format!("kind = \"{}\"", Light::KINDS.join("\" or \""));
     let kind = keys.need("kind", &kinds)?;
@@ -222,22 +220,6 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
     let carrier = carrier(&mut keys)?;
     let mut warning = None;
     let light = match kind.choice(&Light::KINDS, |kind| kind)? {
-        "point" => {
-            keys.only(&["position", "power_w"])?;
-            let position_m = keys.need("position", POSITION)?.vec3()?;
-            Light::point(position_m, keys.need("power_w", POWER)?.bands()?)
-        }
-        "spot" => {
-            keys.only(&["position", "direction", INNER, OUTER, "power_w"])?;
-            let position_m = keys.need("position", POSITION)?.vec3()?;
-            let direction = keys.need("direction", DIRECTION)?.vec3()?;
-            let cone = SpotCone {
-                inner_half_angle_deg: keys.need(INNER, &format!("{INNER} = 20.0"))?.number()?,
-                outer_half_angle_deg: keys.need(OUTER, &format!("{OUTER} = 30.0"))?.number()?,
-            };
-            let power_w = keys.need("power_w", POWER)?.bands()?;
-            Light::spot(position_m, direction, cone, power_w)
-        }
         "pattern" => {
             keys.only(&[
                 "position",
@@ -245,8 +227,8 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
                 "up",
                 "pattern",
                 "encoding",
-                INNER,
-                OUTER,
+                "inner_half_angle_deg",
+                "outer_half_angle_deg",
                 "scale",
                 "power_w",
             ])?;
@@ -330,14 +312,32 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             let power_w = keys.need("power_w", POWER)?.bands()?;
             Light::area(position_m, direction, up, shape, power_w)
         }
-        _ => {
-            keys.only(&["direction", "irradiance_w_m2"])?;
-            let direction = keys.need("direction", DIRECTION)?.vec3()?;
-            Light::directional(
-                direction,
-                keys.need("irradiance_w_m2", IRRADIANCE)?.bands()?,
-            )
-        }
+        kind => match Profile::of_kind(kind) {
+            Some(mut profile) => {
+                let direction = profile.has_axis().then_some("direction");
+                let numbers = profile
+                    .numbers()
+                    .into_iter()
+                    .flat_map(|numbers| numbers.rows());
+                let known = ["position"].into_iter().chain(direction);
+                let known = known.chain(numbers.map(|row| row.name)).chain(["power_w"]);
+                keys.only(&Vec::from_iter(known))?;
+                let position_m = keys.need("position", POSITION)?.vec3()?;
+                let direction = direction.map(|key| keys.need(key, DIRECTION)?.vec3());
+                let direction = direction.transpose()?.unwrap_or(DVec3::Z);
+                if let Some(numbers) = profile.numbers_mut() {
+                    numbers.read(|row| value_of(row, &mut keys))?;
+                }
+                let power_w = keys.need("power_w", POWER)?.bands()?;
+                Light::spot(position_m, direction, profile, power_w)
+            }
+            None => {
+                keys.only(&["direction", "irradiance_w_m2"])?;
+                let direction = keys.need("direction", DIRECTION)?.vec3()?;
+                let irradiance = keys.need("irradiance_w_m2", IRRADIANCE)?;
+                Light::directional(direction, irradiance.bands()?)
+            }
+        },
     };
     let is_in_world = carrier.as_ref().is_some_and(|(.., is)| *is);
     Ok(ReadLight {
@@ -368,34 +368,27 @@ fn white(keys: &mut Keys) -> Result<Option<f32>> {
 /// The opening of a spot light that limits a pattern, if it is given.
 fn opening(keys: &mut Keys) -> Result<Option<SpotCone>> {
     let outer = keys.take("outer_half_angle_deg");
-    let inner = keys.take("inner_half_angle_deg");
-    let (Some(outer), Some(inner)) = (&outer, &inner) else {
-        return match outer.or(inner) {
-            None => Ok(None),
-            Some(one) => Err(one.error(
+    let (outer, inner) = match (outer, keys.take("inner_half_angle_deg")) {
+        (None, None) => return Ok(None),
+        (Some(outer), Some(inner)) => (outer, inner),
+        (Some(one), None) | (None, Some(one)) => {
+            return Err(one.error(
                 "is only one of the two angles of an opening",
                 "give both inner_half_angle_deg and outer_half_angle_deg, or neither",
-            )),
-        };
+            ));
+        }
     };
-    let cone = SpotCone {
-        inner_half_angle_deg: inner.number()?,
-        outer_half_angle_deg: outer.number()?,
-    };
-    if !(0.0 <= cone.inner_half_angle_deg
-        && cone.inner_half_angle_deg <= cone.outer_half_angle_deg
-        && cone.outer_half_angle_deg <= 180.0)
-    {
-        let problem = format!(
-            "is {}, and inner_half_angle_deg is {}",
-            cone.outer_half_angle_deg, cone.inner_half_angle_deg
-        );
+    let [inner_deg, outer_deg] = [inner.number()?, outer.number()?];
+    if !(0.0 <= inner_deg && inner_deg <= outer_deg && outer_deg <= 180.0) {
         return Err(outer.error(
-            problem,
+            format!("is {outer_deg}, and inner_half_angle_deg is {inner_deg}"),
             "give degrees from 0 to 180, and an inner angle no larger than the outer",
         ));
     }
-    Ok(Some(cone))
+    Ok(Some(SpotCone {
+        inner_half_angle_deg: inner_deg,
+        outer_half_angle_deg: outer_deg,
+    }))
 }
 
 pub(super) fn direct(mut keys: Keys) -> Result<Direct> {

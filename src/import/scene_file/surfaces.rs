@@ -65,7 +65,7 @@ fn float_texture(path: &Path, named_at: &str) -> Result<Texture> {
 
 /// Reads a `[material.KEY]` table. `textures`: the number of `[[texture]]` tables.
 pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<Material> {
-    let of_microfacets = MetallicRoughness::PARAMETERS.iter();
+    let of_microfacets = MetallicRoughness::DEFAULT.rows().iter();
     let of_microfacets = Vec::from_iter(of_microfacets.map(|parameter| parameter.name));
     let textures_of_any = [
         "kd_texture",
@@ -110,7 +110,8 @@ pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<M
     let mut material = Material::lambert(name.unwrap_or(key), kd);
     if base_color.is_some() {
         let mut microfacets = MetallicRoughness::DEFAULT;
-        microfacets.read(|parameter| value_of(parameter, &mut keys))?;
+        let rows: &mut dyn Parameters = &mut microfacets;
+        rows.read(|parameter| value_of(parameter, &mut keys))?;
         material.microfacets = Some(microfacets);
     }
     material.ks = keys.optional("ks", Value::bands)?.unwrap_or_default();

@@ -8,8 +8,7 @@ use super::Subject;
 use super::html::{Column, table};
 use super::measured::Measured;
 use super::plot::{Plot, Point, seconds_text};
-use super::results::Seconds;
-use super::stopwatch::Stopwatch;
+use super::stopwatch::{Seconds, Stopwatch};
 use crate::Failure;
 use crate::numbers::{count, duration, percent};
 

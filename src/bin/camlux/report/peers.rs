@@ -20,8 +20,9 @@ use serde::Deserialize;
 use super::Subject;
 use super::measured::{Group, file_hash};
 use super::reference_image::ReferenceImage;
-use super::results::{Entry, Kind, Peers, Seconds, Unsupported};
+use super::results::{Entry, Kind, Peers, Unsupported};
 use super::steps::Steps;
+use super::stopwatch::Seconds;
 use crate::output::create_folder;
 use crate::{Failure, warn};
 

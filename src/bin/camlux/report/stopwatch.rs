@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use camlux::output::{ExrOptions, Frame, OutputFile, write_exr};
 use camlux::{Error, Renderer, Scene};
+use serde::{Deserialize, Serialize};
 
-use super::results::{PassMedian, Seconds, median};
 use super::steps::Steps;
 use crate::Failure;
 
@@ -108,5 +108,73 @@ impl<'a> Stopwatch<'a> {
                 });
             }
         }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+pub struct PassMedian {
+    pub name: String,
+    pub milliseconds: f64,
+}
+
+/// Time of a frame from the call to the written file, with scene, device and pipelines already set up.
+#[derive(Serialize, Deserialize, Default)]
+pub struct Seconds {
+    pub median: f64,
+    pub min: f64,
+    pub max: f64,
+    pub runs: Vec<f64>,
+    /// Median of each part.
+    pub parts: Vec<TimePart>,
+}
+
+#[derive(Serialize, Deserialize)]
+pub struct TimePart {
+    pub name: String,
+    pub seconds: f64,
+}
+
+impl Seconds {
+    /// Combines timed runs and the medians of their parts; `None` if there are no runs.
+    pub fn from_runs<Name: Into<String>>(
+        runs: Vec<f64>,
+        parts: impl IntoIterator<Item = (Name, f64)>,
+    ) -> Option<Seconds> {
+        let parts = parts.into_iter().map(|(name, seconds)| TimePart {
+            name: name.into(),
+            seconds,
+        });
+        Some(Seconds {
+            median: median(&runs)?,
+            min: runs.iter().copied().reduce(f64::min)?,
+            max: runs.iter().copied().reduce(f64::max)?,
+            runs,
+            parts: parts.collect(),
+        })
+    }
+}
+
+/// The middle value, or the mean of the middle two.
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    let upper = *sorted.get(middle)?;
+    if sorted.len().is_multiple_of(2) {
+        Some(0.5 * (sorted[middle - 1] + upper))
+    } else {
+        Some(upper)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median;
+
+    #[test]
+    fn median_is_the_middle() {
+        assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&[4.0, 1.0, 2.0, 3.0]), Some(2.5));
+        assert_eq!(median(&[]), None);
     }
 }

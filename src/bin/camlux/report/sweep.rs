@@ -9,9 +9,9 @@ use camlux::{Error, Scene};
 use super::Subject;
 use super::measured::Group;
 use super::reference_image::{ReferenceImage, values};
-use super::results::{EngineFigures, Entry, Seconds};
+use super::results::{EngineFigures, Entry};
 use super::settings::{self, Setting};
-use super::stopwatch::{Stopwatch, Timed};
+use super::stopwatch::{Seconds, Stopwatch, Timed};
 use crate::Failure;
 
 /// Limits of the sweep.
