@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use sobol_burley::sample;
+use sobol_burley::sample_4d;
 
 use super::{
     path::{Arrived, Receiver, Transport},
@@ -60,8 +60,8 @@ impl Footprint {
         let mut depths = Vec::new();
         let mut has_receiver = false;
         for index in 0..DIRECT_SAMPLES {
-            let uv = [0, 1].map(|dimension| f64::from(sample(index, dimension, seed)));
-            let at_px = drawn_px(filter, centre_px, uv);
+            let [u, v, ..] = sample_4d(index, 0, seed).map(f64::from);
+            let at_px = drawn_px(filter, centre_px, [u, v]);
             let Some((receiver, depth_m)) = receiver_at(transport, at_px) else {
                 continue;
             };

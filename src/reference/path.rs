@@ -216,6 +216,10 @@ impl Transport {
     /// One sample of the single bounce. Its expected value is the indirect light from P to C.
     pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> Arrived {
         let mut arrived = Arrived::default();
+        let at_point = |index: usize, emitter: &Emitter| {
+            let has_area = emitter.has_area();
+            has_area.then(|| emitter.at_point((draws.area)(index)))?
+        };
         let p = &receiver.surface;
         let direction = receiver.lobes.sample(draws.lobe, draws.direction);
         if is_above(p, direction) {
@@ -225,7 +229,7 @@ impl Transport {
             };
             if let Some(q) = self.follow(&ray) {
                 for (index, emitter) in self.emitters.iter().enumerate() {
-                    let at_point = emitter.at_point((draws.area)(index));
+                    let at_point = at_point(index, emitter);
                     let emitter = at_point.as_ref().unwrap_or(emitter);
                     if let Some((contribution, illumination, length)) =
                         self.bounce(receiver, &q, emitter)
@@ -237,7 +241,7 @@ impl Transport {
             }
         }
         for (index, emitter) in self.emitters.iter().enumerate() {
-            let at_point = emitter.at_point((draws.area)(index));
+            let at_point = at_point(index, emitter);
             let emitter = at_point.as_ref().unwrap_or(emitter);
             let ray = emitter.sample((draws.emission)(index));
             let Some(q) = self.follow(&ray) else {

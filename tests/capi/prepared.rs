@@ -25,9 +25,9 @@ fn a_prepared_frame_compiles_nothing() {
         "samples",
         "sum",
     ] {
-        let scene = load_at(if name == "sum" { "cornell" } else { name }, [96; 2]);
+        let scene = load_at(if name == "sum" { "cornell" } else { name }, [48; 2]);
         if name == "lens" {
-            scale_lens(&scene, 96.0 / 800.0);
+            scale_lens(&scene, 48.0 / 800.0);
         }
         if name == "sum" {
             scene.plain_sum(16);

@@ -13,9 +13,9 @@ use crate::program::{files, program, scene_file};
 fn render_at_work(folder: &Path, name: &str) -> (Child, Lines<BufReader<ChildStderr>>) {
     let scene = scene_file("cornell");
     let arguments = ["render", scene.to_str().unwrap(), "-o", name];
-    // About 270 G pairs, far more than can be computed before a signal.
+    // About 68 G pairs, far more than can be computed before a signal.
     let mut child = program(folder, &arguments)
-        .args(["--size", "2048", "2048", "--rsm-size", "256"])
+        .args(["--size", "1024", "1024", "--rsm-size", "256"])
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();

@@ -111,7 +111,7 @@ fn lamps_light_a_floor_as_their_closed_form_has_it() {
 fn soft_shadows_and_their_bounce_are_those_of_the_reference() {
     let mut gpu = Gpu::open();
     for (name, shape, target) in [("cornell", RECTANGLE, 0.02), ("glossy", DISC, 0.03)] {
-        let mut scene = demo_scene(name, [48, 48]);
+        let mut scene = demo_scene(name, [32, 32]);
         let position_m = scene.lights[0].position_m().expect("it has one");
         scene.lights = vec![area(position_m, DVec3::new(0.1, -1.0, 0.05), shape).into()];
         scene.indirect = Some(IndirectLight::final_gather(target));
@@ -194,7 +194,7 @@ fn claims_hold_for_most_seeds() {
 #[test]
 fn phasors_and_pixel_samples_are_those_of_the_reference() {
     let mut gpu = Gpu::open();
-    let mut scene = demo_scene("tof_corner", [40, 40]).in_world().into_owned();
+    let mut scene = demo_scene("tof_corner", [28, 28]).in_world().into_owned();
     let position_m = scene.lights[0].position_m().expect("it has one");
     let direction = scene.lights[0].direction().unwrap_or(-position_m);
     scene.lights.truncate(1);

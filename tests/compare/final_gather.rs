@@ -79,10 +79,12 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) ->
 fn the_requested_error_is_met_in_the_demo_scenes() {
     let mut gpu = Gpu::open();
     for name in DEMO_SCENES {
-        let scene = demo_scene(name, [96, 96]);
-        let truth = reference_of(&scene, 128);
+        // Noise of the reference hides errors of the standard errors, and those alone.
+        let is_judged = ["cornell", "glossy", "knot"].contains(&name);
+        let scene = demo_scene(name, [64, 64]);
+        let truth = reference_of(&scene, if is_judged { 128 } else { 32 });
         let frame = check(&mut gpu, name, &scene, &truth, 0.05);
-        if !["cornell", "glossy", "knot"].contains(&name) {
+        if !is_judged {
             continue;
         }
         let deviation = deviation_of_errors(&frame, &truth);
@@ -117,7 +119,7 @@ fn deviation_of_errors(frame: &Frame, truth: &Frame) -> f64 {
 #[test]
 fn the_size_of_the_map_makes_no_error() {
     let mut gpu = Gpu::open();
-    let mut scene = demo_scene("slit", [48, 48]);
+    let mut scene = demo_scene("slit", [32, 32]);
     let truth = reference_of(&scene, 256);
     for rsm_size in [8, 64, 512] {
         scene.indirect = Some(gather!(0.1, rsm_size = Some(rsm_size)));
@@ -133,12 +135,12 @@ fn the_size_of_the_map_makes_no_error() {
 /// hit nothing.)
 #[test]
 fn many_samples_of_a_pixel_are_as_right_as_few() {
-    let mut scene = demo_scene("slit", [12, 12]);
+    let mut scene = demo_scene("slit", [9, 9]);
     let truth = reference_of(&scene, 4096);
     scene.indirect = Some(gather!(0.02, rsm_size = Some(8)));
     let frame = Gpu::open().render(&scene);
     let (error, bias) = error_and_bias(&frame, &truth);
-    let rays_of_a_pixel = frame.stats.ray_count / 144;
+    let rays_of_a_pixel = frame.stats.ray_count / 81;
     println!("{rays_of_a_pixel} rays a pixel: true {error:.4}, bias {bias:+.4}");
     assert!(rays_of_a_pixel > 1 << 17);
     assert!(error <= 0.026, "{error}");
@@ -152,7 +154,7 @@ fn many_lights_on_a_mesh_are_their_sum() {
     let mut many = one.clone();
     let twentieth = one.lights[0].emission().map(|watts| watts / 20.0);
     many.lights = vec![one.lights[0].with_emission(twentieth).into(); 20];
-    let truth = reference_of(&one, 512);
+    let truth = reference_of(&one, 128);
     let mut gpu = Gpu::open();
     for (name, scene) in [("one", one), ("many", many)] {
         check(&mut gpu, name, &scene, &truth, 0.05);
@@ -208,7 +210,7 @@ fn most_pixels_are_interpolated() {
     let mut gpu = Gpu::open();
     for name in ["cornell", "cornell_spot"] {
         let scene = demo_scene(name, [224, 224]);
-        let truth = reference_of(&scene, 32);
+        let truth = reference_of(&scene, 8);
         let frame = check(&mut gpu, name, &scene, &truth, 0.04);
         // A gathered pixel takes at least 192 rays.
         let rays_per_pixel = frame.stats.ray_count as f64 / (224.0 * 224.0);
@@ -227,10 +229,9 @@ fn sums_unoccluded(frame: &Frame) -> bool {
 /// On a floor of facets as small as pixels, no pixel predicts another, and every pixel is gathered.
 #[test]
 fn facets_as_small_as_pixels() {
-    const EDGE: usize = 81;
+    const EDGE: usize = 55;
     let mut gpu = Gpu::open();
     let mut scene = room();
-    scene.camera.resolution_px = [96, 96];
     let mut random = fastrand::Rng::with_seed(3);
     let floor = &mut scene.meshes[0];
     floor.positions_m = (0..EDGE * EDGE)
@@ -268,7 +269,7 @@ fn a_strip_as_narrow_as_the_grid_is_gathered() {
 /// The lamp is in the next room. The light through the slit is hard to find from either side.
 #[test]
 fn light_through_a_slit() {
-    let scene = demo_scene("slit", [64, 64]);
+    let scene = demo_scene("slit", [48, 48]);
     let truth = reference_of(&scene, 128);
     check(&mut Gpu::open(), "slit", &scene, &truth, 0.15);
 }
@@ -363,7 +364,7 @@ fn lights_of_every_kind_and_together() {
         ("all", lights.to_vec()),
     ] {
         scene.lights = lights;
-        let truth = reference_of(&scene, 128);
+        let truth = reference_of(&scene, 32);
         check(&mut gpu, name, &scene, &truth, 0.03);
     }
 }

@@ -19,7 +19,7 @@ use glam::DVec3;
 fn a_budget_ends_with_an_honest_image() {
     let mut gpu = Gpu::open();
     for name in ["cornell", "glossy"] {
-        let mut scene = demo_scene(name, [96, 96]);
+        let mut scene = demo_scene(name, [64, 64]);
         let truth = reference_of(&scene, 256);
         let mut last: Option<FrameStats> = None;
         for max_rays in [1, 100_000, 300_000, 1_000_000, 5_000_000, 20_000_000] {

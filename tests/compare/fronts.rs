@@ -124,7 +124,7 @@ fn maps_lie_on_the_front_whatever_the_winding() {
 
 /// The textured room with bumps, colours and normals. Its tangents are optional.
 fn bumpy(has_tangents: bool) -> Scene {
-    let mut scene = demo_scene("textured", [40, 40]);
+    let mut scene = demo_scene("textured", [28, 28]);
     let texel = |i: usize| {
         let (x, y) = ((i % 8) as f32, (i / 8) as f32);
         let normal = Vec3::new(0.5 * (0.8 * x).sin(), 0.5 * (0.8 * y).cos(), 1.0);

@@ -12,7 +12,7 @@ use camlux::{
 
 /// Blocks with a texture, a normal map and optionally an alpha texture, which all vary across a face.
 fn patterned(has_cutouts: bool) -> Scene {
-    let mut scene = crowd([96, 96]);
+    let mut scene = crowd([64, 64]);
     let texture = |name: &str, texel: fn(usize) -> [u8; 3]| {
         Shared::from(Texture {
             name: name.into(),
@@ -99,7 +99,7 @@ pub fn assert_same(gpu: &mut Gpu, what: &str, scene: &Scene) {
 #[test]
 fn shared_meshes_look_like_copies() {
     let mut gpu = Gpu::open();
-    let mut scene = crowd([96, 96]);
+    let mut scene = crowd([64, 64]);
     scene.indirect = Some(IndirectLight::final_gather(0.05));
     assert_same(&mut gpu, "crowd", &scene);
 }
@@ -118,7 +118,7 @@ fn shared_meshes_keep_textures_bumps_and_cutouts() {
 fn the_reference_places_instances_alike() {
     let mut gpu = Gpu::open();
     let mut scene = patterned(false);
-    scene.camera.resolution_px = [48, 48];
+    scene.camera.resolution_px = [32, 32];
     scene.indirect = Some(IndirectLight::final_gather(0.03));
     let truth = reference_frame(&scene, 256, 8);
     let frames = [gpu.render(&scene), gpu.render(&scene.flattened())];

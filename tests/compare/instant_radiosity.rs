@@ -41,7 +41,7 @@ fn error_falls_with_the_square_of_the_resolution() {
         DVec3::new(0.2, 0.5, 2.2),
         DVec3::new(0.0, 0.3, 0.0),
     );
-    scene.camera.resolution_px = [24, 24];
+    scene.camera.resolution_px = [16, 16];
 
     let goal = Goal::StandardError(1e-4);
     let go_on = &mut |_| ControlFlow::Continue(());

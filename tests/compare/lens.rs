@@ -15,6 +15,7 @@ use glam::{DVec2, DVec3};
 /// A scene of the repository through a lens.
 fn through(name: &str, resolution_px: [u32; 2], distortion: Distortion) -> Scene {
     let mut scene = demo_scene(name, resolution_px);
+    scene.indirect = None;
     distort(&mut scene, distortion);
     scene
 }
@@ -109,7 +110,6 @@ fn the_reference_sees_the_same() {
     let rational = Distortion::Rational([-0.3, 0.1, 0.002, -0.001, 0.01, 0.02, 0.0, 0.0]);
     for distortion in [rational, Distortion::Fisheye([0.05, -0.01, 0.0, 0.0])] {
         let mut scene = through("cornell", [96, 96], distortion);
-        scene.indirect = None;
         scene.direct.shadow = Some(Shadow::Rays);
         let frame = gpu.render(&scene);
         let truth = Reference::new(&scene, 1).expect("a valid scene").frame();

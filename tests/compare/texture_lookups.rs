@@ -165,7 +165,7 @@ fn nearest_texels_are_cells_of_a_floor() {
 
 /// Everything that a material can look up, each in its own way.
 fn of_all_kinds() -> Scene {
-    let mut scene = demo_scene("textured", [40, 40]);
+    let mut scene = demo_scene("textured", [28, 28]);
     scene.textures.truncate(2);
     let first = scene.textures.len();
     let bumps = (0..64).map(|i| {

@@ -142,7 +142,7 @@ fn sums_match_the_model() {
         for sum in VplSum::ALL {
             // A single frequency has its own kernels.
             for frequencies_hz in [&[100e6][..], &[20e6, 100e6, 1e9]] {
-                let mut scene = modulated_demo_scene(name, [32, 32], frequencies_hz);
+                let mut scene = modulated_demo_scene(name, [16, 16], frequencies_hz);
                 let tof = scene.tof.as_mut().expect("it was given");
                 tof.band_weights = [0.5, 0.25, 1.0];
                 tof.ambient_lights = vec![0];
@@ -255,7 +255,7 @@ fn the_requested_error_is_met_at_each_frequency() {
     let mut gpu = Gpu::open();
     let frequencies_hz = [20e6, 100e6];
     for name in DEMO_SCENES {
-        let mut scene = modulated_demo_scene(name, [48, 48], &frequencies_hz);
+        let mut scene = modulated_demo_scene(name, [32, 32], &frequencies_hz);
         scene.tof.as_mut().expect("it was given").band_weights = [1.0, 0.0, 0.5];
         let asked = 0.05;
         scene.indirect = Some(IndirectLight::final_gather(asked));

@@ -38,7 +38,7 @@ fn colours_are_interpolated_where_rays_hit() {
 
 /// The colours of instances that share a mesh: the crowd with colours, of which each mesh has its own before it is shared.
 fn colored_crowd() -> Scene {
-    let mut scene = crowd([96, 96]);
+    let mut scene = crowd([64, 64]);
     let plain = scene.clone();
     for index in 0..scene.meshes.len() {
         let first = |other: &usize| plain.meshes[*other].mesh.ptr_eq(&plain.meshes[index].mesh);
@@ -63,7 +63,7 @@ fn shared_meshes_keep_their_colours() {
     let mut scene = colored_crowd();
     scene.indirect = Some(IndirectLight::final_gather(0.05));
     assert_same(&mut gpu, "coloured crowd", &scene);
-    scene.camera.resolution_px = [48, 48];
+    scene.camera.resolution_px = [32, 32];
     let frame = gpu.render(&scene);
     let truth = reference_frame(&scene, 1, 0);
     let error = error_off_edges(&frame, &truth, Layer::Direct);
@@ -75,7 +75,7 @@ fn shared_meshes_keep_their_colours() {
 fn the_reference_has_the_same_colours_and_light() {
     let mut gpu = Gpu::open();
     for name in ["cornell", "textured"] {
-        let mut scene = colored(demo_scene(name, [40, 40]));
+        let mut scene = colored(demo_scene(name, [28, 28]));
         scene.indirect = Some(IndirectLight::final_gather(0.03));
         let white = {
             let mut scene = scene.clone();

@@ -70,7 +70,7 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
     for name in DEMO_SCENES {
         let demo = demo_scene(name, size_px);
         let mut add = |what: &str, scene| scenes.push((format!("{name}, {what}"), scene));
-        add("sum", plain_sum(demo.clone(), 64));
+        add("sum", plain_sum(demo.clone(), 16));
         add(
             "direct light by a map",
             with(&demo, |scene| {
