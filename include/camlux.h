@@ -1071,7 +1071,7 @@ typedef struct camlux_material {
   uint32_t shininess_texture;
   /** See alpha_texture; 0 to 1. */
   double alpha_cutoff;
-  /** Roughness of a metallic-roughness surface, 0.03 to 1; the alpha of its microfacets (GGX) is the square. Below 0: modified Phong. */
+  /** Roughness of a metallic-roughness surface, 0.03 to 1; the alpha of its microfacets (GGX) is the square. 0: modified Phong. */
   double roughness;
   /** Share of a metallic-roughness surface that is metal, 0 to 1. */
   double metallic;
@@ -2401,7 +2401,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_POSE_INIT { CAMLUX_INITIALISED + sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
 
-#define CAMLUX_MATERIAL_INIT { CAMLUX_INITIALISED + sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0, 0, 0, 0.5, -1.0, 0.0, 1.5, 1.0, 0, 0 }
+#define CAMLUX_MATERIAL_INIT { CAMLUX_INITIALISED + sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0, 0, 0, 0.5, 0.0, 0.0, 1.5, 1.0, 0, 0 }
 
 #define CAMLUX_TEXTURE_INIT { CAMLUX_INITIALISED + sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 

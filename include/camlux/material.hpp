@@ -111,7 +111,7 @@ inline material material_of(const camlux_material &from)
     to.shininess_texture = from.shininess_texture;
     to.alpha_cutoff = from.alpha_cutoff;
     to.metallic_roughness_texture = from.metallic_roughness_texture;
-    if (from.roughness >= 0)
+    if (from.roughness != 0)
         to.microfacets = metallic_roughness{from.roughness, from.metallic, from.ior, from.specular};
     return to;
 }

@@ -37,7 +37,7 @@ pub struct camlux_material {
     pub shininess_texture: u32,
     /// See alpha_texture; 0 to 1.
     pub alpha_cutoff: f64,
-    /// Roughness of a metallic-roughness surface, 0.03 to 1; the alpha of its microfacets (GGX) is the square. Below 0: modified Phong.
+    /// Roughness of a metallic-roughness surface, 0.03 to 1; the alpha of its microfacets (GGX) is the square. 0: modified Phong.
     pub roughness: f64,
     /// Share of a metallic-roughness surface that is metal, 0 to 1.
     pub metallic: f64,
@@ -55,7 +55,6 @@ c_struct!(
     camlux_material, 72,
     shininess: -1.0,
     alpha_cutoff: 0.5,
-    roughness: -1.0,
     ior: 1.5,
     specular: 1.0,
 );
@@ -192,7 +191,7 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     args::reserved(camlux_material::NAME, raw.reserved)?;
     let mut material = Material::lambert(name, raw.kd);
     material.ks = raw.ks;
-    let is_phong = raw.roughness < 0.0;
+    let is_phong = raw.roughness == 0.0;
     material.microfacets = (!is_phong).then_some(MetallicRoughness {
         metallic: raw.metallic,
         roughness: raw.roughness,

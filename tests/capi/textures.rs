@@ -129,7 +129,7 @@ fn facets_are_those_of_the_engine() {
         let mut found = scene.material(index as u32);
         assert_eq!(
             (found.roughness, found.ior, found.specular),
-            (-1.0, 1.5, 1.0)
+            (0.0, 1.5, 1.0)
         );
         found.ks = [0.0; 3];
         (found.roughness, found.metallic) = (of.roughness, of.metallic);

@@ -135,12 +135,12 @@ fn the_size_of_the_map_makes_no_error() {
 /// hit nothing.)
 #[test]
 fn many_samples_of_a_pixel_are_as_right_as_few() {
-    let mut scene = demo_scene("slit", [9, 9]);
+    let mut scene = demo_scene("slit", [12, 12]);
     let truth = reference_of(&scene, 4096);
     scene.indirect = Some(gather!(0.02, rsm_size = Some(8)));
     let frame = Gpu::open().render(&scene);
     let (error, bias) = error_and_bias(&frame, &truth);
-    let rays_of_a_pixel = frame.stats.ray_count / 81;
+    let rays_of_a_pixel = frame.stats.ray_count / 144;
     println!("{rays_of_a_pixel} rays a pixel: true {error:.4}, bias {bias:+.4}");
     assert!(rays_of_a_pixel > 1 << 17);
     assert!(error <= 0.026, "{error}");

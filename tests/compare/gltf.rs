@@ -270,7 +270,7 @@ fn nodes_place_meshes_lights_and_cameras() {
     }
     // Each feature that is not modelled is reported once.
     let warnings = scene.warnings().join("\n");
-    for part in ["points and lines", "modified Phong"] {
+    for part in ["points and lines"] {
         assert_eq!(warnings.matches(part).count(), 1, "{warnings}");
     }
 }

@@ -35,13 +35,13 @@ fn relative_rmse(found: &[f32], due: &[f32]) -> f64 {
 fn direct_light_and_depths_are_means_over_the_area() {
     let mut gpu = Gpu::open();
     for (name, size, samples, filter, is_distorted) in [
-        ("cornell", 112, 16, PixelFilter::Box, false),
-        ("cornell", 40, 64, PixelFilter::Box, true),
-        ("cornell", 40, 64, PixelFilter::Gaussian, false),
-        ("textured", 40, 64, PixelFilter::Box, false),
-        ("glossy", 40, 64, PixelFilter::Box, false),
+        ("cornell", 160, 16, PixelFilter::Box, false),
+        ("cornell", 64, 64, PixelFilter::Box, true),
+        ("cornell", 64, 64, PixelFilter::Gaussian, false),
+        ("textured", 64, 64, PixelFilter::Box, false),
+        ("glossy", 64, 64, PixelFilter::Box, false),
         // Its flutes are finer than these pixels.
-        ("knot", 32, 256, PixelFilter::Box, false),
+        ("knot", 48, 256, PixelFilter::Box, false),
     ] {
         let mut scene = sampled(demo_scene(name, [size; 2]), samples, filter);
         scene.indirect = None;
@@ -76,7 +76,7 @@ fn the_bounce_is_within_the_target_error_of_that_of_the_area() {
         ("cornell", 64, 32, PixelFilter::Box),
         ("glossy", 64, 64, PixelFilter::Gaussian),
     ] {
-        let mut scene = sampled(demo_scene(name, [24, 24]), samples, filter);
+        let mut scene = sampled(demo_scene(name, [48, 48]), samples, filter);
         scene.indirect = Some(IndirectLight::final_gather(0.02));
         let frame = gpu.render(&scene);
         let truth = reference_frame(&scene, 256, rounds);
@@ -130,7 +130,7 @@ fn sums_are_averaged_as_well() {
 /// Flying pixels: a pixel that sees two distances has the phase of neither.
 #[test]
 fn phasors_are_averaged_with_the_way_of_each_sample() {
-    let scene = modulated_demo_scene("cornell", [28, 28], &[20e6, 100e6]);
+    let scene = modulated_demo_scene("cornell", [40, 40], &[20e6, 100e6]);
     let mut scene = sampled(scene, 64, PixelFilter::Box);
     scene.indirect = None;
     let mut gpu = Gpu::open();

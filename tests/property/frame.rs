@@ -124,9 +124,9 @@ fn a_layer_that_a_scene_does_not_have_is_refused() {
 fn submissions_do_not_show() {
     let mut gpu = Gpu::open();
     for name in ["cornell", "glossy"] {
-        let sums = VplSum::ALL.map(|sum| IndirectLight::vpl_sum(sum, 48));
+        let sums = VplSum::ALL.map(|sum| IndirectLight::vpl_sum(sum, 64));
         for indirect in sums.into_iter().chain([IndirectLight::final_gather(0.05)]) {
-            let mut scene = demo_scene(name, [96, 96]);
+            let mut scene = demo_scene(name, [160, 160]);
             // More work than fits the first submission, which has a fixed size, and VPLs for several dispatches.
             scene.indirect = Some(indirect);
             let mut render = |submission_target| {

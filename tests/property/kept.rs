@@ -36,7 +36,7 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
             scene.indirect = Some(gather!(target, max_rays = limit));
             scene
         };
-        let first = scene_of(64, 0.03, None);
+        let first = scene_of(128, 0.03, None);
         assert_eq!(gpu.renderer.foretell_ms(&first), None);
         let stats = gpu.render(&first).stats;
         let [gather_ms, other_ms] = [true, false].map(|gathers| -> f64 {
@@ -50,15 +50,15 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
         let foretold_ms = gpu.renderer.foretell_ms(&first).expect("it was rendered");
         assert!((foretold_ms / (gather_ms + other_ms) - 1.0).abs() < 1e-9);
         let others = [
-            (32, 0.03, None),
-            (128, 0.03, None),
-            (64, 0.015, None),
-            (64, 0.01, Some(2_000_000)),
+            (64, 0.03, None),
+            (256, 0.03, None),
+            (128, 0.015, None),
+            (128, 0.01, Some(8_000_000)),
         ];
         let foretold = others.map(|(size, target_error, limit)| {
             let scene = scene_of(size, target_error, limit);
             let foretold_ms = gpu.renderer.foretell_ms(&scene).expect("it is alike");
-            let pixels = f64::from(size * size) / (64.0 * 64.0);
+            let pixels = f64::from(size * size) / (128.0 * 128.0);
             (scene, (foretold_ms - other_ms * pixels) / gather_ms)
         });
         for (scene, foretold) in foretold {
@@ -66,7 +66,7 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
             println!("{name}: foretold {foretold:.2}, grown by {grown:.2}");
             assert!((0.5..=2.0).contains(&(foretold / grown)));
         }
-        let mut other = demo_scene(name, [64, 64]);
+        let mut other = demo_scene(name, [128, 128]);
         other.lights.push(other.lights[0].clone());
         assert_eq!(gpu.renderer.foretell_ms(&other), None);
         gpu = Gpu::open();

@@ -18,12 +18,12 @@ impl Assets {
             let problem = format!("material \"{}\" {problem}", entry.name);
             Error::scene(&entry.at, problem, hint)
         };
-        let kd_texture = self.lookup(entry.kd_map.as_ref(), TextureUse::Reflectance)?;
-        let ks_texture = self.lookup(entry.ks_map.as_ref(), TextureUse::Reflectance)?;
-        let shininess_texture = self.lookup(entry.shininess_map.as_ref(), TextureUse::Factor)?;
+        let kd_texture = self.lookup(entry.kd_map.as_deref(), TextureUse::Reflectance)?;
+        let ks_texture = self.lookup(entry.ks_map.as_deref(), TextureUse::Reflectance)?;
+        let shininess_texture = self.lookup(entry.shininess_map.as_deref(), TextureUse::Factor)?;
         let alpha = TextureUse::Alpha(0.5_f64.to_bits());
-        let alpha_texture = self.lookup(entry.alpha_map.as_ref(), alpha)?;
-        let normals = entry.normal_map.as_ref();
+        let alpha_texture = self.lookup(entry.alpha_map.as_deref(), alpha)?;
+        let normals = entry.normal_map.as_deref();
         let normal_use = normals.map_or(TextureUse::Factor, |map| {
             TextureUse::Normals(map.strength.to_bits(), map.may_be_heights)
         });
@@ -38,10 +38,9 @@ impl Assets {
         })?;
         if entry.roughness.is_some() || entry.roughness_map.is_some() {
             let facets = MetallicRoughness {
-                metallic: entry.metallic.unwrap_or_else(|| match entry.metallic_map {
-                    Some(_) => 1.0,
-                    None => 0.0,
-                }),
+                metallic: entry
+                    .metallic
+                    .unwrap_or(f64::from(u8::from(entry.metallic_map.is_some()))),
                 roughness: entry.roughness.unwrap_or(1.0).max(SMOOTHEST),
                 ..MetallicRoughness::DEFAULT
             };
@@ -78,7 +77,10 @@ impl Assets {
 
     /// One texture of `map_Pr` and `map_Pm`: roughness in green, metallic in blue.
     fn metallic_roughness(&mut self, entry: &LibraryMaterial) -> Result<Option<TextureLookup>> {
-        let maps = [entry.roughness_map.as_ref(), entry.metallic_map.as_ref()];
+        let maps = [
+            entry.roughness_map.as_deref(),
+            entry.metallic_map.as_deref(),
+        ];
         let Some(first) = maps.into_iter().flatten().next() else {
             return Ok(None);
         };

@@ -97,17 +97,17 @@ pub(super) struct LibraryMaterial {
     /// Zero where `illum` says that there is no highlight.
     pub ks: Option<Bands>,
     pub shininess: Option<f64>,
-    pub kd_map: Option<Map>,
-    pub ks_map: Option<Map>,
-    pub shininess_map: Option<Map>,
+    pub kd_map: Option<Box<Map>>,
+    pub ks_map: Option<Box<Map>>,
+    pub shininess_map: Option<Box<Map>>,
     /// `Pr`; without it and without `map_Pr`, the material is one of Phong.
     pub roughness: Option<f64>,
     pub metallic: Option<f64>,
-    pub roughness_map: Option<Map>,
-    pub metallic_map: Option<Map>,
+    pub roughness_map: Option<Box<Map>>,
+    pub metallic_map: Option<Box<Map>>,
     /// `norm` or `map_Bump`.
-    pub normal_map: Option<Map>,
-    pub alpha_map: Option<Map>,
+    pub normal_map: Option<Box<Map>>,
+    pub alpha_map: Option<Box<Map>>,
 }
 
 impl Library {
@@ -259,7 +259,7 @@ impl Record {
         file: &Path,
         folder: &Path,
         unused: &mut Unused,
-    ) -> Result<Option<Map>> {
+    ) -> Result<Option<Box<Map>>> {
         let statements = self.take(keys);
         if let [_, second, ..] = &statements[..] {
             let line = second.line(file);
@@ -274,7 +274,7 @@ impl Record {
         }
         let map = statements.first().map(|statement| {
             let line = statement.line(file);
-            Map::read(statement.key, &line, folder, unused)
+            Map::read(statement.key, &line, folder, unused).map(Box::new)
         });
         map.transpose()
     }
