@@ -290,16 +290,25 @@ impl Record {
             return Ok(None);
         };
         let kd = self.value("Kd", file, unused, bands)?;
-        let mut ks = self.value("Ks", file, unused, bands)?;
+        // Exporters write both kinds of lobe. The one of facets says more.
+        let is_of_facets = |statement: &Statement| ["Pr", "map_Pr"].contains(&statement.key);
+        let has_facets = self.statements.iter().any(is_of_facets);
+        let mut ks = match has_facets {
+            true => None,
+            false => self.value("Ks", file, unused, bands)?,
+        };
         let mut number = |key| self.value(key, file, unused, |line| Ok(line.numbers(1..=1)?[0]));
-        let shininess = number("Ns")?;
-        let (roughness, metallic) = (number("Pr")?, number("Pm")?);
+        let (shininess, roughness, metallic) = match has_facets {
+            true => (None, number("Pr")?, number("Pm")?),
+            false => (number("Ns")?, None, None),
+        };
         let illum = self.value("illum", file, unused, |line| Ok(line.numbers(1..=1)?[0]))?;
         let mut map = |keys: &[&'static str]| self.map(keys, file, folder, unused);
         let kd_map = map(&["map_Kd"])?;
-        let mut ks_map = map(&["map_Ks"])?;
-        let mut shininess_map = map(&["map_Ns"])?;
-        let (roughness_map, metallic_map) = (map(&["map_Pr"])?, map(&["map_Pm"])?);
+        let ([mut ks_map, mut shininess_map], [roughness_map, metallic_map]) = match has_facets {
+            true => ([None, None], [map(&["map_Pr"])?, map(&["map_Pm"])?]),
+            false => ([map(&["map_Ks"])?, map(&["map_Ns"])?], [None, None]),
+        };
         let normal_map = map(&["norm", "map_Bump", "bump"])?;
         let alpha_map = map(&["map_d"])?;
         match illum {
@@ -309,13 +318,6 @@ impl Record {
             }
             None | Some(2.0) => {}
             Some(illum) => unused.add(&format!("\"illum\" {illum}, which is more than highlights")),
-        }
-        // Exporters write both kinds of lobe. The one of microfacets says more.
-        let has_facets = roughness.is_some() || roughness_map.is_some();
-        if !has_facets
-            && (metallic.is_some_and(|metallic| metallic != 0.0) || metallic_map.is_some())
-        {
-            unused.add("\"Pm\" or \"map_Pm\" without \"Pr\"");
         }
         self.report(unused);
         Ok(Some(LibraryMaterial {
