@@ -44,7 +44,8 @@ def test_a_scene_from_arrays_comes_back(renderer, tmp_path):
     )
     again = assert_comes_back(renderer, tmp_path, scene)
     assert [mesh.name for mesh in again.meshes] == ["floor \"1\""] * 2
-    assert [material.name for material in again.materials] == ["same", "same"]
+    assert [material.name for material in again.materials] == ["same", "same", "gold"]
+    assert again.materials[2].microfacets == materials[2].microfacets
     assert again.materials[0].ks_texture.wrap == ("mirror", "clamp")
 
 
