@@ -259,6 +259,14 @@ impl Bytes {
             let number = value.and_then(ParameterValue::number);
             self.numbers([number.unwrap_or_default()]);
         }
+        // Materials without these keep their hash from before there were any.
+        if material.is_emissive() {
+            self.name("emission");
+            self.numbers(material.emission_w_sr_m2);
+        }
+        if material.is_one_sided {
+            self.name("one-sided");
+        }
         self.numbers([material.alpha_cutoff]);
         for (role, lookup) in material.textures() {
             let TextureLookup {

@@ -16,6 +16,11 @@ pub struct Material {
     pub shininess: f64,
     /// A surface of microfacets, which has no k_s and no exponent.
     pub microfacets: Option<MetallicRoughness>,
+    /// Radiance that the surface emits in every direction, W/(sr·m²): a light. On both sides, or on the front of a one-sided surface.
+    pub emission_w_sr_m2: Bands,
+    /// Whether the camera looks through the surface where it sees it from behind. The front is the side on which the corners of a triangle
+    /// turn counterclockwise. Light meets both sides.
+    pub is_one_sided: bool,
     /// Multiplies k_d. [`TextureSource`](super::TextureSource) makes textures for any role.
     pub kd_texture: Option<TextureLookup>,
     /// Multiplies k_s.
@@ -24,6 +29,8 @@ pub struct Material {
     pub shininess_texture: Option<TextureLookup>,
     /// Its green value multiplies the roughness of microfacets, its blue value their metallic.
     pub metallic_roughness_texture: Option<TextureLookup>,
+    /// Multiplies the emission. Its colours are decoded as those of k_d are.
+    pub emission_texture: Option<TextureLookup>,
     /// A normal map. Red, green and blue from 0 to 1 encode components of the shading normal from −1 to 1: along the direction in
     /// which u grows, along the one in which v grows, and along the mesh's normal.
     pub normal_texture: Option<TextureLookup>,
@@ -141,10 +148,13 @@ impl Material {
             ks: [0.0; 3],
             shininess: 1.0,
             microfacets: None,
+            emission_w_sr_m2: [0.0; 3],
+            is_one_sided: false,
             kd_texture: None,
             ks_texture: None,
             shininess_texture: None,
             metallic_roughness_texture: None,
+            emission_texture: None,
             normal_texture: None,
             alpha_texture: None,
             alpha_cutoff: 0.5,
@@ -158,7 +168,7 @@ impl Material {
     }
 
     /// The texture of each role.
-    pub fn by_role(&self) -> [(TextureRole, Option<TextureLookup>); 6] {
+    pub fn by_role(&self) -> [(TextureRole, Option<TextureLookup>); 7] {
         [
             (TextureRole::Kd, self.kd_texture),
             (TextureRole::Ks, self.ks_texture),
@@ -167,12 +177,13 @@ impl Material {
                 TextureRole::MetallicRoughness,
                 self.metallic_roughness_texture,
             ),
+            (TextureRole::Emission, self.emission_texture),
             (TextureRole::Normal, self.normal_texture),
             (TextureRole::Alpha, self.alpha_texture),
         ]
     }
 
-    pub fn by_role_mut(&mut self) -> [(TextureRole, &mut Option<TextureLookup>); 6] {
+    pub fn by_role_mut(&mut self) -> [(TextureRole, &mut Option<TextureLookup>); 7] {
         [
             (TextureRole::Kd, &mut self.kd_texture),
             (TextureRole::Ks, &mut self.ks_texture),
@@ -181,6 +192,7 @@ impl Material {
                 TextureRole::MetallicRoughness,
                 &mut self.metallic_roughness_texture,
             ),
+            (TextureRole::Emission, &mut self.emission_texture),
             (TextureRole::Normal, &mut self.normal_texture),
             (TextureRole::Alpha, &mut self.alpha_texture),
         ]
@@ -188,17 +200,20 @@ impl Material {
 
     /// The numbers of the BRDF, in the order of files.
     pub(crate) fn reflectance(&self) -> [Reflectance<'_>; 3] {
-        // Without `..`: hashes and files of scenes have what is here, the microfacets, the textures, and the cutoff.
+        // Without `..`: hashes and files of scenes have what is here, the microfacets, the emission, the side, the textures, and the cutoff.
         let Material {
             name: _,
             kd,
             ks,
             shininess,
             microfacets: _,
+            emission_w_sr_m2: _,
+            is_one_sided: _,
             kd_texture: _,
             ks_texture: _,
             shininess_texture: _,
             metallic_roughness_texture: _,
+            emission_texture: _,
             normal_texture: _,
             alpha_texture: _,
             alpha_cutoff: _,
@@ -224,6 +239,11 @@ impl Material {
     /// Whether the material has a texture of any kind.
     pub fn has_texture(&self) -> bool {
         self.textures().next().is_some()
+    }
+
+    /// Whether the material emits light.
+    pub fn is_emissive(&self) -> bool {
+        self.emission_w_sr_m2 != [0.0; 3]
     }
 
     /// Whether the material has a specular lobe.

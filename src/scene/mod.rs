@@ -133,6 +133,13 @@ impl Scene {
         self.lights.iter().all(|light| light.emission() == [0.0; 3])
     }
 
+    /// Whether a surface emits light. The scene must be validated.
+    pub(crate) fn has_emission(&self) -> bool {
+        self.meshes
+            .iter()
+            .any(|instance| self.has_material(&instance.mesh, Material::is_emissive))
+    }
+
     /// Whether the scene has an area light.
     pub(crate) fn has_area_light(&self) -> bool {
         self.lights.iter().any(|light| light.has_area())

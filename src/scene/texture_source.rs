@@ -13,6 +13,7 @@ pub enum TextureRole {
     Ks,
     Shininess,
     MetallicRoughness,
+    Emission,
     Normal,
     Alpha,
 }
@@ -43,6 +44,7 @@ impl TextureRole {
             TextureRole::Ks => "ks_texture",
             TextureRole::Shininess => "shininess_texture",
             TextureRole::MetallicRoughness => "metallic_roughness_texture",
+            TextureRole::Emission => "emission_texture",
             TextureRole::Normal => "normal_texture",
             TextureRole::Alpha => "alpha_texture",
         }
@@ -50,7 +52,7 @@ impl TextureRole {
 
     /// Whether the texture may be encoded as sRGB.
     pub(crate) fn may_be_srgb(self) -> bool {
-        matches!(self, TextureRole::Kd | TextureRole::Ks)
+        matches!(self, TextureRole::Kd | TextureRole::Ks | TextureRole::Emission)
     }
 }
 
@@ -178,7 +180,7 @@ impl TextureSource {
     /// The texture that a material uses in this role, made once.
     pub fn in_role(&self, role: TextureRole) -> Shared<Texture> {
         let texture = match role {
-            TextureRole::Kd | TextureRole::Ks => self.reflectance(),
+            TextureRole::Kd | TextureRole::Ks | TextureRole::Emission => self.reflectance(),
             TextureRole::Normal | TextureRole::MetallicRoughness => self.linear(),
             TextureRole::Shininess => self.brightness(),
             TextureRole::Alpha => self.grey_alpha(),
@@ -336,7 +338,7 @@ mod tests {
     use super::*;
     use TextureRole::*;
 
-    const ROLES: [TextureRole; 6] = [Kd, Ks, Shininess, MetallicRoughness, Normal, Alpha];
+    const ROLES: [TextureRole; 7] = [Kd, Ks, Emission, Shininess, MetallicRoughness, Normal, Alpha];
 
     fn source(texels: Texels, encoding: Option<Encoding>, alpha: Option<Vec<u8>>) -> TextureSource {
         let texture = Texture {
@@ -354,14 +356,14 @@ mod tests {
             let source = source(texels(), encoding, Some(vec![7, 9]));
             ROLES.map(|role| source.in_role(role).texels.is_srgb())
         };
-        assert_eq!(encodings(None), [true, true, false, false, false, false]);
-        assert_eq!(encodings(Some(Encoding::Linear)), [false; 6]);
+        assert_eq!(encodings(None), [true, true, true, false, false, false, false]);
+        assert_eq!(encodings(Some(Encoding::Linear)), [false; 7]);
         // What is refused stays sRGB. Alpha is linear whatever the colours are.
         let half = source(Texels::F32(vec![[0.5; 3]]), Some(Encoding::Srgb), None);
         let refused = ROLES.map(|role| half.contradicts(role));
-        assert_eq!(refused, [false, false, true, true, true, true]);
+        assert_eq!(refused, [false, false, false, true, true, true, true]);
         let named = encodings(Some(Encoding::Srgb));
-        assert_eq!(named, [true, true, true, true, true, false]);
+        assert_eq!(named, [true, true, true, true, true, true, false]);
     }
 
     #[test]

@@ -12,8 +12,8 @@ use crate::{Error, Result, keys::Keys};
 
 /// The largest distance from 0. Beyond it, f64 positions no longer resolve a tenth of a millimetre.
 const FARTHEST_M: f64 = 1e12;
-/// The largest power or irradiance. Beyond it, the device's f32 overflows.
-const STRONGEST: f64 = 1e24;
+/// The largest power, irradiance or radiance. Beyond it, the device's f32 overflows.
+pub(super) const STRONGEST: f64 = 1e24;
 
 /// Below this angle between view and `up`, the rotation of the image about its axis is rounding noise.
 const SMALLEST_UP_ANGLE_RAD: f64 = 1e-6;

@@ -1,6 +1,6 @@
 //! The part of [`Scene::validate`](super::Scene::validate) for materials, textures and meshes.
 
-use super::validate::{Part, has_direction, is_near};
+use super::validate::{Part, STRONGEST, has_direction, is_near};
 use super::{BoundingBox, Instance, Material, Mesh, Reflectance, Texels, Texture, TextureRole};
 use crate::Result;
 
@@ -56,6 +56,12 @@ impl Material {
                 "give one of them: ks and shininess describe a Phong lobe",
             )?;
         }
+        let emission = self.emission_w_sr_m2;
+        part.require(
+            emission.iter().all(|value| (0.0..=STRONGEST).contains(value)),
+            format_args!("emission_w_sr_m2 is {emission:?}"),
+            "give radiances from 0 to 1e24",
+        )?;
         part.require(
             (0.0..=1.0).contains(&self.alpha_cutoff),
             format_args!("alpha_cutoff is {}", self.alpha_cutoff),

@@ -41,6 +41,7 @@ impl Scene {
                 let (name, factor) = match role {
                     TextureRole::Kd => ("kd", material.kd),
                     TextureRole::Ks => ("ks", material.ks),
+                    TextureRole::Emission => ("emission_w_sr_m2", material.emission_w_sr_m2),
                     _ => continue,
                 };
                 if factor == [0.0; 3] {
@@ -58,7 +59,7 @@ impl Scene {
         {
             warnings.push("no light is modulated, so time of flight has no range".into());
         }
-        if self.lights.is_empty() {
+        if self.lights.is_empty() && !self.has_emission() {
             warnings.push("there is no light, so every frame is black".into());
         }
         if self.meshes.is_empty() {
