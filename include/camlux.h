@@ -1783,7 +1783,7 @@ camlux_status camlux_job_wait(camlux_job *job,
  * ---------------------------------------------------------------------------------------------------------------------- */
 
 /**
- * Light from the surface to the camera, direct + indirect.
+ * Light from the surface to the camera, direct + indirect + emission.
  * Without an f-number of the sensor it is numerically also the irradiance at the pixel, W/m^2.
  * Values: W/sr/m^2, channels R, G, B.
  */
@@ -1874,6 +1874,12 @@ camlux_status camlux_job_wait(camlux_job *job,
  * Values: m, channels X, Y, Z.
  */
 #define CAMLUX_LAYER_CAMERA_POSITION 14
+
+/**
+ * Light that the surface emits by itself.
+ * Values: W/sr/m^2, channels R, G, B; with emission_w_sr_m2 of a camlux_material.
+ */
+#define CAMLUX_LAYER_EMISSION 15
 
 /**
  * Phasor Z of all modulated light, a sum over paths.

@@ -30,10 +30,9 @@ fn morton_code(column_row: vec2<u32>) -> u32 {
 // The point of a light's area that the rays of a packet lead to. Neighbouring pixels, which are averaged, cover the area evenly (a
 // two-dimensional Kronecker sequence over two indices).
 fn point_for(packet: Packet, pixel: vec2<u32>) -> Light {
-    var light = load_light(parameters.light_index);
     let seed = hash(parameters.seed ^ 0x85ebca6bu) ^ parameters.light_index;
     let shift = fract(vec2<f32>(pixel) * mat2x2<f32>(0.8566749, 0.7338919, 0.6287067, 0.5385972));
-    light.position += area_offset(light, fract(area_place(packet.number, seed) + shift));
+    var light = light_at(load_light(parameters.light_index), fract(area_place(packet.number, seed) + shift));
     if (PHASORS) {
         light.origin_turns = area_origin_turns(light);
     }

@@ -51,8 +51,7 @@ struct LightRay {
 // The light at the point of its area where a ray starts. Rays that start together cover all of the map, so neighbours in the map start at
 // different points.
 fn light_of_ray(whole_light: Light, set_index: u32, ray: u32) -> Light {
-    var light = whole_light;
-    light.position += area_offset(light, area_place(ray % packet_count(), parameters.seed ^ hash(set_index)));
+    var light = light_at(whole_light, area_place(ray % packet_count(), parameters.seed ^ hash(set_index)));
     if (PHASORS) {
         light.origin_turns = area_origin_turns(light);
     }
@@ -149,7 +148,9 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         let ray = light_ray(light, drawn, cell, seed);
         let is_parallel = light.is_parallel == 1u;
         let in_list = index - parameters.first_in_list;
-        rays[in_list] = Ray(ray.origin, NO_END, ray.direction, select(LIGHT_IN_PLANE, 0.0, is_parallel));
+        // The map of emissive surfaces has all directions; each of their points emits to its front.
+        let is_behind = light.emission_points > 0u && dot(light.axis, ray.direction) <= 0.0;
+        rays[in_list] = Ray(ray.origin, select(NO_END, NO_RAY, is_behind), ray.direction, select(LIGHT_IN_PLANE, 0.0, is_parallel));
         light_ray_cells[in_list] = cell;
     }
 }

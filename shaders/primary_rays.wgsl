@@ -1,5 +1,6 @@
-// What the camera sees at each pixel's centre, by rays. Used for a lens with distortion, and if the device's rasteriser is too coarse. One
-// kernel emits the rays, the other fills the G-buffer with the surfaces that they hit.
+// What the camera sees at each pixel's centre, by rays. Used for a lens with distortion, for surfaces that emit, and if the device's
+// rasteriser is too coarse. One kernel emits the rays, another fills the G-buffer with the surfaces that they hit, and a third adds the
+// light that these emit.
 
 #import view
 #import ray
@@ -17,6 +18,8 @@ struct PrimaryRayParameters {
     // The rows of pixels whose rays are in the list.
     first_row: u32,
     row_end: u32,
+    // Weight of these points in their pixels, for the light that surfaces emit.
+    share: f32,
 }
 
 // With a lens: the direction of each pixel's ray along the camera's axes Z, X, Y. The columns of view.ray_direction are these axes.
@@ -25,6 +28,11 @@ var<storage, read> lens_rays: array<vec4<f32>>;
 var<storage, read_write> rays: array<Ray>;
 #else
 var<storage, read> hits: array<u32>;
+#endif
+#if EMISSIVE
+var emission: texture_storage_2d<rgba32float, read_write>;
+#endif
+#if SHADE
 // For each mesh in the scene's space: number of triangles up to its end, and its instance id.
 var<storage, read> mesh_ends: array<vec2<u32>>;
 var position_instance: texture_storage_2d<rgba32float, write>;
@@ -67,6 +75,29 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     }
 }
 #else
+fn seen_surface(place: vec2<u32>, seen: u32) -> Hit {
+    let direction = ray_direction(place);
+    let axis = direction / dot(direction, direction);
+    return hit_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
+}
+#endif
+
+#if EMISSIVE
+@compute @workgroup_size(8, 8)
+fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
+    let place = global.xy + vec2<u32>(0u, parameters.first_row);
+    if (place.x >= parameters.resolution_px.x || place.y >= parameters.row_end) {
+        return;
+    }
+    let seen = hits[ray_index(place)];
+    if (seen != NOTHING_HIT) {
+        let emitted = parameters.share * seen_surface(place, seen).emission;
+        textureStore(emission, place, textureLoad(emission, place) + vec4<f32>(emitted, 0.0));
+    }
+}
+#endif
+
+#if SHADE
 @compute @workgroup_size(8, 8)
 fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     let place = global.xy + vec2<u32>(0u, parameters.first_row);
@@ -83,9 +114,7 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
         }
         return;
     }
-    let direction = ray_direction(place);
-    let axis = direction / dot(direction, direction);
-    let hit = hit_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
+    let hit = seen_surface(place, seen);
     let material = material_at(seen) % parameters.material_count;
     textureStore(position_instance, place, vec4<f32>(hit.position, f32(instance_id_at(seen))));
     textureStore(normal_geometric, place, vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal)));

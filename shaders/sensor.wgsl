@@ -11,6 +11,7 @@ struct SensorParameters {
 
 var direct_radiance: texture_2d<f32>;
 var indirect_radiance: texture_2d<f32>;
+var emission: texture_2d<f32>;
 var position_instance: texture_2d<f32>;
 // Filled by the pixel_filter pass.
 var footprint: texture_2d<f32>;
@@ -27,6 +28,9 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     var radiance = textureLoad(direct_radiance, pixel, 0).rgb;
     if (INDIRECT) {
         radiance += textureLoad(indirect_radiance, pixel, 0).rgb;
+    }
+    if (EMISSIVE) {
+        radiance += textureLoad(emission, pixel, 0).rgb;
     }
     if (SAMPLED) {
         let squared_cosine = textureLoad(footprint, pixel, 0).w;

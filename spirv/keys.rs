@@ -21,6 +21,7 @@ keys! {
     Gbuffer { brdf: Brdf, surface: Surface, cutout: bool, }
     PrimaryRaysEmit { lens: bool, }
     PrimaryRaysShade { lens: bool, brdf: Brdf, surface: Surface, instanced: bool, }
+    PrimaryRaysEmissive { lens: bool, surface: Surface, instanced: bool, }
     Shadow { }
     Rsm { brdf: Brdf, surface: Surface, cutout: bool, }
     ReceiversCount { brdf: Brdf, }
@@ -34,7 +35,7 @@ keys! {
     PixelFilterDepths { }
     PixelFilterInterpolate { phasors: bool, brdf: Brdf, }
     PixelFilterGathered { phasors: bool, brdf: Brdf, noisy: bool, }
-    Sensor { indirect: bool, seen: Option<Seen>, }
+    Sensor { indirect: bool, emissive: bool, seen: Option<Seen>, }
     Trace { hit: Hit, search: Search, traced: Option<Traced>, }
     LightRaysEmit { }
     LightRaysShade { phasors: bool, brdf: Brdf, surface: Surface, instanced: bool, }
@@ -50,8 +51,8 @@ keys! {
     SmoothResiduals { phasors: bool, brdf: Brdf, }
     Resolve { phasors: bool, brdf: Brdf, noisy: bool, }
     Stderr { }
-    AreaLightMerge { }
-    AreaLightAdd { phasors: bool, }
+    AreaLightMerge { surfaces: bool, }
+    AreaLightAdd { phasors: bool, surfaces: bool, }
     RangeWeights { }
     ErrorEstimate { phasors: bool, brdf: Brdf, noisy: bool, range: bool, }
 }

@@ -60,7 +60,7 @@ structs! {
         is_first: u32,
         _pad0: [u32; 3],
     }
-    Light 416 {
+    Light 432 {
         position: [f32; 3],
         half_extent: f32,
         axis: [f32; 3],
@@ -83,6 +83,8 @@ structs! {
         is_projected: u32,
         first_pattern: u32,
         area_aspect: f32,
+        emission_points: u32,
+        _pad0: [u32; 3],
     }
     LightFace 48 {
         right: [f32; 3],
@@ -153,13 +155,15 @@ structs! {
         least_radiance: f32,
         own_share: f32,
     }
-    PrimaryRayParameters 32 {
+    PrimaryRayParameters 40 {
         resolution_px: [u32; 2],
         material_count: u32,
         mesh_count: u32,
         offset_px: [f32; 2],
         first_row: u32,
         row_end: u32,
+        share: f32,
+        _pad0: [u32; 1],
     }
     RangeWeightParameters 32 {
         least_squares: [f32; 4],
@@ -269,6 +273,8 @@ pub mod constants {
     pub const DIFFUSE_LOBE: u32 = 0;
     pub const DISC_EDGES: u32 = 32;
     pub const EDGES: u32 = 1;
+    pub const EMISSION: u32 = 28;
+    pub const EMISSION_MAP: u32 = 22;
     pub const GATHERED_PREDICTED: u32 = 2;
     pub const GATHERED_UNPREDICTED: u32 = 3;
     pub const GLOSSY_LIST: u32 = 2;
@@ -291,7 +297,7 @@ pub mod constants {
     pub const LOBE_MAP: u32 = 6;
     pub const LOBE_MAPS: u32 = 2;
     pub const MAP_TEXELS: u32 = 4;
-    pub const MATERIAL_TEXELS: u32 = 24;
+    pub const MATERIAL_TEXELS: u32 = 29;
     pub const MATTE_LIST: u32 = 1;
     pub const MAX_FACES: u32 = 6;
     pub const MAX_PHASOR_LAYERS: u32 = 6;
@@ -328,7 +334,7 @@ pub mod constants {
     pub const TURNS_LAYER: u32 = 3;
     pub const UNKNOWN: u32 = 0;
     pub const UNOCCLUDED: u32 = 2;
-    pub const VERTICES: u32 = 22;
+    pub const VERTICES: u32 = 26;
     pub const VPLS_PER_ROW: u32 = 1024;
     pub const WORKGROUP: u32 = 64;
 }

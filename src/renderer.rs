@@ -335,6 +335,8 @@ impl Renderer {
         self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
+        // The frame's description has the lights of the scene alone.
+        let lit = &*scene.with_emissive_light();
         let mut gather = plan.indirect.as_mut().map(|indirect| &mut indirect.gather);
         if let (Some(GatherPlan::VplSum { kernel, .. }), Some(chosen)) =
             (&mut gather, options.gather_kernel)
@@ -350,7 +352,7 @@ impl Renderer {
         let ends_early = Cell::new(false);
         let modulation = modulation::upload(
             &self.device,
-            scene,
+            lit,
             &space,
             [1.0; MAX_FREQUENCIES],
             [modulation::USUAL_TURNING_SHARE; MAX_FREQUENCIES],
@@ -359,7 +361,7 @@ impl Renderer {
             device: &self.device,
             pipelines: &self.pipelines,
             commands: &self.commands,
-            scene,
+            scene: lit,
             plan: &plan,
             space: &space,
             stays_on_device,

@@ -31,6 +31,7 @@ enum class layer : std::int32_t {
     depth_mean = CAMLUX_LAYER_DEPTH_MEAN,
     depth_nearest = CAMLUX_LAYER_DEPTH_NEAREST,
     camera_position = CAMLUX_LAYER_CAMERA_POSITION,
+    emission = CAMLUX_LAYER_EMISSION,
     tof_phasor = CAMLUX_LAYER_TOF_PHASOR,
     tof_phasor_direct = CAMLUX_LAYER_TOF_PHASOR_DIRECT,
     tof_phasor_indirect = CAMLUX_LAYER_TOF_PHASOR_INDIRECT,

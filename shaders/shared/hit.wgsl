@@ -9,6 +9,8 @@ struct Hit {
     shading_normal: vec3<f32>,
     // Includes textures and colours of vertices.
     brdf: Brdf,
+    // Radiance; only where it is asked for.
+    emission: vec3<f32>,
 }
 
 // The point with barycentric coordinates `b`, hit from `direction`.
@@ -58,6 +60,14 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
             // The front is the side of the mesh's normals; without them, the side on which the corners turn counterclockwise.
             let is_behind = select(triangle.front * dot(triangle.normal, direction) > 0.0, is_turned, has_normal);
             hit.shading_normal = mapped_normal(triangle, b, hit.geometric_normal, hit.shading_normal, is_behind);
+        }
+    }
+    if (EMISSIVE) {
+        hit.emission = material_texel(triangle.material + EMISSION).rgb;
+        if (DETAILED) {
+            if (texture_at(triangle.material + EMISSION_MAP).size.x > 0u) {
+                hit.emission *= sample_map(triangle, EMISSION_MAP, b);
+            }
         }
     }
     hit.brdf = brdf_of_material(hit.brdf);

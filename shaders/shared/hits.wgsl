@@ -52,8 +52,10 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     if (TEXTURED) {
         triangle.texture = texture_at(material + KD_MAP);
     }
-    if (DETAILED) {
+    if (DETAILED | EMISSIVE) {
         triangle.material = material;
+    }
+    if (DETAILED) {
         triangle.has = u32(kd_has.w);
         triangle.instance = found.instance;
         triangle.front = 1.0;

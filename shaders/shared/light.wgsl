@@ -58,10 +58,12 @@ struct Light {
     pattern_rows: u32,
     // 1 for a projector, else 0.
     is_projected: u32,
-    // Where its pattern begins in a list of lights, in texels.
+    // Where its pattern or its points begin in a list of lights, in texels.
     first_pattern: u32,
     // Area lights: height over width, negative for a disc; half the width is then plane_0. 0 for all other lights.
     area_aspect: f32,
+    // Points that stand for emissive surfaces; 0 for all other lights.
+    emission_points: u32,
 }
 
 // Offset from the centre of the light's area to `place`, a point of the unit square; 0 without an area.

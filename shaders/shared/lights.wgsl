@@ -8,7 +8,7 @@
 
 #import pattern
 
-// A list in an image, like ray_triangles in hit_triangle.wgsl. The lights' patterns follow the lights.
+// A list in an image, like ray_triangles in hit_triangle.wgsl. The lights' patterns and points follow the lights.
 var lights: texture_storage_2d<rgba32float, read>;
 
 fn pattern_number(light: Light, at: u32) -> f32 {
@@ -21,6 +21,22 @@ fn pattern_intensity(light: Light, direction: vec3<f32>) -> f32 {
         return projected_intensity(light, direction);
     }
     return measured_intensity(light, direction);
+}
+
+// The light at a point of its area, given in the unit square. Emissive surfaces have a list of points: position; normal, about which the
+// point emits with the cosine; and intensity over that of the light.
+fn light_at(whole_light: Light, place: vec2<f32>) -> Light {
+    var light = whole_light;
+    light.position += area_offset(light, place);
+    // A loop that other lights skip: drivers that compute both sides of a branch would make all of them pay for it.
+    for (var i = 0u; i < min(light.emission_points, 1u); i++) {
+        let index = min(u32(place.x * f32(light.emission_points)), light.emission_points - 1u);
+        let point = light.first_pattern + 3u * index;
+        light.position = textureLoad(lights, list_place(point)).xyz;
+        light.axis = textureLoad(lights, list_place(point + 1u)).xyz;
+        light.intensity *= textureLoad(lights, list_place(point + 2u)).xyz;
+    }
+    return light;
 }
 
 fn illuminate(light: Light, position: vec3<f32>) -> Illumination {

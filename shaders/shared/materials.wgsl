@@ -9,7 +9,7 @@
 // the lobe. From KD_MAP on, for each map: columns and rows (0 for none), words per texel, flags; its first word, for word_index; the rows
 // of the transform of texture coordinates, the first with the cutoff of alpha behind it. At VERTICES: where in `vertex_values` the scene's
 // triangle 0 would be (below 0 if the mesh begins later), where the mesh's vertex 0 is, and the number of texels of a vertex; then which of
-// these texels are its colour, its second texture coordinates and its tangent.
+// these texels are its colour, its second texture coordinates and its tangent. At EMISSION: the radiance that the surface emits.
 var materials: texture_storage_2d<rgba32float, read>;
 
 // For each mesh that has such values: a texel per triangle, its corners among the mesh's vertices; then the texels of each vertex.
@@ -21,8 +21,10 @@ const KD_MAP: u32 = 2u;
 const LOBE_MAP: u32 = KD_MAP + MAP_TEXELS;
 const NORMAL_MAP: u32 = LOBE_MAP + LOBE_MAPS * MAP_TEXELS;
 const ALPHA_MAP: u32 = NORMAL_MAP + MAP_TEXELS;
-const VERTICES: u32 = ALPHA_MAP + MAP_TEXELS;
-const MATERIAL_TEXELS: u32 = VERTICES + 2u;
+const EMISSION_MAP: u32 = ALPHA_MAP + MAP_TEXELS;
+const VERTICES: u32 = EMISSION_MAP + MAP_TEXELS;
+const EMISSION: u32 = VERTICES + 2u;
+const MATERIAL_TEXELS: u32 = EMISSION + 1u;
 
 const HAS_KD_MAP: u32 = 1u;
 // The first of LOBE_MAPS bits.

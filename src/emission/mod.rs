@@ -13,7 +13,8 @@ use glam::DVec3;
 
 use crate::model::{CompensatedSum, peak_intensity};
 use crate::scene::{
-    Bands, BoundingSphere, ConeIntegral, Lamp, Light, Pattern, PatternAxes, Profile, SpotCone,
+    AreaShape, Bands, BoundingSphere, ConeIntegral, EmissiveSurfaces, Lamp, Light, Pattern,
+    PatternAxes, Profile, SpotCone,
 };
 use pattern::PatternTexels;
 use projected::projected_face;
@@ -85,6 +86,7 @@ impl EmissionDomain {
     ///   reach.
     /// - Pattern: as for a spot light, but the cube is also aligned with the plane C = 0. A projector has one face, which contains its
     ///   image.
+    /// - Emissive surfaces: six faces as for a point.
     /// - Area: what its middle emits with all of the power; every point of the area emits the same.
     /// - Directional: one orthographic face. The domain is the disc of the bounding sphere as the light sees it, not the square of the
     ///   face: `rsm-average` divides by the domain, and with the square the result would depend on the rotation of the face about the
@@ -188,8 +190,40 @@ fn cube_faces(axis: DVec3, side: DVec3) -> [EmissionFace; 6] {
     ]
 }
 
+/// Points of emissive surfaces whose normals stand for all.
+const NORMALS: u32 = 256;
+
+/// The faces of a cube for emissive surfaces, which have many normals. The falloff is the mean of those of the surfaces' points.
+fn faces_of_surfaces(
+    surfaces: &EmissiveSurfaces,
+    size: u32,
+) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
+    let faces = cube_faces(DVec3::Y, DVec3::Z).to_vec();
+    let normals: Vec<DVec3> = surfaces
+        .points(NORMALS, 0)
+        .iter()
+        .map(|p| p.normal)
+        .collect();
+    let across = |index: u32| 2.0 * (f64::from(index) + 0.5) / f64::from(size) - 1.0;
+    let mut texels = texels::cube_face(size).repeat(6);
+    for (index, texel) in texels.iter_mut().enumerate() {
+        let of_face = index as u32 % size.pow(2);
+        let EmissionFace {
+            right, up, forward, ..
+        } = faces[index / size.pow(2) as usize];
+        let direction = forward + across(of_face % size) * right - across(of_face / size) * up;
+        let direction = direction.normalize();
+        let cosines = normals.iter().map(|normal| normal.dot(direction).max(0.0));
+        texel.falloff = cosines.sum::<f64>() / f64::from(NORMALS);
+    }
+    (faces, texels)
+}
+
 /// The faces that a point of a lamp emits into, and their texels.
 fn faces_of_profile(lamp: &Lamp, size: u32) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
+    if let Some(AreaShape::Surfaces(surfaces)) = &lamp.area {
+        return faces_of_surfaces(surfaces, size);
+    }
     match lamp.profile_of_points() {
         Profile::Uniform => {
             let faces = cube_faces(DVec3::Y, DVec3::Z).to_vec();

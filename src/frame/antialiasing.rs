@@ -34,7 +34,15 @@ pub(super) fn average(
         };
         progress.report_sample("direct", done)?;
         let share = Some(sample.share);
-        let seen = see(context, scene, sample.offset_px, share, sample.gbuffer)?;
+        let emission = images.emission.as_ref();
+        let seen = see(
+            context,
+            scene,
+            sample.offset_px,
+            share,
+            sample.gbuffer,
+            emission,
+        )?;
         let seed = hash(context.seed ^ hash(index as u32));
         for (light, squared_error) in squared_errors.iter_mut().enumerate() {
             let light = lights.update(context, light, scene)?;

@@ -11,27 +11,34 @@ use crate::{
         Context,
         direct::{self, SeenPoints},
         gbuffer::{self, GBuffer},
-        primary_rays, rsm, shadow,
+        primary_rays::{self, Emission},
+        rsm, shadow,
         surface::{Surfaces, upload_view},
         view,
     },
+    vulkan::Image,
 };
 
 /// Fills a G-buffer with what the camera sees through points at `offset_px` from the pixels' centres. `share` is the weight of each point in
-/// its pixel, unless it is the only one.
+/// its pixel, unless it is the only one. Adds what the surfaces emit to `emission`.
 pub(super) fn see<'g>(
     context: &Context,
     scene: &'g SceneResources,
     offset_px: DVec2,
     share: Option<f64>,
     gbuffer: &'g GBuffer,
+    emission: Option<&Image>,
 ) -> Result<SeenPoints<'g>> {
     let surfaces = scene.surfaces()?;
     let camera = view::of_camera(&context.scene.camera, context.space, offset_px);
     let camera = upload_view(context.device, &camera)?;
     if context.plan.has_primary_rays {
         let (scene, lens) = (scene.hit_scene()?, scene.lens_rays());
-        primary_rays::draw(context, scene, &camera, lens, offset_px, gbuffer)?;
+        let emission = emission.map(|image| Emission {
+            image,
+            share: share.unwrap_or(1.0),
+        });
+        primary_rays::draw(context, scene, &camera, lens, offset_px, gbuffer, emission)?;
     } else {
         gbuffer::draw(context, surfaces, &camera, gbuffer)?;
     }
@@ -67,7 +74,7 @@ pub(super) fn shade(
     seed: u32,
     progress: &mut ProgressReport,
 ) -> Result<Option<f64>> {
-    if light.device.plan.is_area() {
+    if light.device.plan.has_area {
         return area_light::shade(context, seen, light, images, seed, progress);
     }
     let direct = images.direct_images();

@@ -17,6 +17,8 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
     pub direct: A::Image,
     /// Z of the direct light, with two frequencies per layer; only with time of flight. Without pixel samples it lacks the path to C.
     pub direct_phasors: Option<A::Image>,
+    /// What surfaces emit to the camera; only if some do.
+    pub emission: Option<A::Image>,
     /// Only with indirect light.
     pub indirect: Option<A::Image>,
     /// As `direct_phasors`; only with time of flight of the bounce.
@@ -27,7 +29,7 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
     pub sampled: Option<SampledImages<A>>,
     /// Only with a sensor.
     pub energy: Option<A::Image>,
-    /// Direct and indirect together; only for a host that uses it on the device.
+    /// Direct, indirect and emission together; only for a host that uses it on the device.
     pub radiance: Option<A::Image>,
     /// Only if lights have an area.
     pub area_light: Option<AreaLightImages<A>>,
@@ -84,6 +86,7 @@ pub(crate) struct FrameImagesKey {
     is_seen_by_rays: bool,
     direct_phasor_layers: Option<u32>,
     indirect_phasor_layers: Option<u32>,
+    has_emission: bool,
     has_indirect: bool,
     has_indirect_stderr: bool,
     has_energy: bool,
@@ -102,6 +105,7 @@ impl FrameImagesKey {
             is_seen_by_rays: plan.has_primary_rays,
             direct_phasor_layers: plan.tof.map(TofPlan::pair_count),
             indirect_phasor_layers: plan.bounced_tof().map(TofPlan::pair_count),
+            has_emission: plan.is_emissive,
             has_indirect: plan.indirect.is_some(),
             has_indirect_stderr: plan.has_stderr_layer(),
             has_energy: plan.joule_per_irradiance.is_some(),
@@ -127,6 +131,7 @@ impl<A: Allocate> FrameImages<A> {
             direct: allocate.image("direct radiance", shape)?,
             direct_phasors: phasors("direct phasors", key.direct_phasor_layers)?,
             indirect_phasors: phasors("indirect phasors", key.indirect_phasor_layers)?,
+            emission: image_if("emission", key.has_emission)?,
             indirect: image_if("indirect radiance", key.has_indirect)?,
             indirect_stderr: image_if(
                 "standard error of indirect radiance",
@@ -164,6 +169,7 @@ impl FrameImages {
         let area_light = self.area_light.iter().flat_map(|sums| sums.images());
         let others = others.chain(sampled).chain(area_light);
         let direct = [&self.direct].into_iter().chain(&self.direct_phasors);
+        let direct = direct.chain(&self.emission);
         for image in others.chain(direct) {
             recorder.clear_image(image);
         }

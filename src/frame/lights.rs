@@ -42,6 +42,8 @@ struct LightKey {
     plan: LightPlan,
     /// Frequencies of the light's modulation.
     frequencies_hz: Vec<f64>,
+    /// Of the points on emissive surfaces; 0 for other lights.
+    seed: u32,
     generation: u64,
 }
 
@@ -131,6 +133,11 @@ impl Lights {
             light: light.clone(),
             plan: plan.clone(),
             frequencies_hz: tof.map_or_else(Vec::new, |tof| tof.frequencies_hz.clone()),
+            seed: if plan.emission_points > 0 {
+                context.seed
+            } else {
+                0
+            },
             generation: scene.generation,
         };
         let room = self.vpls.as_ref().map_or(0, |vpls| vpls.room_per_light);
@@ -158,6 +165,7 @@ impl Lights {
                 ..plan.clone()
             },
             frequencies_hz: Vec::new(),
+            seed: 0,
             generation: scene.generation,
         };
         let is_old = |shows: &mut Cached<LightKey, ()>| -> Result<bool> {

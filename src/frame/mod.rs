@@ -84,15 +84,17 @@ pub(crate) fn draw(
         images.record_clears(r);
         Ok(())
     })?;
-    let centres = see(context, scene, DVec2::ZERO, None, gbuffer)?;
+    // Otherwise, light is averaged over the pixels below.
+    let is_of_centres = context.plan.pixel_sampling.is_none();
+    let emission = images.emission.as_ref().filter(|_| is_of_centres);
+    let centres = see(context, scene, DVec2::ZERO, None, gbuffer, emission)?;
 
     let mut area_light_error: Option<f64> = None;
     for index in 0..context.plan.lights.len() {
         progress.begin_light(index, "direct")?;
         let light = lights.update(context, index, scene)?;
         draw_maps(context, surfaces, &light)?;
-        // Otherwise, direct light is averaged over the pixels below.
-        if context.plan.pixel_sampling.is_none() {
+        if is_of_centres {
             let seed = context.seed;
             let error = shade(context, centres, &light, images, seed, progress)?;
             area_light_error = area_light_error.into_iter().chain(error).reduce(f64::max);
@@ -143,6 +145,7 @@ pub(crate) fn draw(
                 seen,
                 direct,
                 indirect: images.indirect.as_ref(),
+                emission: images.emission.as_ref(),
                 sum,
             };
             sensor::expose(context, &exposure)?;

@@ -27,6 +27,7 @@ pub(super) fn buffer_bytes(plan: &Plan, limits: Option<&DeviceLimits>) -> u64 {
         plan.indirect.is_some(),
         plan.has_stderr_layer(),
         plan.joule_per_irradiance.is_some(),
+        plan.is_emissive,
         plan.pixel_sampling.is_some(),
     ];
     // Those of every frame: positions, materials, normals and direct light.
@@ -56,6 +57,7 @@ pub(super) fn image_of(images: &FrameImages, layer: Layer) -> Option<&Image> {
         Layer::Radiance => images.radiance.as_ref(),
         Layer::Direct => Some(&images.direct),
         Layer::Indirect => images.indirect.as_ref(),
+        Layer::Emission => images.emission.as_ref(),
         Layer::StandardError => images.indirect_stderr.as_ref(),
         Layer::Energy => images.energy.as_ref(),
         Layer::Position => Some(&images.gbuffer.position_instance),
@@ -74,6 +76,7 @@ struct NeededImages<'i> {
     kd_material: Option<&'i Image>,
     direct: Option<&'i Image>,
     indirect: Option<&'i Image>,
+    emission: Option<&'i Image>,
     copied: Vec<(Layer, &'i Image)>,
     /// Direct and indirect, of time of flight.
     phasors: [Option<&'i Image>; 2],
@@ -101,6 +104,7 @@ impl<'i> NeededImages<'i> {
             kd_material: is_wanted(Layer::MaterialId).then_some(&gbuffer.kd_material),
             direct: of_light(Layer::Direct),
             indirect: of_light(Layer::Indirect),
+            emission: of_light(Layer::Emission),
             copied: copied
                 .filter_map(|layer| Some((layer, image_of(images, layer)?)))
                 .collect(),
@@ -116,6 +120,7 @@ impl<'i> NeededImages<'i> {
             self.kd_material,
             self.direct,
             self.indirect,
+            self.emission,
         ];
         let copied = self.copied.iter().map(|(_, image)| *image);
         let made = all.into_iter().chain(self.phasors).flatten();
@@ -149,6 +154,7 @@ pub(crate) fn read_layers(
         kd_material,
         direct,
         indirect,
+        emission,
         copied,
         phasors,
         has_radiance,
@@ -187,7 +193,7 @@ pub(crate) fn read_layers(
     let material_ids = material_ids.transpose()?;
     // The usual layer, alone: one sum of what was copied, without layers in between.
     let mut alone = None;
-    if let (true, Some(direct), Some(indirect)) = (has_radiance, direct, indirect)
+    if let (true, Some(direct), Some(indirect), None) = (has_radiance, direct, indirect, emission)
         && !is_wanted(Layer::Direct)
         && !is_wanted(Layer::Indirect)
         && let (Ok(direct), Ok(indirect)) = (readback.copied(direct), readback.copied(indirect))
@@ -213,11 +219,17 @@ pub(crate) fn read_layers(
     }
     let direct = direct.map(&mut copy).transpose()?;
     let indirect = indirect.map(&mut copy).transpose()?;
+    let emission = emission.map(&mut copy).transpose()?;
     let radiance = direct.as_ref().filter(|_| has_radiance).map(|direct| {
         let mut radiance = pool.floats(direct.len());
-        match &indirect {
-            None => radiance.copy_from_slice(direct),
-            Some(indirect) => per_pixel(&mut radiance, |i| [direct[i] + indirect[i]]),
+        match (&indirect, &emission) {
+            (None, None) => radiance.copy_from_slice(direct),
+            (Some(other), None) | (None, Some(other)) => {
+                per_pixel(&mut radiance, |i| [direct[i] + other[i]]);
+            }
+            (Some(indirect), Some(emission)) => {
+                per_pixel(&mut radiance, |i| [direct[i] + indirect[i] + emission[i]]);
+            }
         }
         radiance
     });
@@ -227,6 +239,7 @@ pub(crate) fn read_layers(
         (Layer::Radiance, radiance),
         (Layer::Direct, direct),
         (Layer::Indirect, indirect),
+        (Layer::Emission, emission),
         (Layer::MeanDepth, mean_depth),
         (Layer::NearestDepth, nearest_depth),
     ] {
@@ -243,6 +256,7 @@ pub(crate) fn read_layers(
         let parts = FrameParts {
             has_sensor: true,
             has_indirect: images.indirect.is_some(),
+            has_emission: false,
             has_samples: false,
             has_stderr: false,
             tof: FrameParts::of_tof(Some(tof.tof)),

@@ -107,6 +107,7 @@ impl Plan {
         let parts = FrameParts {
             has_sensor: self.joule_per_irradiance.is_some(),
             has_indirect: self.indirect.is_some(),
+            has_emission: self.is_emissive,
             has_samples: self.pixel_sampling.is_some(),
             has_stderr: self.has_stderr_layer(),
             tof: self.tof.map(|tof| [tof.frequency_count, tof.phase_count]),

@@ -144,6 +144,7 @@ impl Layer {
         self.is_made_with(FrameParts {
             has_sensor: scene.sensor.is_some(),
             has_indirect: scene.indirect.is_some(),
+            has_emission: scene.has_emission(),
             has_samples: scene.camera.pixel_sampling.is_some(),
             has_stderr: gather.is_some_and(|gather| gather.stderr_layer),
             tof: FrameParts::of_tof(scene.tof.as_ref()),
@@ -198,6 +199,7 @@ impl Layer {
                 LayerNeed::Indirect => parts.has_indirect,
                 LayerNeed::StderrLayer => parts.has_stderr,
                 LayerNeed::Samples => parts.has_samples,
+                LayerNeed::Emission => parts.has_emission,
                 LayerNeed::Tof => parts.tof.is_some(),
                 LayerNeed::Reference | LayerNeed::Sequence => false,
             }
@@ -209,6 +211,8 @@ impl Layer {
 pub(crate) struct FrameParts {
     pub has_sensor: bool,
     pub has_indirect: bool,
+    /// Whether surfaces emit.
+    pub has_emission: bool,
     /// Whether pixels are averaged over samples.
     pub has_samples: bool,
     pub has_stderr: bool,

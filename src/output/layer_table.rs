@@ -12,6 +12,8 @@ pub enum LayerNeed {
     StderrLayer,
     /// [Samples](crate::scene::PixelSampling) that pixels are averaged over.
     Samples,
+    /// A material that [emits](crate::scene::Material::emission_w_sr_m2).
+    Emission,
     /// [`Scene::tof`](crate::Scene::tof)
     Tof,
     /// Only reference images have the layer.
@@ -28,6 +30,7 @@ impl LayerNeed {
             LayerNeed::Indirect => "give the scene indirect light",
             LayerNeed::StderrLayer => "set stderr_layer of its indirect light",
             LayerNeed::Samples => "set samples of its camera",
+            LayerNeed::Emission => "give a material an emission",
             LayerNeed::Tof => "give the scene time of flight (tof)",
             LayerNeed::Nothing | LayerNeed::Reference | LayerNeed::Sequence => {
                 "take it from a reference or a sequence"
@@ -110,7 +113,7 @@ layers! {
     /// Background pixels (no P) hold 0, except depths and `range`, which hold +∞.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum Layer {
-        /// Light from the surface to the camera, direct + indirect.
+        /// Light from the surface to the camera, direct + indirect + emission.
         /// Without an f-number of the sensor it is numerically also the irradiance at the pixel, W/m^2.
         Radiance: "radiance" ["R", "G", "B"] "W/sr/m^2", Nothing, CAMLUX_LAYER_RADIANCE = 0;
         /// Light straight from the lights: by way of one surface.
@@ -122,6 +125,8 @@ layers! {
         /// Computed by the [`IndirectLight`](crate::scene::IndirectLight) in
         /// [`FrameDescription::indirect`](super::FrameDescription::indirect).
         Indirect: "indirect" ["R", "G", "B"] "W/sr/m^2", Indirect, CAMLUX_LAYER_INDIRECT = 2;
+        /// Light that the surface emits by itself.
+        Emission: "emission" ["R", "G", "B"] "W/sr/m^2", Emission, CAMLUX_LAYER_EMISSION = 15;
         /// Standard error of `indirect`, and thus of `radiance`, per band.
         StandardError: "stderr" ["R", "G", "B"] "W/sr/m^2", StderrLayer, CAMLUX_LAYER_STDERR = 10;
         /// Energy that the pixel receives.

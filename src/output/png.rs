@@ -44,7 +44,7 @@ pub struct PngPreview {
 /// Writes an 8-bit sRGB preview and gives the file its name.
 ///
 /// All panels have one exposure, so that you can compare them. Full brightness is the 99th percentile of the total radiance, taken over
-/// the brightest band of the pixels that receive light. Brighter values are clipped.
+/// the brightest band of the pixels that receive light and show no surface that emits. Brighter values are clipped.
 ///
 /// # Errors
 /// [`Error::Output`](crate::Error::Output) when the frame lacks a layer of the view or its layers do not fit its resolution, when the
@@ -59,7 +59,16 @@ pub fn write_png(output: OutputFile, frame: &Frame, view: PngView) -> Result<Png
     };
     let panels = view.panels().iter().map(|&layer| values(layer));
     let panels = panels.collect::<Result<Vec<&[f32]>>>()?;
-    let white_radiance = white_radiance(values(Layer::Radiance)?);
+    let mut reflected = values(Layer::Radiance)?.to_vec();
+    for (radiance, &emission) in reflected
+        .iter_mut()
+        .zip(frame.values(Layer::Emission).unwrap_or_default())
+    {
+        if emission > 0.0 {
+            *radiance = 0.0;
+        }
+    }
+    let white_radiance = white_radiance(&reflected);
     let [width_px, height_px] = frame.resolution_px;
     let image_width_px = width_px.saturating_mul(panels.len() as u32);
     if image_width_px > i32::MAX as u32 {

@@ -81,7 +81,9 @@ impl AreaLightImages {
             point_count: points as f32,
             ..AreaLightParameters::default()
         };
-        let key = Key::AreaLightMerge {};
+        resources.extend(light.sides_resource());
+        let surfaces = light.plan.emission_points > 0;
+        let key = Key::AreaLightMerge { surfaces };
         context.dispatch(key, &resources, &parameters, size_px)?;
         context.finish()?;
         let found: &[[f32; 2]] = self
@@ -110,9 +112,17 @@ impl AreaLightImages {
             ("first_half", Resource::Image(&self.halves[0])),
             ("direct_radiance", Resource::Image(direct.radiance)),
         ]);
-        let mut key = Key::AreaLightAdd { phasors: false };
+        resources.extend(light.sides_resource());
+        let surfaces = light.plan.emission_points > 0;
+        let mut key = Key::AreaLightAdd {
+            phasors: false,
+            surfaces,
+        };
         if let (Some(sums), Some(phasors)) = (&self.phasors, direct.phasors) {
-            key = Key::AreaLightAdd { phasors: true };
+            key = Key::AreaLightAdd {
+                phasors: true,
+                surfaces,
+            };
             resources.push(("point_phasors", Resource::Image(sums)));
             resources.push(("direct_phasors", Resource::Image(phasors)));
         }

@@ -19,7 +19,7 @@ use super::{
     vpl_sampler::{Pilot, RayTable, VplSampler},
 };
 use crate::{
-    Error, Result, lattice,
+    Error, LocalSpace, Result, lattice,
     parallel::for_each_at_once,
     plan::Plan,
     vulkan::{
@@ -107,8 +107,8 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
     let numbers = plan
         .lights
         .iter()
-        .map(|light| u64::from(light.pattern_numbers));
-    let texels = numbers.map(|numbers| 32 + numbers.div_ceil(4)).sum();
+        .map(|light| light.pattern_numbers.div_ceil(4) + 3 * light.emission_points);
+    let texels = numbers.map(|numbers| 32 + u64::from(numbers)).sum();
     TexelList::declare(allocate, "lights", texels)
 }
 
@@ -119,8 +119,8 @@ pub(crate) fn upload_lattice(commands: &CommandPool) -> Result<TexelList> {
     TexelList::new(commands, "lattice", points.collect())
 }
 
-/// The texels of `shaders/shared/lights.wgsl`: the lights in the layout of a buffer, then their patterns.
-fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
+/// The texels of `shaders/shared/lights.wgsl`: the lights in the layout of a buffer, then their patterns and points.
+fn list_of(lights: &[&DeviceLight], space: &LocalSpace) -> Result<Vec<[f32; 4]>> {
     let mut parameters: Vec<shaders::Light> = lights.iter().map(|l| l.parameters).collect();
     let texels_per_light = size_of::<shaders::Light>() / size_of::<[f32; 4]>();
     let first = texels_per_light * parameters.len();
@@ -132,6 +132,7 @@ fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
             texel[..numbers.len()].copy_from_slice(numbers);
             texel
         }));
+        patterns.extend(light.point_texels(space));
     }
     let texels = bytemuck::try_cast_slice::<_, [f32; 4]>(&parameters)
         .map_err(|_| Error::internal("lights are not whole texels"))?;
@@ -149,7 +150,11 @@ impl<'b> FinalGather<'b> {
         Ok(FinalGather {
             context,
             scene,
-            light_list: TexelList::new(context.commands, "lights", list_of(&lights)?)?,
+            light_list: TexelList::new(
+                context.commands,
+                "lights",
+                list_of(&lights, context.space)?,
+            )?,
             light_rays: LightRays::new(device, context.plan)?,
             sampling: [(); 2].map(|()| LightSampling::even(&lights)),
             sent: None,

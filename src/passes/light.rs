@@ -6,12 +6,15 @@ use crate::{
     emission::EmissionDomain,
     local_space::LocalSpace,
     plan::{LightPlan, Plan},
-    scene::{AreaShape, Intrinsics, Lamp, Light, Profile},
+    scene::{AreaShape, EmissionPoint, EmissiveSurfaces, Intrinsics, Lamp, Light, Profile},
     vulkan::{
         Allocate, Buffer, BufferUse, Resource,
         shaders::{self, Emission, LightFace},
     },
 };
+
+/// Most sides of emissive surfaces whose light without occlusion is computed in closed form. Of more, it takes longer than the points.
+const MAX_SIDES: usize = 256;
 
 /// What the passes of one light share.
 pub(crate) struct DeviceLight {
@@ -28,6 +31,10 @@ pub(crate) struct DeviceLight {
     /// The numbers of a pattern, in the layout of `shaders/shared/pattern.wgsl`; empty for other lights.
     pub pattern: Vec<f32>,
     pattern_buffer: Option<Buffer>,
+    /// Points of emissive surfaces; empty for other lights.
+    points: Vec<EmissionPoint>,
+    /// The sides of emissive surfaces, as `shaders/shared/unoccluded_area.wgsl` reads them.
+    sides: Option<Buffer>,
     /// Texels of the RSM; 0 without one.
     pub texel_count: u32,
 }
@@ -41,6 +48,10 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
         allocate.buffer("table of the RSM's texels", bytes, BufferUse::Upload)?;
         let pattern_bytes = u64::from(light.pattern_numbers) * size_of::<f32>() as u64;
         allocate.buffer("pattern of a light", pattern_bytes, BufferUse::Upload)?;
+        if light.emission_points > 0 {
+            let bytes = (1 + 3 * MAX_SIDES) * size_of::<[f32; 4]>();
+            allocate.buffer("emissive sides", bytes as u64, BufferUse::Upload)?;
+        }
     }
     Ok(())
 }
@@ -91,6 +102,7 @@ impl DeviceLight {
             is_parallel: is_parallel.into(),
             first_vpl,
             first_tile,
+            emission_points: plan.emission_points,
             is_modulated: plan.is_modulated.into(),
             origin_turns: modulation::origin_turns(scene, space, index).unwrap_or_default(),
             ..parameters
@@ -98,6 +110,10 @@ impl DeviceLight {
         let pattern = light
             .lamp()
             .map_or_else(Vec::new, |lamp| pattern_numbers(&lamp.profile));
+        let surfaces = light.surfaces();
+        let points = surfaces.map_or_else(Vec::new, |surfaces| {
+            surfaces.points(plan.emission_points, context.seed)
+        });
         Ok(DeviceLight {
             plan: plan.clone(),
             kernels,
@@ -117,12 +133,45 @@ impl DeviceLight {
                 .then(|| Buffer::upload(device, "pattern", &pattern))
                 .transpose()?,
             pattern,
+            points,
+            sides: surfaces
+                .map(|surfaces| {
+                    Buffer::upload(device, "emissive sides", &sides_of(surfaces, space))
+                })
+                .transpose()?,
             domain,
         })
     }
 }
 
 impl DeviceLight {
+    /// Texels of the points of emissive surfaces, as `shaders/shared/lights.wgsl` reads them: position; normal; intensity over the light's.
+    pub fn point_texels(&self, space: &LocalSpace) -> Vec<[f32; 4]> {
+        let texels = self.points.iter().flat_map(|point| {
+            let with_0 = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+            [
+                with_0(space.to_local(point.position_m)),
+                with_0(point.normal.as_vec3().to_array()),
+                with_0(self.relative_intensity(point)),
+            ]
+        });
+        texels.collect()
+    }
+
+    fn relative_intensity(&self, point: &EmissionPoint) -> [f32; 3] {
+        let peak = self.domain.axial_intensity;
+        std::array::from_fn(|band| match peak[band] {
+            0.0 => 0.0,
+            peak => (point.intensity[band] / peak) as f32,
+        })
+    }
+
+    /// The sides of emissive surfaces with their name in `shaders/shared/unoccluded_area.wgsl`.
+    pub fn sides_resource(&self) -> Option<(&'static str, Resource<'_>)> {
+        let sides = self.sides.as_ref()?;
+        Some(("emissive_sides", Resource::Buffer(sides)))
+    }
+
     /// The pattern with its name in `shaders/direct.wgsl`.
     pub fn pattern_resource(&self) -> Option<(&'static str, Resource<'_>)> {
         let pattern = self.pattern_buffer.as_ref()?;
@@ -140,13 +189,47 @@ pub(crate) fn upload_area_point(
     let Context { scene, space, .. } = *context;
     let lamp = scene.lights[index].lamp();
     let lamp = lamp.ok_or_else(|| Error::internal("a light has no area to have a point of"))?;
-    let position_m = lamp.point_m(place);
+    let count = light.points.len();
+    let of_surfaces = ((place[0] * count as f64) as usize).min(count.saturating_sub(1));
+    let (position_m, whole) = match light.points.get(of_surfaces) {
+        None => (lamp.point_m(place), light.parameters),
+        Some(point) => {
+            let relative = light.relative_intensity(point);
+            let intensity = light.parameters.intensity;
+            let of_point = shaders::Light {
+                axis: point.normal.as_vec3().to_array(),
+                intensity: std::array::from_fn(|band| intensity[band] * relative[band]),
+                ..light.parameters
+            };
+            (point.position_m, of_point)
+        }
+    };
     let parameters = shaders::Light {
         position: space.to_local(position_m),
         origin_turns: modulation::turns_to_origin(scene, space, position_m),
-        ..light.parameters
+        ..whole
     };
     Buffer::upload(context.device, "point of a light", &[parameters])
+}
+
+/// The number of sides, then for each its corners, the first with its radiance, all bands together. Of many sides, or of sides with
+/// textures: the number 0.
+fn sides_of(surfaces: &EmissiveSurfaces, space: &LocalSpace) -> Vec<[f32; 4]> {
+    let triangles = surfaces.triangles();
+    let is_plain = triangles.iter().all(|triangle| triangle.texture.is_none());
+    if !is_plain || triangles.len() > MAX_SIDES {
+        return vec![[0.0; 4]];
+    }
+    let mut texels = vec![[triangles.len() as f32, 0.0, 0.0, 0.0]];
+    for triangle in triangles {
+        let radiance: f64 = triangle.radiance.iter().sum();
+        let fourths = [radiance as f32, 0.0, 0.0];
+        for (corner_m, fourth) in triangle.corners_m.into_iter().zip(fourths) {
+            let [x, y, z] = space.to_local(corner_m);
+            texels.push([x, y, z, fourth]);
+        }
+    }
+    texels
 }
 
 fn pattern_numbers(profile: &Profile) -> Vec<f32> {
@@ -247,7 +330,7 @@ fn of_profile(lamp: &Lamp, common: shaders::Light) -> (Emission, shaders::Light)
 
 /// Adds the area of the lamp, if it has one.
 fn of_area(lamp: &Lamp, space: &LocalSpace, point: shaders::Light) -> shaders::Light {
-    let Some(shape) = lamp.area else {
+    let Some(shape) = &lamp.area else {
         return point;
     };
     let [right, _] = lamp.area_axes();
@@ -258,6 +341,7 @@ fn of_area(lamp: &Lamp, space: &LocalSpace, point: shaders::Light) -> shaders::L
         area_aspect: match shape {
             AreaShape::Rectangle { .. } => aspect as f32,
             AreaShape::Disc { .. } => -aspect as f32,
+            AreaShape::Surfaces(_) => 0.0,
         },
         ..point
     }

@@ -204,7 +204,7 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
     };
     let mut has = 0;
     let mut maps = Vec::new();
-    // The order is that of the shader, which has bits for all but the last.
+    // The order is that of the shader, which has bits for those before alpha.
     let of_lobe = match material.microfacets {
         None => [material.ks_texture, material.shininess_texture],
         Some(_) => [None, material.metallic_roughness_texture],
@@ -215,14 +215,16 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
         of_lobe[1],
         material.normal_texture,
         material.alpha_texture,
+        material.emission_texture,
     ];
+    let alpha = maps_of_material.len() - 2;
     for (i, lookup) in maps_of_material.into_iter().enumerate() {
         let Some(lookup) = lookup.filter(is_shown) else {
             maps.extend([[0.0; 4]; MAP_TEXELS as usize]);
             continue;
         };
-        let is_alpha = i + 1 == maps_of_material.len();
-        has |= if is_alpha { 0 } else { 1 << i };
+        let is_alpha = i == alpha;
+        has |= if i < alpha { 1 << i } else { 0 };
         has |= HAS_VERTICES * lookup.texcoord_set;
         let place = match is_alpha {
             true => textures.alpha_place_of(Some(lookup)),
@@ -248,5 +250,7 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
     let mut texels = vec![[red, green, blue, has as f32], lobe_texel(material)];
     texels.extend(maps);
     texels.extend(block.vertices);
+    let [red, green, blue] = material.emission_w_sr_m2.map(|radiance| radiance as f32);
+    texels.push([red, green, blue, 0.0]);
     (texels, has)
 }

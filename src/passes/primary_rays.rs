@@ -16,7 +16,7 @@ use crate::{
     plan::Plan,
     scene::Camera,
     vulkan::{
-        Allocate, Buffer, CommandPool, Resource,
+        Allocate, Buffer, CommandPool, Image, Resource,
         shaders::{Key, PrimaryRayParameters},
     },
 };
@@ -43,6 +43,12 @@ pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc
     commands.upload("rays of the lens", &rays)
 }
 
+/// The image to which the light that surfaces emit to the camera is added, and the weight of the rays' points in their pixels.
+pub(crate) struct Emission<'e> {
+    pub image: &'e Image,
+    pub share: f64,
+}
+
 /// Fills the G-buffer with the surfaces as seen from `view`, through points at `offset_px` from the pixels' centres.
 pub(crate) fn draw(
     context: &Context,
@@ -51,6 +57,7 @@ pub(crate) fn draw(
     lens: Option<&Buffer>,
     offset_px: DVec2,
     gbuffer: &GBuffer,
+    emission: Option<Emission>,
 ) -> Result<()> {
     let plan = context.plan;
     let emit = Key::PrimaryRaysEmit {
@@ -62,7 +69,14 @@ pub(crate) fn draw(
         surface: plan.surface(),
         instanced: plan.has_shared_meshes,
     };
+    let emit_light = Key::PrimaryRaysEmissive {
+        lens: plan.has_distortion,
+        surface: plan.surface(),
+        instanced: plan.has_shared_meshes,
+    };
     let mut resources = vec![("view", Resource::Buffer(view))];
+    let of_emission = emission.iter();
+    resources.extend(of_emission.map(|of| ("emission", Resource::Image(of.image))));
     resources.extend(lens.map(|lens| ("lens_rays", Resource::Buffer(lens))));
     resources.extend(scene.resources());
     let (mesh_ends, mesh_count) = scene.surfaces.mesh_ends();
@@ -78,6 +92,8 @@ pub(crate) fn draw(
             offset_px: offset_px.as_vec2().to_array(),
             first_row,
             row_end,
+            share: emission.as_ref().map_or(0.0, |emission| emission.share) as f32,
+            ..PrimaryRayParameters::default()
         };
         let dispatch = |key| {
             let list = context.rays.borrow();
@@ -91,6 +107,9 @@ pub(crate) fn draw(
             .tree
             .trace(context, Find::Closest, 0..width * (row_end - first_row))?;
         dispatch(shade)?;
+        if emission.is_some() {
+            dispatch(emit_light)?;
+        }
     }
     Ok(())
 }

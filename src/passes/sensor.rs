@@ -17,20 +17,23 @@ pub(crate) struct Exposure<'e> {
     pub seen: Option<(Seen, &'static str, &'e Image)>,
     pub direct: &'e Image,
     pub indirect: Option<&'e Image>,
+    pub emission: Option<&'e Image>,
     pub sum: &'e Image,
 }
 
-/// Computes sum = (direct + indirect) · factor; behind an aperture, also times cos⁴ of the angle to the axis.
+/// Computes sum = (direct + indirect + emission) · factor; behind an aperture, also times cos⁴ of the angle to the axis.
 pub(crate) fn expose(context: &Context, exposure: &Exposure) -> Result<()> {
     let Exposure {
         factor,
         seen,
         direct,
         indirect,
+        emission,
         sum,
     } = *exposure;
     let key = Key::Sensor {
         indirect: indirect.is_some(),
+        emissive: emission.is_some(),
         seen: seen.map(|(seen, ..)| seen),
     };
     let mut resources = vec![
@@ -38,6 +41,7 @@ pub(crate) fn expose(context: &Context, exposure: &Exposure) -> Result<()> {
         ("energy", Resource::Image(sum)),
     ];
     resources.extend(indirect.map(|image| ("indirect_radiance", Resource::Image(image))));
+    resources.extend(emission.map(|image| ("emission", Resource::Image(image))));
     resources.extend(seen.map(|(_, name, image)| (name, Resource::Image(image))));
     let forward = context.scene.camera.basis().forward;
     let parameters = SensorParameters {

@@ -35,6 +35,8 @@ const MAX_RAYS_OF_CPU: u64 = 1 << 19;
 const MAX_RAYS_OF_GPU: u64 = 1 << 22;
 /// Memory of a ray, what it hits and what it contributes.
 const BYTES_PER_RAY: u64 = 80;
+/// Points on emissive surfaces from which samples of their light start. Each frame draws others.
+const EMISSION_POINTS: u32 = 1 << 16;
 /// Most tiles along the edge of a face.
 const MAX_TILES: u32 = 32;
 
@@ -59,6 +61,8 @@ pub struct Plan {
     pub has_shared_meshes: bool,
     /// The camera's lens distorts the image.
     pub has_distortion: bool,
+    /// Some surface emits light.
+    pub is_emissive: bool,
     /// How light is averaged over the pixels.
     pub pixel_sampling: Option<PixelSampling>,
     /// Rays find what the camera sees, and not the rasteriser.
@@ -103,6 +107,10 @@ impl TofPlan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightPlan {
     pub kind: &'static str,
+    /// Whether it shines from many points.
+    pub(crate) has_area: bool,
+    /// Points that stand for emissive surfaces; 0 for other lights.
+    pub(crate) emission_points: u32,
     /// Number of faces that the light emits into.
     pub faces: u32,
     /// Whether the light is modulated; only with time of flight.
@@ -121,13 +129,6 @@ pub enum ShadowPlan {
     Map { size: u32 },
     /// With rays among all triangles.
     Rays,
-}
-
-impl LightPlan {
-    /// Whether the light has an area.
-    pub(crate) fn is_area(&self) -> bool {
-        self.kind == "area"
-    }
 }
 
 impl ShadowPlan {
@@ -211,6 +212,7 @@ impl Plan {
     /// Plans for a scene, without checking that the device can hold it.
     pub(crate) fn for_scene(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         scene.validate()?;
+        let scene = &*scene.with_emissive_light();
         let tof = scene.tof.as_ref().map(|tof| TofPlan {
             frequency_count: tof.frequencies_hz.len() as u32,
             phase_count: tof.phase_count,
@@ -266,6 +268,8 @@ impl Plan {
         let lights = lights.iter().zip(faces);
         let lights = lights.enumerate().map(|(i, (light, faces))| LightPlan {
             kind: light.kind(),
+            has_area: light.has_area(),
+            emission_points: light.surfaces().map_or(0, |_| EMISSION_POINTS),
             faces: faces as u32,
             is_modulated: is_modulated(i),
             pattern_numbers: light.lamp().map_or(0, |lamp| lamp.profile.number_count()),
@@ -281,6 +285,7 @@ impl Plan {
             has_cutouts,
             has_shared_meshes,
             has_distortion: scene.camera.distortion().is_some(),
+            is_emissive: scene.has_emission(),
             pixel_sampling: scene.camera.pixel_sampling,
             has_primary_rays,
             tracer: None,
@@ -404,13 +409,13 @@ pub(crate) fn is_detailed(mesh: &Mesh, material: &Material) -> bool {
     !mesh.colors.is_empty() || !shown.all(is_plain)
 }
 
-/// Plans primary rays if the lens bends rays, or if the rasteriser snaps corners to a grid so coarse that it shows wrong
+/// Plans primary rays if the lens bends rays, if surfaces emit, whose light is shaded where rays hit them, or if the rasteriser snaps corners to a grid so coarse that it shows wrong
 /// triangles next to edges.
 fn has_primary_rays(scene: &Scene, device: &DeviceInfo) -> bool {
     let limits = device.limits;
     let is_coarse = limits.sub_pixel_bits < FINE_SUB_PIXEL_BITS
         && u64::from(limits.max_storage_images) >= most_storage_images(&["primary_rays"]);
-    scene.camera.distortion().is_some() || is_coarse
+    scene.camera.distortion().is_some() || scene.has_emission() || is_coarse
 }
 
 /// Most rays that are in memory at a time: enough to fill the device, but at most a tenth of its memory. A row of pixels, and a packet of samples

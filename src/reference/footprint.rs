@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use glam::DVec3;
 use sobol_burley::sample_4d;
 
 use super::{
@@ -20,6 +21,8 @@ const DIRECT_SEED: u32 = 0x00d1_4ec7;
 #[derive(Debug, Clone, Copy)]
 pub struct Footprint {
     pub direct: Arrived,
+    /// W/(sr·m²)
+    pub emission: DVec3,
     /// Mean over the points that show a surface; infinite if none does.
     pub mean_depth_m: f64,
     pub nearest_depth_m: f64,
@@ -56,7 +59,7 @@ pub fn receiver_at(transport: &Transport, [x_px, y_px]: [f64; 2]) -> Option<(Rec
 impl Footprint {
     pub fn of(transport: &Transport, filter: PixelFilter, centre_px: [f64; 2]) -> Footprint {
         let seed = mix(centre_px[0] as u32, mix(centre_px[1] as u32, DIRECT_SEED));
-        let mut direct = Arrived::default();
+        let (mut direct, mut emission) = (Arrived::default(), DVec3::ZERO);
         let mut depths = Vec::new();
         let mut has_receiver = false;
         for index in 0..DIRECT_SAMPLES {
@@ -70,6 +73,7 @@ impl Footprint {
             let share = f64::from(DIRECT_SAMPLES).recip();
             let lit = transport.direct(&receiver, index..index + 1, seed);
             direct.add(&lit, share);
+            emission += share * receiver.surface.emission;
         }
         let (mean_depth_m, nearest_depth_m) = match depths.len() {
             0 => (f64::INFINITY, f64::INFINITY),
@@ -80,6 +84,7 @@ impl Footprint {
         };
         Footprint {
             direct,
+            emission,
             mean_depth_m,
             nearest_depth_m,
             has_receiver,

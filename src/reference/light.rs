@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::{brdf::around, rays::Ray};
+use super::{brdf::around, emissive::EmissiveSides, rays::Ray, surface::Surfaces};
 use crate::scene::{AreaShape, Lamp, Light, Pattern, Profile, ProjectedImage, SpotCone};
 
 /// Radius of a sphere around the local space.
@@ -34,6 +34,8 @@ pub enum Emitter {
         travel: DVec3,
         irradiance: DVec3,
     },
+    /// Those of the scene.
+    Surfaces(EmissiveSides),
 }
 
 /// The area of a lamp, centred at its position. A sample picks a point uniformly, and this point then sends all of the lamp's light.
@@ -45,19 +47,21 @@ pub struct Area {
 }
 
 impl Area {
-    fn new(lamp: &Lamp, shape: AreaShape, metres_per_unit: f64) -> Area {
+    /// `None` for surfaces, which are lights of their own here.
+    fn new(lamp: &Lamp, shape: &AreaShape, metres_per_unit: f64) -> Option<Area> {
         let axis = lamp.direction.normalize();
         let height = lamp.up.reject_from(axis).normalize();
         let width = height.cross(axis);
         let (extents_m, is_round) = match shape {
             AreaShape::Rectangle { size_m } => (size_m.map(|size_m| size_m / 2.0), false),
-            AreaShape::Disc { radius_m } => ([radius_m; 2], true),
+            AreaShape::Disc { radius_m } => ([*radius_m; 2], true),
+            AreaShape::Surfaces(_) => return None,
         };
         let [across, along] = extents_m.map(|extent_m| extent_m / metres_per_unit);
-        Area {
+        Some(Area {
             half_axes: [across * width, along * height],
             is_round,
-        }
+        })
     }
 }
 
@@ -72,6 +76,16 @@ pub struct Beam {
 }
 
 impl Beam {
+    /// Of a point of an area with this normal: the cosine to it.
+    pub fn of_area(normal: DVec3, widest_rad: f64) -> Beam {
+        let (first, second) = normal.any_orthonormal_pair();
+        Beam {
+            axes: [first, second, normal],
+            profile: Profile::Cone(COSINE),
+            widest_rad,
+        }
+    }
+
     fn new(lamp: &Lamp) -> Beam {
         let axis = lamp.direction.normalize();
         let first = (lamp.up - lamp.up.dot(axis) * axis).normalize();
@@ -144,7 +158,8 @@ impl Emitter {
                     beam,
                     area: lamp
                         .area
-                        .map(|shape| Area::new(lamp, shape, metres_per_unit)),
+                        .as_ref()
+                        .and_then(|shape| Area::new(lamp, shape, metres_per_unit)),
                 }
             }
             Light::Directional {
@@ -158,7 +173,10 @@ impl Emitter {
     }
 
     /// The lamp at a point of its area, uniformly sampled by two numbers in 0 to 1; `None` without an area.
-    pub fn at_point(&self, [u, v]: [f64; 2]) -> Option<Emitter> {
+    pub fn at_point(&self, [u, v]: [f64; 2], surfaces: &Surfaces) -> Option<Emitter> {
+        if let Emitter::Surfaces(sides) = self {
+            return sides.at_point([u, v], surfaces);
+        }
         let Emitter::Lamp {
             position,
             beam,
@@ -183,20 +201,24 @@ impl Emitter {
     }
 
     pub fn has_area(&self) -> bool {
-        matches!(self, Emitter::Lamp { area: Some(_), .. })
+        matches!(
+            self,
+            Emitter::Lamp { area: Some(_), .. } | Emitter::Surfaces(_)
+        )
     }
 
     /// Infinite for parallel light.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         match self {
-            Emitter::Parallel { .. } => f64::INFINITY,
+            Emitter::Parallel { .. } | Emitter::Surfaces(_) => f64::INFINITY,
             Emitter::Lamp { position, .. } => position.distance(point),
         }
     }
 
-    /// `None` if the light sends nothing to the point.
+    /// `None` if the light sends nothing to the point, and for surfaces, whose points are lamps.
     pub fn illuminate(&self, point: DVec3) -> Option<Illumination> {
         match *self {
+            Emitter::Surfaces(_) => None,
             Emitter::Parallel { travel, irradiance } => Some(Illumination {
                 to_light: -travel,
                 facing: irradiance,
@@ -241,6 +263,8 @@ impl Emitter {
             Emitter::Lamp {
                 position, ref beam, ..
             } => in_cone(position, beam.axes[2], beam.widest_rad, u),
+            // Its points are sampled instead.
+            Emitter::Surfaces(_) => (DVec3::ZERO, DVec3::Z),
         };
         Ray::half_line(origin, direction)
     }

@@ -7,6 +7,7 @@
 
 mod brdf;
 mod edge;
+mod emissive;
 mod footprint;
 mod goal;
 mod light;
@@ -231,7 +232,7 @@ impl Reference {
         let seen = seen.filter(|pixel| pixel.point.is_some() || pixel.footprint.is_some());
         seen.count() as u64
             * u64::from(self.samples_per_round)
-            * (1 + self.scene.lights.len() as u64)
+            * (1 + self.transport.light_count() as u64)
     }
 
     /// Whether no sample has found indirect light so far.
@@ -292,7 +293,7 @@ impl Reference {
         let (round, samples) = (self.first_round + self.rounds, self.samples_per_round);
         let transport = &self.transport;
         let mut means = Vec::with_capacity(self.pixels.len());
-        let paths_per_pixel = samples as usize * (1 + self.scene.lights.len());
+        let paths_per_pixel = samples as usize * (1 + self.transport.light_count());
         let pixels_per_step = (PATHS_PER_STEP / paths_per_pixel).max(1);
         for pixels in self.pixels.chunks(pixels_per_step) {
             let first = means.len();
@@ -319,7 +320,7 @@ impl Reference {
         let radiance = |pixel: &Pixel| {
             let indirect = indirect(pixel);
             let direct = pixel.direct.radiance.to_array();
-            [0, 1, 2].map(|band| direct[band] + indirect[band])
+            [0, 1, 2].map(|band| direct[band] + indirect[band] + pixel.emission[band])
         };
         let seen = |pixel: &Pixel| pixel.point.as_ref().map(|point| point.surface);
         let position = |pixel: &Pixel| {
@@ -352,6 +353,10 @@ impl Reference {
             (Layer::MaterialId, self.ids(|pixel| pixel.material_id)),
             (Layer::Edge, self.ids(|pixel| pixel.is_edge.into())),
         ];
+        if self.scene.has_emission() {
+            let emission = self.floats(|pixel| pixel.emission.to_array());
+            layers.insert(3, (Layer::Emission, emission));
+        }
         if self.scene.camera.pixel_sampling.is_some() {
             let depths = |pixel: &Pixel| {
                 let footprint = pixel.footprint.as_ref();

@@ -11,6 +11,7 @@ use sobol_burley::sample_4d;
 
 use super::{
     brdf::Lobes,
+    emissive::EmissiveSides,
     light::{Emitter, Illumination},
     rays::{Hit, Ray, Triangles},
     surface::{Surface, Surfaces},
@@ -102,16 +103,29 @@ impl Transport {
         let to_local = |world_m: DVec3| (world_m - origin_m) / metres_per_unit;
         let surfaces = Surfaces::new(scene, to_local);
         let lights = scene.lights.iter();
+        let mut emitters: Vec<Emitter> = lights
+            .map(|light| Emitter::new(light, to_local, metres_per_unit))
+            .collect();
+        let mut tof = scene.tof.clone();
+        if let Some(sides) = EmissiveSides::of(&surfaces) {
+            if let Some(tof) = &mut tof {
+                tof.ambient_lights.push(emitters.len());
+            }
+            emitters.push(Emitter::Surfaces(sides));
+        }
         Transport {
             triangles: Triangles::new(&surfaces.triangles),
             surfaces,
-            emitters: lights
-                .map(|light| Emitter::new(light, to_local, metres_per_unit))
-                .collect(),
-            tof: scene.tof.clone(),
+            emitters,
+            tof,
             origin_m,
             metres_per_unit,
         }
+    }
+
+    /// Number of lights, with the emissive surfaces as one.
+    pub fn light_count(&self) -> usize {
+        self.emitters.len()
     }
 
     /// Number of time-of-flight frequencies.
@@ -187,7 +201,7 @@ impl Transport {
                 let drawn = sample_4d(point, 3, seed ^ (index as u32 / 2)).map(f64::from);
                 let place = drawn.as_chunks().0[index % 2];
                 let share = f64::from(points.len() as u32).recip();
-                if let Some(emitter) = emitter.at_point(place) {
+                if let Some(emitter) = emitter.at_point(place, &self.surfaces) {
                     self.add_direct(&mut arrived, receiver, index, &emitter, share);
                 }
             }
@@ -218,7 +232,7 @@ impl Transport {
         let mut arrived = Arrived::default();
         let at_point = |index: usize, emitter: &Emitter| {
             let has_area = emitter.has_area();
-            has_area.then(|| emitter.at_point((draws.area)(index)))?
+            has_area.then(|| emitter.at_point((draws.area)(index), &self.surfaces))?
         };
         let p = &receiver.surface;
         let direction = receiver.lobes.sample(draws.lobe, draws.direction);

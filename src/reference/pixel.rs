@@ -1,5 +1,6 @@
 //! A pixel: what it sees, and the statistics of its samples.
 
+use glam::DVec3;
 use sobol_burley::sample_4d;
 
 use super::edge::{SUB_PIXEL_BITS, is_edge};
@@ -25,6 +26,8 @@ pub struct Pixel {
     /// Whether [another surface](is_edge) is so near that rounding might show it instead.
     pub is_edge: bool,
     pub direct: Arrived,
+    /// W/(sr·m²)
+    pub emission: DVec3,
     /// Present if the camera averages over pixels. P and the values after it are still the centre's.
     pub footprint: Option<(PixelFilter, Footprint)>,
     centre_px: [f64; 2],
@@ -88,6 +91,7 @@ impl Pixel {
             range_m: f64::INFINITY,
             is_edge,
             direct: footprint.map_or_else(Arrived::default, |(_, footprint)| footprint.direct),
+            emission: footprint.map_or(DVec3::ZERO, |(_, footprint)| footprint.emission),
             footprint,
             centre_px: [x_px, y_px],
             indirect: [Moments::default(); 3],
@@ -106,6 +110,10 @@ impl Pixel {
             material_id: 1 + material,
             depth_m: range_m / per_depth,
             range_m,
+            emission: match footprint {
+                Some((_, footprint)) => footprint.emission,
+                None => surface.emission,
+            },
             direct: match footprint {
                 Some((_, footprint)) => footprint.direct,
                 None => {

@@ -36,6 +36,8 @@ pub struct Surface {
     pub normal: DVec3,
     pub triangle: u32,
     pub brdf: Brdf,
+    /// Radiance that it emits, W/(sr·m²).
+    pub emission: DVec3,
 }
 
 impl Surface {
@@ -117,6 +119,12 @@ impl Surfaces {
         alpha.is_none_or(|alpha| alpha.x >= material.alpha_cutoff - ALPHA_ROUNDING)
     }
 
+    /// The radiance that the surface emits at a hit.
+    pub fn emission(&self, hit: &Hit) -> DVec3 {
+        let (place, material) = self.place(hit);
+        emission(&place, material)
+    }
+
     /// The surface at a hit of a ray in this direction.
     pub fn at(&self, hit: &Hit, direction: DVec3) -> Surface {
         let corners = self.triangles[hit.triangle as usize];
@@ -137,8 +145,14 @@ impl Surfaces {
             normal: mapped.unwrap_or(normal),
             triangle: hit.triangle,
             brdf: Brdf::at(&place, material),
+            emission: emission(&place, material),
         }
     }
+}
+
+fn emission(place: &Place, material: &Material) -> DVec3 {
+    let texel = place.value(material.emission_texture);
+    DVec3::from(material.emission_w_sr_m2) * texel.unwrap_or(DVec3::ONE)
 }
 
 fn turned_to(normal: DVec3, side: DVec3) -> DVec3 {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{AreaShape, Bands, PatternAxes, Profile, SpotCone};
+use super::{AreaShape, Bands, EmissiveSurfaces, PatternAxes, Profile, SpotCone};
 
 /// A light source L.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,7 +77,7 @@ impl Lamp {
 
     /// A point of the lamp. `place` is in the unit square, which maps evenly to the area.
     pub fn point_m(&self, place: [f64; 2]) -> DVec3 {
-        let Some(shape) = self.area else {
+        let Some(shape) = &self.area else {
             return self.position_m;
         };
         let [right, up] = self.area_axes();
@@ -177,6 +177,14 @@ impl Light {
         self.lamp().is_some_and(|lamp| lamp.area.is_some())
     }
 
+    /// The surfaces that emit, if the light stands for these.
+    pub(crate) fn surfaces(&self) -> Option<&EmissiveSurfaces> {
+        match self.lamp()?.area.as_ref()? {
+            AreaShape::Surfaces(surfaces) => Some(surfaces),
+            _ => None,
+        }
+    }
+
     /// The light's parameters, by their names in headers and manifests: a number, a position, a direction, or a value per band.
     pub fn parameters(&self) -> Vec<(&'static str, Vec<f64>)> {
         let vectors = [
@@ -193,7 +201,7 @@ impl Light {
             parameters.extend(
                 numbers.filter_map(|(row, value)| Some((row.name, vec![value?.number()?]))),
             );
-            parameters.extend(lamp.area.map(AreaShape::parameter));
+            parameters.extend(lamp.area.as_ref().map(AreaShape::parameter));
         }
         parameters.push((self.emission_name(), self.emission().to_vec()));
         parameters

@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::hash::{digest_of_image, digest_of_pattern};
 use super::validate::Part;
 use super::{
-    ConeIntegral, Lamp, Light, Limits, Parameters, Pattern, PatternAxes, PatternIntegral,
-    ProjectedImage, Shared,
+    AreaShape, ConeIntegral, Lamp, Light, Limits, Parameters, Pattern, PatternAxes,
+    PatternIntegral, ProjectedImage, Shared,
     parameters::{check_limits, parameters},
 };
 use crate::Result;
@@ -72,6 +72,10 @@ impl Light {
     pub fn kind(&self) -> &'static str {
         match self.lamp() {
             None => "directional",
+            Some(Lamp {
+                area: Some(AreaShape::Surfaces(_)),
+                ..
+            }) => "emission",
             Some(Lamp { area: Some(_), .. }) => "area",
             Some(lamp) => lamp.profile.kind(),
         }

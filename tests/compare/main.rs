@@ -10,6 +10,7 @@ mod area_light;
 mod corners;
 mod cutouts;
 mod direct;
+mod emission;
 mod final_gather;
 mod final_gather_ended;
 mod fronts;

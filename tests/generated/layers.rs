@@ -45,6 +45,7 @@ pub fn assert_constants_are_checked_in() {
             LayerNeed::Indirect => "; with camlux_scene_set_indirect",
             LayerNeed::StderrLayer => "; with stderr_layer of camlux_indirect",
             LayerNeed::Samples => "; with samples of camlux_camera",
+            LayerNeed::Emission => "; with emission_w_sr_m2 of a camlux_material",
             LayerNeed::Tof => "; with camlux_scene_set_tof",
             LayerNeed::Nothing | LayerNeed::Reference | LayerNeed::Sequence => "",
         };
@@ -105,6 +106,7 @@ fn assert_table_is_checked_in(mark: &str, is_listed: &dyn Fn(Layer) -> bool) {
                 " In a reference image, and in a render with [`stderr_layer`](scene.md#indirect-light)."
             }
             LayerNeed::Samples => " With [samples](scene.md#pixels).",
+            LayerNeed::Emission => " With a [material that emits](scene.md#materials).",
             LayerNeed::Reference => " In a reference image only.",
             LayerNeed::Nothing | LayerNeed::Tof | LayerNeed::Sequence => "",
         };

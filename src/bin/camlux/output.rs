@@ -51,7 +51,12 @@ pub fn with_warnings(layers: &[Layer], scene: &Scene) -> Vec<Layer> {
         };
         read.extend((0..phases as u8).filter_map(taps));
     }
-    read.extend([Layer::Radiance, Layer::Indirect, Layer::InstanceId]);
+    read.extend([
+        Layer::Radiance,
+        Layer::Indirect,
+        Layer::Emission,
+        Layer::InstanceId,
+    ]);
     read.retain(|layer| layer.is_made_for(scene));
     read
 }

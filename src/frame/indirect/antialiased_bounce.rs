@@ -72,7 +72,14 @@ pub(super) fn average(
     let pass = refiner.gatherer.pass();
     for (index, sample) in all.iter().enumerate() {
         let share = Some(sample.share);
-        see(context, scene, sample.offset_px, share, sample.gbuffer)?;
+        see(
+            context,
+            scene,
+            sample.offset_px,
+            share,
+            sample.gbuffer,
+            None,
+        )?;
         sample.interpolate(context, &images.gbuffer, gathered, &receivers, filtered)?;
         receivers::list(context, sample.gbuffer, &receivers, None)?;
         context.finish()?;
