@@ -13,8 +13,8 @@ use glam::DVec3;
 
 use crate::model::{CompensatedSum, peak_intensity};
 use crate::scene::{
-    AreaShape, Bands, BoundingSphere, ConeIntegral, EmissiveSurfaces, Lamp, Light, Pattern,
-    PatternAxes, Profile, SpotCone,
+    Bands, BoundingSphere, ConeIntegral, EmissiveSurfaces, Lamp, Light, Pattern, PatternAxes,
+    Profile, SpotCone,
 };
 use pattern::PatternTexels;
 use projected::projected_face;
@@ -221,7 +221,7 @@ fn faces_of_surfaces(
 
 /// The faces that a point of a lamp emits into, and their texels.
 fn faces_of_profile(lamp: &Lamp, size: u32) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
-    if let Some(AreaShape::Surfaces(surfaces)) = &lamp.area {
+    if let Some(surfaces) = &lamp.surfaces {
         return faces_of_surfaces(surfaces, size);
     }
     match lamp.profile_of_points() {

@@ -330,7 +330,7 @@ fn of_profile(lamp: &Lamp, common: shaders::Light) -> (Emission, shaders::Light)
 
 /// Adds the area of the lamp, if it has one.
 fn of_area(lamp: &Lamp, space: &LocalSpace, point: shaders::Light) -> shaders::Light {
-    let Some(shape) = &lamp.area else {
+    let Some(shape) = lamp.area else {
         return point;
     };
     let [right, _] = lamp.area_axes();
@@ -341,7 +341,6 @@ fn of_area(lamp: &Lamp, space: &LocalSpace, point: shaders::Light) -> shaders::L
         area_aspect: match shape {
             AreaShape::Rectangle { .. } => aspect as f32,
             AreaShape::Disc { .. } => -aspect as f32,
-            AreaShape::Surfaces(_) => 0.0,
         },
         ..point
     }

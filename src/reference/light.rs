@@ -47,21 +47,19 @@ pub struct Area {
 }
 
 impl Area {
-    /// `None` for surfaces, which are lights of their own here.
-    fn new(lamp: &Lamp, shape: &AreaShape, metres_per_unit: f64) -> Option<Area> {
+    fn new(lamp: &Lamp, shape: AreaShape, metres_per_unit: f64) -> Area {
         let axis = lamp.direction.normalize();
         let height = lamp.up.reject_from(axis).normalize();
         let width = height.cross(axis);
         let (extents_m, is_round) = match shape {
             AreaShape::Rectangle { size_m } => (size_m.map(|size_m| size_m / 2.0), false),
-            AreaShape::Disc { radius_m } => ([*radius_m; 2], true),
-            AreaShape::Surfaces(_) => return None,
+            AreaShape::Disc { radius_m } => ([radius_m; 2], true),
         };
         let [across, along] = extents_m.map(|extent_m| extent_m / metres_per_unit);
-        Some(Area {
+        Area {
             half_axes: [across * width, along * height],
             is_round,
-        })
+        }
     }
 }
 
@@ -158,8 +156,7 @@ impl Emitter {
                     beam,
                     area: lamp
                         .area
-                        .as_ref()
-                        .and_then(|shape| Area::new(lamp, shape, metres_per_unit)),
+                        .map(|shape| Area::new(lamp, shape, metres_per_unit)),
                 }
             }
             Light::Directional {

@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use super::{EmissiveSurfaces, Shared, validate::Part};
+use super::validate::Part;
 use crate::Result;
 
 /// The shape of an area light, seen from its front.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AreaShape {
     /// Its width, and its height along `up`.
     Rectangle {
@@ -15,49 +15,44 @@ pub enum AreaShape {
     Disc {
         radius_m: f64,
     },
-    /// All surfaces that emit. The engine makes this light of a scene's materials.
-    Surfaces(Shared<EmissiveSurfaces>),
 }
 
 impl AreaShape {
     /// The name in scene files.
-    pub(crate) fn name(&self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             AreaShape::Rectangle { .. } => "size",
             AreaShape::Disc { .. } => "radius",
-            AreaShape::Surfaces(_) => "surfaces",
         }
     }
 
     /// Its extent, by its name in headers and manifests.
-    pub(super) fn parameter(&self) -> (&'static str, Vec<f64>) {
+    pub(super) fn parameter(self) -> (&'static str, Vec<f64>) {
         match self {
-            AreaShape::Rectangle { size_m } => ("size_m", size_m.to_vec()),
-            AreaShape::Disc { radius_m } => ("radius_m", vec![*radius_m]),
-            AreaShape::Surfaces(surfaces) => ("sides", vec![surfaces.triangles().len() as f64]),
+            AreaShape::Rectangle { size_m } => ("size_m", size_m.into()),
+            AreaShape::Disc { radius_m } => ("radius_m", vec![radius_m]),
         }
     }
 
-    pub(super) fn validate(&self, part: &Part) -> Result<()> {
+    pub(super) fn validate(self, part: &Part) -> Result<()> {
         let (name, lengths_m) = self.parameter();
         lengths_m
             .into_iter()
             .try_for_each(|length_m| part.require_above_zero(name, length_m))
     }
 
-    /// Half the width and half the height, metres; 0 for surfaces, which are given by points.
-    pub(crate) fn half_extents_m(&self) -> [f64; 2] {
+    /// Half the width and half the height, metres.
+    pub(crate) fn half_extents_m(self) -> [f64; 2] {
         match self {
             AreaShape::Rectangle { size_m } => size_m.map(|size_m| 0.5 * size_m),
-            AreaShape::Disc { radius_m } => [*radius_m; 2],
-            AreaShape::Surfaces(_) => [0.0; 2],
+            AreaShape::Disc { radius_m } => [radius_m; 2],
         }
     }
 
     /// Maps a place in the unit square evenly to the shape, in half extents from the middle.
-    pub(super) fn across(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn across(self, [x, y]: [f64; 2]) -> [f64; 2] {
         match self {
-            AreaShape::Rectangle { .. } | AreaShape::Surfaces(_) => [2.0 * x - 1.0, 2.0 * y - 1.0],
+            AreaShape::Rectangle { .. } => [2.0 * x - 1.0, 2.0 * y - 1.0],
             AreaShape::Disc { .. } => {
                 let (sin, cos) = (TAU * y).sin_cos();
                 [x.sqrt() * cos, x.sqrt() * sin]

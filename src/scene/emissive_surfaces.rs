@@ -5,9 +5,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{
-    AreaShape, Bands, Filter, Lamp, Light, Profile, Scene, Shared, Texture, TextureLookup, Wrap,
-};
+use super::{Bands, Filter, Lamp, Light, Profile, Scene, Shared, Texture, TextureLookup, Wrap};
 use crate::lattice;
 
 /// Points that are drawn for each that is kept, where textures vary the emission.
@@ -121,8 +119,9 @@ impl EmissiveSurfaces {
             direction: DVec3::Z,
             up: DVec3::Y,
             profile: Profile::Uniform,
-            area: Some(AreaShape::Surfaces(self.into())),
+            area: None,
             power_w,
+            surfaces: Some(self.into()),
         })
     }
 

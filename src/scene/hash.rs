@@ -240,7 +240,7 @@ impl Bytes {
         let Some(lamp) = light.lamp() else {
             return;
         };
-        if let Some(shape) = &lamp.area {
+        if let Some(shape) = lamp.area {
             self.name(shape.name());
         }
         if let Some(digest) = lamp.profile.digest() {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{AreaShape, Bands, EmissiveSurfaces, PatternAxes, Profile, SpotCone};
+use super::{AreaShape, Bands, EmissiveSurfaces, PatternAxes, Profile, Shared, SpotCone};
 
 /// A light source L.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +33,8 @@ pub struct Lamp {
     pub area: Option<AreaShape>,
     /// P_L
     pub power_w: Bands,
+    /// The surfaces that emit, if the light stands for these. The engine makes it of a scene's materials.
+    pub(crate) surfaces: Option<Shared<EmissiveSurfaces>>,
 }
 
 /// Every point of a uniform area emits to its front with the cosine: s(θ) = cos θ is the falloff of this cone.
@@ -44,9 +46,9 @@ static COSINE: Profile = Profile::Cone(SpotCone {
 impl Lamp {
     /// What each point of the lamp emits, relative to its peak.
     pub fn profile_of_points(&self) -> &Profile {
-        match self.area {
-            None => &self.profile,
-            Some(_) => &COSINE,
+        match (self.area, &self.surfaces) {
+            (None, None) => &self.profile,
+            _ => &COSINE,
         }
     }
 
@@ -77,7 +79,7 @@ impl Lamp {
 
     /// A point of the lamp. `place` is in the unit square, which maps evenly to the area.
     pub fn point_m(&self, place: [f64; 2]) -> DVec3 {
-        let Some(shape) = &self.area else {
+        let Some(shape) = self.area else {
             return self.position_m;
         };
         let [right, up] = self.area_axes();
@@ -124,6 +126,7 @@ impl Light {
             profile: profile.into(),
             area: None,
             power_w,
+            surfaces: None,
         })
     }
 
@@ -143,6 +146,7 @@ impl Light {
             profile: Profile::Uniform,
             area: Some(shape),
             power_w,
+            surfaces: None,
         })
     }
 
@@ -172,17 +176,15 @@ impl Light {
         }
     }
 
-    /// Whether the light has an area.
+    /// Whether the light shines from many points.
     pub fn has_area(&self) -> bool {
-        self.lamp().is_some_and(|lamp| lamp.area.is_some())
+        let has_area = |lamp: &Lamp| lamp.area.is_some() || lamp.surfaces.is_some();
+        self.lamp().is_some_and(has_area)
     }
 
     /// The surfaces that emit, if the light stands for these.
     pub(crate) fn surfaces(&self) -> Option<&EmissiveSurfaces> {
-        match self.lamp()?.area.as_ref()? {
-            AreaShape::Surfaces(surfaces) => Some(surfaces),
-            _ => None,
-        }
+        self.lamp()?.surfaces.as_deref()
     }
 
     /// The light's parameters, by their names in headers and manifests: a number, a position, a direction, or a value per band.
@@ -201,7 +203,7 @@ impl Light {
             parameters.extend(
                 numbers.filter_map(|(row, value)| Some((row.name, vec![value?.number()?]))),
             );
-            parameters.extend(lamp.area.as_ref().map(AreaShape::parameter));
+            parameters.extend(lamp.area.map(AreaShape::parameter));
         }
         parameters.push((self.emission_name(), self.emission().to_vec()));
         parameters

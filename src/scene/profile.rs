@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::hash::{digest_of_image, digest_of_pattern};
 use super::validate::Part;
 use super::{
-    AreaShape, ConeIntegral, Lamp, Light, Limits, Parameters, Pattern, PatternAxes,
-    PatternIntegral, ProjectedImage, Shared,
+    ConeIntegral, Lamp, Light, Limits, Parameters, Pattern, PatternAxes, PatternIntegral,
+    ProjectedImage, Shared,
     parameters::{check_limits, parameters},
 };
 use crate::Result;
@@ -73,8 +73,7 @@ impl Light {
         match self.lamp() {
             None => "directional",
             Some(Lamp {
-                area: Some(AreaShape::Surfaces(_)),
-                ..
+                surfaces: Some(_), ..
             }) => "emission",
             Some(Lamp { area: Some(_), .. }) => "area",
             Some(lamp) => lamp.profile.kind(),

@@ -362,9 +362,7 @@ impl Light {
         }
         if let Some(lamp) = self.lamp() {
             lamp.profile.validate(&part)?;
-            lamp.area
-                .as_ref()
-                .map_or(Ok(()), |area| area.validate(&part))?;
+            lamp.area.map_or(Ok(()), |area| area.validate(&part))?;
             part.require(
                 lamp.area.is_none() || lamp.profile == Profile::Uniform,
                 "its profile is not uniform",
