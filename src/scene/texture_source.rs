@@ -52,7 +52,10 @@ impl TextureRole {
 
     /// Whether the texture may be encoded as sRGB.
     pub(crate) fn may_be_srgb(self) -> bool {
-        matches!(self, TextureRole::Kd | TextureRole::Ks | TextureRole::Emission)
+        matches!(
+            self,
+            TextureRole::Kd | TextureRole::Ks | TextureRole::Emission
+        )
     }
 }
 
@@ -338,7 +341,15 @@ mod tests {
     use super::*;
     use TextureRole::*;
 
-    const ROLES: [TextureRole; 7] = [Kd, Ks, Emission, Shininess, MetallicRoughness, Normal, Alpha];
+    const ROLES: [TextureRole; 7] = [
+        Kd,
+        Ks,
+        Emission,
+        Shininess,
+        MetallicRoughness,
+        Normal,
+        Alpha,
+    ];
 
     fn source(texels: Texels, encoding: Option<Encoding>, alpha: Option<Vec<u8>>) -> TextureSource {
         let texture = Texture {
@@ -356,7 +367,10 @@ mod tests {
             let source = source(texels(), encoding, Some(vec![7, 9]));
             ROLES.map(|role| source.in_role(role).texels.is_srgb())
         };
-        assert_eq!(encodings(None), [true, true, true, false, false, false, false]);
+        assert_eq!(
+            encodings(None),
+            [true, true, true, false, false, false, false]
+        );
         assert_eq!(encodings(Some(Encoding::Linear)), [false; 7]);
         // What is refused stays sRGB. Alpha is linear whatever the colours are.
         let half = source(Texels::F32(vec![[0.5; 3]]), Some(Encoding::Srgb), None);

@@ -58,7 +58,9 @@ impl Material {
         }
         let emission = self.emission_w_sr_m2;
         part.require(
-            emission.iter().all(|value| (0.0..=STRONGEST).contains(value)),
+            emission
+                .iter()
+                .all(|value| (0.0..=STRONGEST).contains(value)),
             format_args!("emission_w_sr_m2 is {emission:?}"),
             "give radiances from 0 to 1e24",
         )?;
