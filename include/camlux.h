@@ -1039,8 +1039,8 @@ typedef struct camlux_texture {
 } camlux_texture;
 
 /**
- * Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s; or, with a roughness, metallic-roughness as in glTF
- * 2.0. Initialise with CAMLUX_MATERIAL_INIT: black, without texture.
+ * Reflectance and emission of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s; or, with a roughness, metallic-roughness as in glTF
+ * 2.0. Initialise with CAMLUX_MATERIAL_INIT: black, without texture, and no light.
  */
 typedef struct camlux_material {
   /** Set by CAMLUX_MATERIAL_INIT. */
@@ -1083,6 +1083,15 @@ typedef struct camlux_material {
   uint32_t metallic_roughness_texture;
   /** 0. */
   uint32_t reserved;
+  /** Radiance of the bands R, G, B that the surface emits in every direction, W/(sr m^2). 0: it is no light. */
+  double emission_w_sr_m2[3];
+  /** The number of a texture that multiplies emission_w_sr_m2; 0: none. */
+  uint32_t emission_texture;
+  /**
+   * 1: the camera looks through the surface where it sees it from behind. The front is the side on which the corners of a triangle turn
+   * counterclockwise. Light meets both sides. 0: the camera sees both sides.
+   */
+  int32_t one_sided;
 } camlux_material;
 
 /**
@@ -2407,7 +2416,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_POSE_INIT { CAMLUX_INITIALISED + sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
 
-#define CAMLUX_MATERIAL_INIT { CAMLUX_INITIALISED + sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0, 0, 0, 0.5, 0.0, 0.0, 1.5, 1.0, 0, 0 }
+#define CAMLUX_MATERIAL_INIT { CAMLUX_INITIALISED + sizeof(camlux_material), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, 0, 0, 0, 0, 0.5, 0.0, 0.0, 1.5, 1.0, 0, 0, {0.0, 0.0, 0.0}, 0, 0 }
 
 #define CAMLUX_TEXTURE_INIT { CAMLUX_INITIALISED + sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 

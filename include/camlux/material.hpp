@@ -46,6 +46,9 @@ struct material {
     /** Of a metallic-roughness surface, whose base colour is kd. */
     std::optional<metallic_roughness> microfacets = std::nullopt;
     std::uint32_t metallic_roughness_texture = 0;
+    rgb emission_w_sr_m2 = {};
+    std::uint32_t emission_texture = 0;
+    bool one_sided = false;
 };
 
 /** camlux_texture. The pixels are read only during scene::add_texture or scene::set_texture. */
@@ -74,6 +77,9 @@ inline camlux_material raw_of(const material &from) noexcept
     set(to.ks, from.ks);
     to.shininess = from.shininess;
     to.metallic_roughness_texture = from.metallic_roughness_texture;
+    set(to.emission_w_sr_m2, from.emission_w_sr_m2);
+    to.emission_texture = from.emission_texture;
+    to.one_sided = from.one_sided ? 1 : 0;
     if (from.microfacets) {
         to.roughness = from.microfacets->roughness;
         to.metallic = from.microfacets->metallic;
@@ -111,6 +117,9 @@ inline material material_of(const camlux_material &from)
     to.shininess_texture = from.shininess_texture;
     to.alpha_cutoff = from.alpha_cutoff;
     to.metallic_roughness_texture = from.metallic_roughness_texture;
+    to.emission_w_sr_m2 = rgb_of(from.emission_w_sr_m2);
+    to.emission_texture = from.emission_texture;
+    to.one_sided = from.one_sided != 0;
     if (from.roughness != 0)
         to.microfacets = metallic_roughness{from.roughness, from.metallic, from.ior, from.specular};
     return to;

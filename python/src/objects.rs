@@ -161,6 +161,9 @@ impl<'py> Classes<'py> {
             shininess,
             microfacets,
             metallic_roughness_texture,
+            emission_w_sr_m2,
+            emission_texture,
+            is_one_sided,
             kd_texture,
             ks_texture,
             shininess_texture,
@@ -186,6 +189,9 @@ impl<'py> Classes<'py> {
             alpha_cutoff: *alpha_cutoff,
             microfacets: facets.transpose()?,
             metallic_roughness_texture: texture(metallic_roughness_texture)?,
+            emission_w_sr_m2: triple(*emission_w_sr_m2),
+            emission_texture: texture(emission_texture)?,
+            one_sided: *is_one_sided,
         )
     }
 

@@ -287,6 +287,9 @@ impl<'py> Textures<'py> {
             alpha_cutoff: part.number("alpha_cutoff")?,
             microfacets: part.parameters("microfacets", MetallicRoughness::DEFAULT)?,
             metallic_roughness_texture: self.lookup(part, "metallic_roughness_texture")?,
+            emission_w_sr_m2: part.bands("emission_w_sr_m2")?,
+            emission_texture: self.lookup(part, "emission_texture")?,
+            is_one_sided: part.flag("one_sided")?,
         })
     }
 }

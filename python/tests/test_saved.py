@@ -33,6 +33,7 @@ def test_a_scene_from_arrays_comes_back(renderer, tmp_path):
         camlux.Material("same", kd=(0.1, 0.2, 1 / 3), kd_texture=textures[0], ks=0.1, shininess=7, ks_texture=lookup),
         camlux.Material("same", kd=0.4, kd_texture=textures[1]),
         camlux.Material("gold", kd=(1, 0.77, 0.34), microfacets=camlux.MetallicRoughness(roughness=1 / 3, metallic=0.9)),
+        camlux.Material("lamp", kd=0.1, emission_w_sr_m2=(1 / 3, 2, 3), emission_texture=textures[0], one_sided=True),
     ]
     light = camlux.PointLight((0.2, 1 / 3, 0.1), power_w=20)
     scene = camlux.Scene(
@@ -44,8 +45,10 @@ def test_a_scene_from_arrays_comes_back(renderer, tmp_path):
     )
     again = assert_comes_back(renderer, tmp_path, scene)
     assert [mesh.name for mesh in again.meshes] == ["floor \"1\""] * 2
-    assert [material.name for material in again.materials] == ["same", "same", "gold"]
+    assert [material.name for material in again.materials] == ["same", "same", "gold", "lamp"]
     assert again.materials[2].microfacets == materials[2].microfacets
+    assert again.materials[3].emission_w_sr_m2 == (1 / 3, 2, 3) and again.materials[3].one_sided
+    assert again.materials[3].emission_texture is not None and not again.materials[2].one_sided
     assert again.materials[0].ks_texture.wrap == ("mirror", "clamp")
 
 

@@ -8,8 +8,8 @@ use crate::{
     scene::{Material, MetallicRoughness, TextureLookup, TextureSource},
 };
 
-/// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s; or, with a roughness, metallic-roughness as in glTF
-/// 2.0. Initialise with CAMLUX_MATERIAL_INIT: black, without texture.
+/// Reflectance and emission of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s; or, with a roughness, metallic-roughness as in glTF
+/// 2.0. Initialise with CAMLUX_MATERIAL_INIT: black, without texture, and no light.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_material {
@@ -49,6 +49,13 @@ pub struct camlux_material {
     pub metallic_roughness_texture: u32,
     /// 0.
     pub reserved: u32,
+    /// Radiance of the bands R, G, B that the surface emits in every direction, W/(sr m^2). 0: it is no light.
+    pub emission_w_sr_m2: [f64; 3],
+    /// The number of a texture that multiplies emission_w_sr_m2; 0: none.
+    pub emission_texture: u32,
+    /// 1: the camera looks through the surface where it sees it from behind. The front is the side on which the corners of a triangle turn
+    /// counterclockwise. Light meets both sides. 0: the camera sees both sides.
+    pub one_sided: i32,
 }
 
 c_struct!(
@@ -137,6 +144,9 @@ pub unsafe extern "C" fn camlux_scene_get_material(
                 ior: facets.map_or(default.ior, |of| of.ior),
                 specular: facets.map_or(default.specular, |of| of.specular),
                 metallic_roughness_texture: texture(found.metallic_roughness_texture),
+                emission_w_sr_m2: found.emission_w_sr_m2,
+                emission_texture: texture(found.emission_texture),
+                one_sided: found.is_one_sided.into(),
                 kd: found.kd,
                 ks: found.ks,
                 shininess: found.shininess,
@@ -208,6 +218,9 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     material.ks_texture = texture(raw.ks_texture);
     material.shininess_texture = texture(raw.shininess_texture);
     material.metallic_roughness_texture = texture(raw.metallic_roughness_texture);
+    material.emission_w_sr_m2 = raw.emission_w_sr_m2;
+    material.emission_texture = texture(raw.emission_texture);
+    material.is_one_sided = args::flag("camlux_material.one_sided", raw.one_sided)?;
     material.alpha_cutoff = raw.alpha_cutoff;
     if raw.shininess.is_nan() || raw.shininess >= 0.0 {
         material.shininess = raw.shininess;
@@ -244,6 +257,7 @@ mod tests {
             shininess_texture: lookup(2),
             normal_texture: lookup(3),
             alpha_texture: lookup(4),
+            emission_texture: lookup(5),
             alpha_cutoff: 0.2,
             ..Material::lambert("old", [0.5; 3])
         };
@@ -251,6 +265,8 @@ mod tests {
             kd_texture: Some(0.into()),
             ks_texture: Some(1.into()),
             normal_texture: Some(1.into()),
+            emission_texture: Some(5.into()),
+            is_one_sided: true,
             ..Material::lambert("new", [0.25; 3])
         };
         let due = Material {
@@ -258,6 +274,7 @@ mod tests {
             normal_texture: Some(1.into()),
             shininess_texture: None,
             alpha_texture: None,
+            is_one_sided: true,
             alpha_cutoff: 0.5,
             name: "new".into(),
             kd: [0.25; 3],

@@ -276,6 +276,13 @@ fn write_material(toml: &mut Toml, key: &str, material: &Material) {
             }
         }
     }
+    // Files of scenes without these stay readable for programs that do not know them.
+    if material.is_emissive() {
+        toml.numbers("emission_w_sr_m2", &material.emission_w_sr_m2);
+    }
+    if material.is_one_sided {
+        toml.flag("one_sided", true);
+    }
     toml.number("alpha_cutoff", material.alpha_cutoff);
     for (role, lookup) in material.textures() {
         let name = role.field();

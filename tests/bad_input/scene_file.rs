@@ -146,6 +146,14 @@ fn missing_keys() {
         format!("{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\nroughness = 0.5\n") =>
             "scene.toml:13: \"roughness\" in [material.clay] is of a surface of microfacets",
             "add base_color = 0.8";
+        format!("{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\nemission_w_m2 = 2.0\n") =>
+            "scene.toml:13: unknown key \"emission_w_m2\" in [material.clay]", "did you mean \"emission_w_sr_m2\"?";
+        format!("{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\none_sided = 1\n") =>
+            "scene.toml:13: \"one_sided\" in [material.clay] is the integer 1", "give true or false";
+        format!("{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\nemission_w_sr_m2 = [1, 2]\n") =>
+            "scene.toml:13: \"emission_w_sr_m2\" in [material.clay]", "one finite number or an array [r, g, b]";
+        format!("{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\nemission_texture = 0\n") =>
+            "scene.toml:13: \"emission_texture\" in [material.clay] is 0, and there are 0 [[texture]] tables";
     }
 }
 

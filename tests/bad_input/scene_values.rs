@@ -325,6 +325,12 @@ fn scenes_from_slices_are_validated() {
             "has microfacets and ks", "give one of them";
         |s| s.materials[0].metallic_roughness_texture = Some(1.into()) =>
             "metallic_roughness_texture is 1, but the number of textures is 1";
+        |s| s.materials[0].emission_w_sr_m2[1] = -1.0 =>
+            "material 0 (\"clay\"): emission_w_sr_m2 is [0.0, -1.0, 0.0]", "from 0 to 1e24";
+        |s| s.materials[0].emission_w_sr_m2[0] = NAN => "emission_w_sr_m2 is [NaN";
+        |s| s.materials[0].emission_w_sr_m2[2] = 1e25 => "emission_w_sr_m2 is [0.0, 0.0, 1e25]";
+        |s| s.materials[0].emission_texture = Some(1.into()) =>
+            "emission_texture is 1, but the number of textures is 1";
         |s| s.materials[0].normal_texture = Some(1.into()) =>
             "normal_texture is 1, but the number of textures is 1";
         |s| s.materials[0].alpha_texture = Some(1.into()) =>

@@ -185,7 +185,7 @@ CHECK(camlux_pose_orientation_xyzw_size, sizeof(((camlux_pose *)0)->orientation_
 CHECK(camlux_pose_scale_offset, offsetof(camlux_pose, scale) == 64);
 CHECK(camlux_pose_scale_size, sizeof(((camlux_pose *)0)->scale) == 8);
 
-CHECK(size_of_camlux_material, sizeof(camlux_material) == 136);
+CHECK(size_of_camlux_material, sizeof(camlux_material) == 168);
 CHECK(camlux_material_struct_size_offset, offsetof(camlux_material, struct_size) == 0);
 CHECK(camlux_material_struct_size_size, sizeof(((camlux_material *)0)->struct_size) == 4);
 CHECK(camlux_material_kd_texture_offset, offsetof(camlux_material, kd_texture) == 4);
@@ -220,6 +220,12 @@ CHECK(camlux_material_metallic_roughness_texture_offset, offsetof(camlux_materia
 CHECK(camlux_material_metallic_roughness_texture_size, sizeof(((camlux_material *)0)->metallic_roughness_texture) == 4);
 CHECK(camlux_material_reserved_offset, offsetof(camlux_material, reserved) == 132);
 CHECK(camlux_material_reserved_size, sizeof(((camlux_material *)0)->reserved) == 4);
+CHECK(camlux_material_emission_w_sr_m2_offset, offsetof(camlux_material, emission_w_sr_m2) == 136);
+CHECK(camlux_material_emission_w_sr_m2_size, sizeof(((camlux_material *)0)->emission_w_sr_m2) == 24);
+CHECK(camlux_material_emission_texture_offset, offsetof(camlux_material, emission_texture) == 160);
+CHECK(camlux_material_emission_texture_size, sizeof(((camlux_material *)0)->emission_texture) == 4);
+CHECK(camlux_material_one_sided_offset, offsetof(camlux_material, one_sided) == 164);
+CHECK(camlux_material_one_sided_size, sizeof(((camlux_material *)0)->one_sided) == 4);
 
 CHECK(size_of_camlux_texture, sizeof(camlux_texture) == 48);
 CHECK(camlux_texture_struct_size_offset, offsetof(camlux_texture, struct_size) == 0);
@@ -587,7 +593,7 @@ static const unsigned char rust_camlux_direct[] = {8,0,48,202,0,0,0,0};
 static const camlux_pose init_of_camlux_pose = CAMLUX_POSE_INIT;
 static const unsigned char rust_camlux_pose[] = {72,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63};
 static const camlux_material init_of_camlux_material = CAMLUX_MATERIAL_INIT;
-static const unsigned char rust_camlux_material[] = {136,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,224,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,248,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_material[] = {168,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,224,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,248,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_texture init_of_camlux_texture = CAMLUX_TEXTURE_INIT;
 static const unsigned char rust_camlux_texture[] = {48,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_mesh init_of_camlux_mesh = CAMLUX_MESH_INIT;
@@ -630,7 +636,7 @@ static const struct init inits[] = {
     {"camlux_indirect", 64, rust_camlux_indirect, &init_of_camlux_indirect},
     {"camlux_direct", 8, rust_camlux_direct, &init_of_camlux_direct},
     {"camlux_pose", 72, rust_camlux_pose, &init_of_camlux_pose},
-    {"camlux_material", 136, rust_camlux_material, &init_of_camlux_material},
+    {"camlux_material", 168, rust_camlux_material, &init_of_camlux_material},
     {"camlux_texture", 48, rust_camlux_texture, &init_of_camlux_texture},
     {"camlux_mesh", 152, rust_camlux_mesh, &init_of_camlux_mesh},
     {"camlux_light", 192, rust_camlux_light, &init_of_camlux_light},

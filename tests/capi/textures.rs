@@ -148,6 +148,41 @@ fn facets_are_those_of_the_engine() {
     fails(scene.set_material(0, &wrong), SCENE, "roughness is 0.01");
 }
 
+#[test]
+fn the_emission_and_the_sides_come_back() {
+    let scene = from_arrays(&untextured());
+    let grey = [200_u8];
+    let number = scene.add_texture(&init!(camlux_texture {
+        width_px: 1,
+        height_px: 1,
+        channels: 1,
+        pixels: grey.as_ptr().cast(),
+    }));
+    let number = number.expect("it is added");
+    let plain = scene.material(0);
+    assert_eq!(plain.emission_w_sr_m2, [0.0; 3]);
+    assert_eq!((plain.emission_texture, plain.one_sided), (0, 0));
+    let mut given = plain;
+    given.emission_w_sr_m2 = [1.0 / 3.0, 2.0, 1e20];
+    (given.emission_texture, given.one_sided) = (number, 1);
+    ok(scene.set_material(0, &given));
+    let found = scene.material(0);
+    assert_eq!(found.emission_w_sr_m2, given.emission_w_sr_m2);
+    assert_eq!((found.emission_texture, found.one_sided), (number, 1));
+    let refused = |change: fn(&mut camlux_material), status, words| {
+        let mut wrong = given;
+        change(&mut wrong);
+        fails(scene.set_material(0, &wrong), status, words);
+    };
+    refused(|m| m.one_sided = 2, ARGUMENT, "one_sided is 2; give 0 or 1");
+    refused(|m| m.emission_texture = 9, SCENE, "emission_texture is 9");
+    refused(
+        |m| m.emission_w_sr_m2[1] = -1.0,
+        SCENE,
+        "emission_w_sr_m2 is [",
+    );
+}
+
 /// Textures of k_s and the shininess, and another cutoff of alpha.
 #[test]
 fn gloss_and_cutoff_are_those_of_the_engine() {

@@ -142,7 +142,7 @@ fn a_scene_is_that_of_the_obj_bit_for_bit() {
     let primitive = sheet.primitive(&mut builder, r#","material":0"#);
     let members = format!(
         r#""images":[{{"bufferView":{image},"mimeType":"image/png"}}],"textures":[{{"source":0}}],
-        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}},"metallicFactor":0,"roughnessFactor":0.5}}}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}},"metallicFactor":0,"roughnessFactor":0.5}},"doubleSided":true}}],
         "meshes":[{{"primitives":[{primitive}]}}],"nodes":[{{"mesh":0}}],"scenes":[{{"nodes":[0]}}],"scene":0"#
     );
     let (json, buffer) = builder.gltf(&members, "a%20buffer.bin");
@@ -336,9 +336,11 @@ fn materials_are_mapped() {
         panic!("alpha of 8 bits")
     };
     assert_eq!(alpha[..], [[255; 3], [60; 3]]);
-    let blended = file(r#""alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.5]},"emissiveFactor":[1,1,1]"#).unwrap();
+    let blended =
+        file(r#""alphaMode":"BLEND","pbrMetallicRoughness":{"baseColorFactor":[1,1,1,0.5]}"#)
+            .unwrap();
     let warnings = blended.warnings().join("\n");
-    assert_says(&warnings, &["BLEND", "emissive"]);
+    assert_says(&warnings, &["BLEND"]);
     let smooth = file(
         r#""pbrMetallicRoughness":{"roughnessFactor":0.01,"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":1.3},
         "KHR_materials_specular":{"specularFactor":0.5}}"#,

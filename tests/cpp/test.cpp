@@ -295,9 +295,13 @@ void settings_come_back()
     gold.kd = {1, 0.77, 0.34};
     gold.microfacets = camlux::metallic_roughness{0.3, 1};
     gold.metallic_roughness_texture = 1;
+    gold.emission_w_sr_m2 = {3, 2, 1};
+    gold.emission_texture = 1;
+    gold.one_sided = true;
     const camlux::material as_set = scene.material(scene.add_material(gold));
     CHECK(as_set.microfacets && as_set.microfacets->roughness == 0.3 && as_set.microfacets->metallic == 1);
     CHECK(as_set.microfacets->ior == 1.5 && as_set.microfacets->specular == 1 && as_set.metallic_roughness_texture == 1);
+    CHECK(as_set.emission_w_sr_m2.r == 3 && as_set.emission_w_sr_m2.b == 1 && as_set.emission_texture == 1 && as_set.one_sided && !found.one_sided);
 }
 
 void handles_share_and_give_back()

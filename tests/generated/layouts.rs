@@ -156,7 +156,7 @@ pub fn layouts() -> Vec<Layout> {
         camlux_material {
             kd_texture, kd, ks, shininess, name, normal_texture, alpha_texture, ks_texture,
             shininess_texture, alpha_cutoff, roughness, metallic, ior, specular,
-            metallic_roughness_texture, reserved,
+            metallic_roughness_texture, reserved, emission_w_sr_m2, emission_texture, one_sided,
         }
         camlux_texture {
             width_px, height_px, component, channels, encoding, pixels, row_stride_bytes, name,

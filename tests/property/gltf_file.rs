@@ -3,7 +3,7 @@
 use crate::common::gltf_file::GltfBuilder;
 use crate::common::scene_folder::{CAMERA, LIGHT, SceneFolder, assert_says};
 use camlux::Scene;
-use camlux::scene::{Filter, Mesh, Wrap};
+use camlux::scene::{Encoding, Filter, Mesh, Texels, Wrap};
 use glam::{DVec2, DVec3};
 
 const FLOAT: u32 = 5126;
@@ -412,6 +412,93 @@ fn instances_of_a_node_are_placed_by_their_attributes() {
     assert_eq!(corner(1), DVec3::new(15.0, 8.0, 6.0));
     let warnings = scene.warnings().join("\n");
     assert_says(&warnings, &["_ID of EXT_mesh_gpu_instancing"]);
+}
+
+/// A factor of 1 is 1 cd/m², times the strength of the extension.
+#[test]
+fn surfaces_emit_the_luminance_of_the_file() {
+    const NITS: f64 = 1.0 / 683.0;
+    let emission = |members: &str| {
+        let scene = textured(members).unwrap();
+        let warnings = scene.warnings().join("\n");
+        let material = &scene.materials[0];
+        let texture = material.emission_texture.map(|lookup| {
+            let texels = &scene.textures[lookup.texture].texels;
+            let is_srgb = matches!(texels, Texels::U8(_, Encoding::Srgb));
+            (lookup.texcoord_set, is_srgb, texels.len())
+        });
+        (material.emission_w_sr_m2, texture, warnings)
+    };
+    let (plain, texture, _) = emission(r#""emissiveFactor":[1,0.5,0]"#);
+    assert_eq!((plain, texture), ([NITS, 0.5 / 683.0, 0.0], None));
+    let strong = r#""emissiveFactor":[1,0.5,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":683}}"#;
+    let (strong, ..) = emission(strong);
+    assert_eq!(strong, [1.0, 0.5, 0.0]);
+    let (weak, ..) =
+        emission(r#""extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":683}}"#);
+    assert_eq!(weak, [0.0; 3], "the factor is 0 when absent");
+
+    let texture = |set: u32| format!(r#""emissiveTexture":{{"index":0,"texCoord":{set}}}"#);
+    let (_, found, _) = emission(&format!(r#""emissiveFactor":[1,1,1],{}"#, texture(1)));
+    assert_eq!(
+        found,
+        Some((0, true, 2)),
+        "the only set of coordinates is the first"
+    );
+    let (none, found, warnings) = emission(&texture(1));
+    assert_eq!((none, found), ([0.0; 3], None));
+    assert_says(
+        &warnings,
+        &["emissiveTexture of materials (its emissiveFactor is 0)"],
+    );
+    let others = r#""pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1}},"normalTexture":{"index":0,"texCoord":2}"#;
+    let third = |set| format!(r#""emissiveFactor":[1,1,1],{},{others}"#, texture(set));
+    let (_, found, _) = emission(&third(2));
+    assert_eq!(found, Some((1, true, 2)));
+    let (bright, found, warnings) = emission(&third(3));
+    assert_eq!((bright, found), ([NITS; 3], None));
+    assert_says(&warnings, &["an emissiveTexture with a third set"]);
+
+    let message = textured(r#""emissiveFactor":[1,-1,1]"#)
+        .unwrap_err()
+        .to_string();
+    assert_says(
+        &message,
+        &["material \"wood\"", "emission_w_sr_m2", "from 0 to 1e24"],
+    );
+}
+
+/// Where a node mirrors, the corners of its triangles turn clockwise, and their front is still their front.
+#[test]
+fn surfaces_have_one_side_unless_they_are_double_sided() {
+    let is_one_sided = |members: &str| textured(members).unwrap().materials[0].is_one_sided;
+    assert!(is_one_sided(r#""alphaMode":"OPAQUE""#));
+    assert!(is_one_sided(r#""doubleSided":false"#));
+    assert!(!is_one_sided(r#""doubleSided":true"#));
+
+    let mut builder = GltfBuilder::default();
+    builder.vec3(&SQUARE);
+    for (scale, due) in [
+        ([1, 1, 1], 1.0),
+        ([1, 1, -1], -1.0),
+        ([-1, 1, 1], 1.0),
+        ([-1, -1, 1], 1.0),
+    ] {
+        // Once a copy of the mesh, and once an instance of a mesh that another node places too.
+        for other in [r#"{"mesh":0}"#, "{}"] {
+            let members = format!(
+                r#""meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"mode":6}}]}}],
+                "nodes":[{{"mesh":0,"scale":{scale:?}}},{other}],"scenes":[{{"nodes":[0,1]}}]"#
+            );
+            let scene = load(&builder.glb(&members));
+            assert!(scene.materials[0].is_one_sided, "the default material");
+            let fronts = facing(&scene.meshes[0].placed());
+            assert!(
+                fronts.iter().all(|front| front.z == due),
+                "{scale:?}: {fronts:?}"
+            );
+        }
+    }
 }
 
 /// A file that is placed twice is read once, and has one warning.

@@ -50,6 +50,7 @@ texture: sampler source name
 KHR_texture_transform: offset rotation scale texCoord
 light: name color intensity type range spot
 light.spot: innerConeAngle outerConeAngle
+KHR_materials_emissive_strength: emissiveStrength
 ";
 
 /// A file with an object of each kind, without its warning's usual line about metallic-roughness.
@@ -82,8 +83,10 @@ fn model(folder: &SceneFolder) -> Value {
         "images":[{{"bufferView":{leaf}}},{{"uri":"bumps.png"}}],"samplers":[{{}},{{"wrapS":33071}}],
         "textures":[{{"source":0,"sampler":0}},{{"source":1}}],
         "materials":[{{"pbrMetallicRoughness":{{"metallicFactor":0,"baseColorTexture":{{"index":0,
-            "extensions":{{"KHR_texture_transform":{{}}}}}}}},"normalTexture":{{"index":1}},"alphaMode":"MASK"}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2}},"indices":3,"material":0}}]}}],
+            "extensions":{{"KHR_texture_transform":{{}}}}}}}},"normalTexture":{{"index":1}},"alphaMode":"MASK"}},
+            {{"emissiveFactor":[1,1,1],"emissiveTexture":{{"index":0}},"extensions":{{"KHR_materials_emissive_strength":{{}}}}}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2}},"indices":3,"material":0}},
+            {{"attributes":{{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2}},"indices":3,"material":1}}]}}],
         "cameras":[{{"type":"perspective","perspective":{{"yfov":0.5,"znear":0.1}}}}],
         "nodes":[{{"mesh":0}},{{"camera":0,"translation":[0,0,3]}},{{"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
             {{"mesh":0,"translation":[0,1,0]}}],
@@ -178,11 +181,16 @@ const OBJECTS: &str = r#"
     pbrMetallicRoughness = null
     normalTexture = null
     occlusionTexture = {"index": 0} -> occlusionTexture of materials
-    emissiveTexture = {"index": 0} -> emissiveTexture of materials
-    emissiveFactor = [1, 0, 0] -> emissive surfaces
+    emissiveTexture = {"index": 0} -> emissiveTexture of materials (its emissiveFactor is 0)
+    emissiveFactor = [1, 0, 0]
     alphaMode = "OPAQUE"
     alphaCutoff = 0.3
-    doubleSided = true -> nothing
+    doubleSided = true
+/materials/1 material
+    emissiveFactor = null
+    emissiveTexture = null
+/materials/1/extensions/KHR_materials_emissive_strength KHR_materials_emissive_strength
+    emissiveStrength = 2
 /materials/0/pbrMetallicRoughness material.pbrMetallicRoughness
     baseColorFactor = [1, 0.5, 1, 1]
     baseColorTexture = null

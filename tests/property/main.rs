@@ -31,6 +31,7 @@ mod mirror;
 mod model;
 mod model_parts;
 mod modules;
+mod mtl_materials;
 mod output;
 mod output_file;
 mod pattern;

@@ -2,7 +2,7 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE, assert_says};
 use camlux::Scene;
-use camlux::scene::{Encoding, Mesh, MetallicRoughness, Texels, Wrap};
+use camlux::scene::{Encoding, Mesh, Texels, Wrap};
 use glam::DVec3;
 
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -423,93 +423,9 @@ fn maps_of_mtl_have_options_blanks_and_backslashes() {
 
 /// `map_Pr` and `map_Pm` become one texture: roughness in green, metallic in blue.
 #[test]
-fn physically_based_materials_are_facets() {
-    let folder = SceneFolder::new();
-    let grey = |values: &[u8], [width, height]: [u32; 2]| {
-        let mut png = std::io::Cursor::new(Vec::new());
-        let picture = image::GrayImage::from_raw(width, height, values.to_vec()).unwrap();
-        picture.write_to(&mut png, image::ImageFormat::Png).unwrap();
-        png.into_inner()
-    };
-    folder
-        .write("rough.png", grey(&[0, 255], [2, 1]))
-        .write("metal.png", grey(&[51, 102], [2, 1]))
-        .write("large.png", grey(&[1, 2, 3, 4], [2, 2]));
-    let read = |lines: &str| {
-        folder.write("mesh.mtl", format!("newmtl white\nKd 0.8 0.5 0.2\n{lines}"));
-        folder.load_obj(TRIANGLE)
-    };
-    let scene = read("Ks 0.5\nNs 9\nPr 0.4\nPm 1\n").unwrap();
-    let material = &scene.materials[0];
-    let due = MetallicRoughness {
-        metallic: 1.0,
-        roughness: 0.4,
-        ..MetallicRoughness::DEFAULT
-    };
-    assert_eq!(
-        (material.microfacets, material.kd),
-        (Some(due), [0.8, 0.5, 0.2])
-    );
-    assert_eq!(material.ks, [0.0; 3]);
-    assert_eq!(scene.warnings().len(), 1, "Ks and Ns are named");
-    let scene = read("Pr 0.01\n").unwrap();
-    assert_eq!(scene.materials[0].microfacets.unwrap().roughness, 0.03);
-
-    let texels = |lines: &str| {
-        let scene = read(lines).unwrap();
-        let facets = scene.materials[0].microfacets.unwrap();
-        let lookup = scene.materials[0].metallic_roughness_texture.unwrap();
-        let texels = Vec::from_iter(scene.textures[lookup.texture].texels.reflectances());
-        (facets.roughness, facets.metallic, texels)
-    };
-    let near = |found: &[[f32; 3]], due: [[f32; 2]; 2]| {
-        let pairs = found.iter().zip(due);
-        pairs
-            .map(|(a, [g, b])| (a[1] - g).abs() + (a[2] - b).abs())
-            .sum::<f32>()
-            < 1e-4
-    };
-    let (roughness, metallic, both) = texels("map_Pr rough.png\nmap_Pm metal.png\n");
-    assert_eq!((roughness, metallic), (1.0, 1.0));
-    assert!(near(&both, [[0.0, 0.2], [1.0, 0.4]]), "{both:?}");
-    let (_, metallic, one) = texels("map_Pr rough.png\n");
-    assert!(
-        metallic == 0.0 && near(&one, [[0.0, 1.0], [1.0, 1.0]]),
-        "{one:?}"
-    );
-
-    let refused = |lines: &str| read(lines).unwrap_err().to_string();
-    let message = refused("map_Pr rough.png\nmap_Pm large.png\n");
-    assert!(
-        message.contains("images of different sizes; scale one"),
-        "{message}"
-    );
-    let message = refused("map_Pr rough.png\nmap_Pm -s 2 metal.png\n");
-    assert!(
-        message.contains("have different options; give both"),
-        "{message}"
-    );
-}
-
-#[test]
-fn illumination_models_without_highlights_have_none() {
-    let folder = SceneFolder::new();
-    let ks = |lines: &str| {
-        folder.write("mesh.mtl", format!("newmtl white\nKd 0.1\nKs 0.9\n{lines}"));
-        let scene = folder.load_obj(TRIANGLE).unwrap();
-        assert!(scene.warnings().is_empty());
-        scene.materials[0].ks
-    };
-    assert_eq!(ks("illum 1\nNs 5\n"), [0.0; 3]);
-    assert_eq!(ks("illum 0\n"), [0.0; 3]);
-    assert_eq!(ks("illum 2\nNs 5\n"), [0.9; 3]);
-    assert_eq!(ks("Ns 5\n"), [0.9; 3]);
-}
-
-#[test]
 fn repeated_meshes_have_one_warning_a_file() {
     let folder = SceneFolder::new();
-    folder.write("mesh.mtl", "newmtl white\nKd 0.5\nKe 1 1 1\n");
+    folder.write("mesh.mtl", "newmtl white\nKd 0.5\nKa 1 1 1\n");
     folder.write("mesh.obj", format!("{TRIANGLE}l 1 2\n"));
     let moved = format!("{MESH}translate = [1, 0, 0]\n");
     let scene = folder.load(&format!("{CAMERA}{LIGHT}{MESH}{moved}{MESH}flat = true\n"));

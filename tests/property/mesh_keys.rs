@@ -183,7 +183,7 @@ fn every_statement_of_mtl_is_used_or_named() {
 fn every_option_of_maps_is_used_or_named() {
     let folder = folder();
     for key in [
-        "map_Kd", "map_Ks", "map_Ns", "norm", "map_Bump", "bump", "map_d",
+        "map_Kd", "map_Ks", "map_Ns", "map_Ke", "norm", "map_Bump", "bump", "map_d",
     ] {
         let plain = load(&folder, TEXTURED, &format!("{MTL}{key} a.png\n"));
         for option in OPTIONS {
@@ -234,13 +234,13 @@ fn other_dialects_are_named_with_the_nearest_key() {
 #[test]
 fn one_line_a_file_with_the_counts() {
     let folder = folder();
-    let mtl = format!("{MTL}Ke 1 1 1\nd 0.5\nnewmtl red\nKd 1 0 0\nKe 1 0 0\n");
+    let mtl = format!("{MTL}Ka 1 1 1\nd 0.5\nnewmtl red\nKd 1 0 0\nKa 1 0 0\n");
     let obj = format!("{TRIANGLE}l 1 2\np 1\nl 2 3\n");
     let scene = load(&folder, &obj, &mtl);
     let warnings = scene.warnings();
     let ends = |end: &str| warnings.iter().filter(|w| w.ends_with(end)).count();
     assert_eq!(
-        ends("camlux ignores \"Ke\" (2 times); \"d\""),
+        ends("camlux ignores \"Ka\" (2 times); \"d\""),
         1,
         "{warnings:#?}"
     );

@@ -193,6 +193,12 @@ fn scene() -> Scene {
             metallic_roughness_texture: Some(lookup(3, d)),
             ..material("facets", d)
         },
+        Material {
+            emission_w_sr_m2: [1e20 / 3.0, 0.0, 1e-9],
+            emission_texture: Some(lookup(2, d)),
+            is_one_sided: true,
+            ..material("lamp", d)
+        },
         material("same", d),
         material("same 3", d),
         material("same", d),

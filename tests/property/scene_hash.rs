@@ -47,7 +47,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 76] = [
+    let edits: [fn(&mut Scene); 80] = [
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }).into(),
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }).into(),
         |s| {
@@ -98,6 +98,10 @@ fn hash_changes_with_everything_but_names() {
         |s| facets(s).ior = 1.4,
         |s| facets(s).specular = 0.1,
         |s| s.materials[1].metallic_roughness_texture = Some(0.into()),
+        |s| s.materials[0].emission_w_sr_m2[1] = 0.1,
+        |s| s.materials[0].emission_w_sr_m2[2] = 0.1,
+        |s| s.materials[1].emission_texture = Some(0.into()),
+        |s| s.materials[0].is_one_sided = true,
         |s| s.materials[1].normal_texture = Some(0.into()),
         |s| s.materials[1].alpha_texture = Some(0.into()),
         |s| s.materials[1].kd_texture = None,

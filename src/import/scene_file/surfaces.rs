@@ -72,6 +72,7 @@ pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<M
         "ks_texture",
         "shininess_texture",
         "metallic_roughness_texture",
+        "emission_texture",
         "normal_texture",
         "alpha_texture",
     ];
@@ -82,6 +83,8 @@ pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<M
         "base_color",
         "name",
         "alpha_cutoff",
+        "emission_w_sr_m2",
+        "one_sided",
     ];
     known.extend(textures_of_any);
     known.extend(&of_microfacets);
@@ -121,6 +124,12 @@ pub(super) fn material(mut keys: Keys, key: String, textures: usize) -> Result<M
         material.shininess = shininess.number()?;
     } else if let Some(shininess) = keys.optional("shininess", Value::number)? {
         material.shininess = shininess;
+    }
+    if let Some(emission) = keys.optional("emission_w_sr_m2", Value::bands)? {
+        material.emission_w_sr_m2 = emission;
+    }
+    if let Some(is_one_sided) = keys.optional("one_sided", Value::flag)? {
+        material.is_one_sided = is_one_sided;
     }
     for (role, texture) in material.by_role_mut() {
         let value = keys.take(role.field());

@@ -13,9 +13,8 @@ pub(super) struct Kind {
 /// - `min` and `max`, which repeat what the data say;
 /// - `mimeType`, because an image says itself what it is;
 /// - `aspectRatio`, `znear` and `zfar`: the scene file gives the image's size, and camlux clips nothing;
-/// - `doubleSided`: surfaces have two sides;
 /// - `extensionsUsed`, whose entries are looked for where they are used.
-pub(super) const WITHOUT_MEANING: [&str; 15] = [
+pub(super) const WITHOUT_MEANING: [&str; 14] = [
     "name",
     "extras",
     "copyright",
@@ -27,15 +26,15 @@ pub(super) const WITHOUT_MEANING: [&str; 15] = [
     "aspectRatio",
     "znear",
     "zfar",
-    "doubleSided",
     "extensionsUsed",
     "extensionsRequired",
     "minVersion",
 ];
 
 /// Extensions that a file may require.
-pub(super) const KNOWN_EXTENSIONS: [&str; 7] = [
+pub(super) const KNOWN_EXTENSIONS: [&str; 8] = [
     "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
     "KHR_mesh_quantization",
@@ -56,6 +55,7 @@ pub(super) fn reason(key: &str) -> &'static str {
         "skin" | "targets" | "weights" => " (meshes are in the pose of their vertices)",
         "minFilter" => " (textures have no mip levels, and magFilter alone decides)",
         "range" => " (light has none)",
+        "emissiveTexture" => " (its emissiveFactor is 0)",
         _ => "",
     }
 }
@@ -87,6 +87,7 @@ kinds! {
         "emissiveFactor" "alphaMode" "alphaCutoff" "doubleSided";
     PBR "materials": "baseColorFactor" "baseColorTexture" "metallicFactor" "roughnessFactor" "metallicRoughnessTexture" "extensions"
         "extras";
+    EMISSIVE_STRENGTH "KHR_materials_emissive_strength": "emissiveStrength" "extensions" "extras";
     IOR "KHR_materials_ior": "ior" "extensions" "extras";
     SPECULAR "KHR_materials_specular": "specularFactor" "specularTexture" "specularColorFactor" "specularColorTexture" "extensions"
         "extras";

@@ -7,8 +7,8 @@ use glam::{DMat4, DVec3};
 use super::document::{Punctual, PunctualKind};
 use crate::scene::{Light, SpotCone};
 
-/// Lumens per watt at 555 nm. Converts candela and lux to watts, as exporting programs do.
-const LUMEN_PER_WATT: f64 = 683.0;
+/// Lumens per watt at 555 nm. Converts candela, lux and nit to watts, as exporting programs do.
+pub(super) const LUMEN_PER_WATT: f64 = 683.0;
 
 /// A light at the place of its node; it shines along -z. Its range is ignored, because light has none.
 pub(super) fn of_node(light: &Punctual, to_world: DMat4) -> Light {

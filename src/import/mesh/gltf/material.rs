@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use image::DynamicImage;
 
 use super::file::GltfFile;
+use super::light::LUMEN_PER_WATT;
 use super::surface::{self, AlphaMode, TextureInfo};
 use crate::import::mesh::{Assets, TextureUse};
 use crate::import::texture;
@@ -72,17 +73,24 @@ impl Conversion<'_> {
         let scale = material.normal_texture.map_or(1.0, |info| info.scale);
         let use_of = TextureUse::Normals(scale.to_bits(), false);
         let normal_texture = self.lookup(assets, material.normal_texture, use_of)?;
-        let of_facets = material.metallic_roughness_texture;
         let sets = material.texcoord_sets();
-        let has_set = |info: &TextureInfo| sets.contains(&info.texcoord_set);
-        if !of_facets.iter().all(has_set) {
-            file.leave_out("a metallicRoughnessTexture with a third set of texture coordinates");
-        }
-        let of_facets = of_facets.filter(has_set);
+        let with_set = |info: Option<TextureInfo>, left_out: &str| {
+            if info.is_some_and(|info| !sets.contains(&info.texcoord_set)) {
+                file.leave_out(left_out);
+                return None;
+            }
+            info
+        };
+        let of_facets = with_set(
+            material.metallic_roughness_texture,
+            "a metallicRoughnessTexture with a third set of texture coordinates",
+        );
         let metallic_roughness_texture = self.lookup(assets, of_facets, TextureUse::Factors)?;
-        if material.is_emissive {
-            file.leave_out("emissive surfaces: they give no light");
-        }
+        let of_emission = with_set(
+            material.emissive_texture,
+            "an emissiveTexture with a third set of texture coordinates",
+        );
+        let emission_texture = self.lookup(assets, of_emission, TextureUse::Reflectance)?;
         let microfacets = MetallicRoughness {
             metallic: material.metallic.clamp(0.0, 1.0),
             roughness: material.roughness.clamp(SMOOTHEST, 1.0),
@@ -96,6 +104,9 @@ impl Conversion<'_> {
             microfacets: Some(microfacets),
             kd_texture,
             metallic_roughness_texture,
+            emission_w_sr_m2: material.emission.map(|nits| nits / LUMEN_PER_WATT),
+            emission_texture,
+            is_one_sided: !material.is_double_sided,
             normal_texture,
             alpha_texture: cutoff_texture,
             alpha_cutoff,

@@ -56,7 +56,11 @@ pub(super) struct Material {
     pub normal_texture: Option<TextureInfo>,
     pub alpha_mode: AlphaMode,
     pub alpha_cutoff: f64,
-    pub is_emissive: bool,
+    /// Luminance, cd/m².
+    pub emission: [f64; 3],
+    /// Only of a surface that emits light.
+    pub emissive_texture: Option<TextureInfo>,
+    pub is_double_sided: bool,
 }
 
 impl Default for Material {
@@ -74,7 +78,9 @@ impl Default for Material {
             normal_texture: None,
             alpha_mode: AlphaMode::Opaque,
             alpha_cutoff: 0.5,
-            is_emissive: false,
+            emission: [0.0; 3],
+            emissive_texture: None,
+            is_double_sided: false,
         }
     }
 }
@@ -86,6 +92,7 @@ impl Material {
             self.base_texture,
             self.normal_texture,
             self.metallic_roughness_texture,
+            self.emissive_texture,
         ];
         let mut sets: Vec<usize> = Vec::new();
         for set in infos.iter().flatten().map(|info| info.texcoord_set) {
@@ -193,7 +200,18 @@ pub(super) fn material(mut keys: Record) -> Parsed<Material> {
         Some(mut of) => of.number("specularFactor")?.unwrap_or(default.specular),
         None => default.specular,
     };
-    let emissive = keys.numbers("emissiveFactor")?.unwrap_or([0.0; 3]);
+    let strength = keys.extension("KHR_materials_emissive_strength", &keys::EMISSIVE_STRENGTH)?;
+    let strength = match strength {
+        Some(mut of) => of.number("emissiveStrength")?.unwrap_or(1.0),
+        None => 1.0,
+    };
+    let emission = keys.numbers("emissiveFactor")?.unwrap_or([0.0; 3]);
+    let emission = emission.map(|factor: f64| strength * factor);
+    let emissive_texture = match emission == [0.0; 3] {
+        // Left where it is, it is named.
+        true => None,
+        false => texture_info(keys.record("emissiveTexture", &keys::TEXTURE_INFO)?)?,
+    };
     let mut material = Material {
         name: keys.text("name")?,
         normal_texture,
@@ -204,7 +222,9 @@ pub(super) fn material(mut keys: Record) -> Parsed<Material> {
             Some(other) => return Err(keys.wrong("alphaMode", &format!("is \"{other}\""))),
         },
         alpha_cutoff: keys.number("alphaCutoff")?.unwrap_or(0.5),
-        is_emissive: emissive != [0.0; 3],
+        emission,
+        emissive_texture,
+        is_double_sided: keys.flag("doubleSided")?.unwrap_or(false),
         ior,
         specular,
         ..default

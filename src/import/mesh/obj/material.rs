@@ -7,7 +7,7 @@ use super::mtl::LibraryMaterial;
 use crate::import::mesh::{Assets, TextureUse};
 use crate::import::texture::{self, NormalMap};
 use crate::scene::{
-    Encoding, Material, MetallicRoughness, SMOOTHEST, Texels, Texture, TextureLookup,
+    Bands, Encoding, Material, MetallicRoughness, SMOOTHEST, Texels, Texture, TextureLookup,
 };
 use crate::{Error, Result};
 
@@ -28,6 +28,13 @@ impl Assets {
             TextureUse::Normals(map.strength.to_bits(), map.may_be_heights)
         });
         let normal_texture = self.lookup(normals, normal_use)?;
+        let emission_map = entry.emission_map.as_deref();
+        let emission_texture = self.lookup(emission_map, TextureUse::Reflectance)?;
+        // Exporters write the Ke of 0 that their materials have without the map.
+        let is_some = |emission: &Bands| emission_texture.is_none() || *emission != [0.0; 3];
+        let emission = entry.emission.filter(is_some);
+        let emission_w_sr_m2 = emission.or(emission_texture.map(|_| [1.0; 3]));
+        let emission_w_sr_m2 = emission_w_sr_m2.unwrap_or_default();
 
         let kd = entry.kd.or(kd_texture.map(|_| [1.0; 3]));
         let kd = kd.ok_or_else(|| {
@@ -48,6 +55,8 @@ impl Assets {
                 microfacets: Some(facets),
                 metallic_roughness_texture: self.metallic_roughness(entry)?,
                 kd_texture,
+                emission_w_sr_m2,
+                emission_texture,
                 normal_texture,
                 alpha_texture,
                 ..Material::lambert(&entry.name, kd)
@@ -57,6 +66,8 @@ impl Assets {
         let mut material = Material {
             ks: ks.unwrap_or_default(),
             kd_texture,
+            emission_w_sr_m2,
+            emission_texture,
             normal_texture,
             alpha_texture,
             ..Material::lambert(&entry.name, kd)

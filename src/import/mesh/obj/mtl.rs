@@ -1,6 +1,6 @@
 //! MTL material libraries.
 //!
-//! The MTL format defines no defaults. Here Ks is 0 if absent, and Kd is 1 if there is only a map_Kd. A material that has neither Kd nor
+//! The MTL format defines no defaults. Here Ks and Ke are 0 if absent, and Kd is 1 if there is only a map_Kd. A material that has neither Kd nor
 //! map_Kd, or has Ks without Ns, is refused: any number would be a guess.
 //!
 //! The crate `tobj` is not used: it knows neither lines nor options, and panics on a Kd of one number.
@@ -32,8 +32,9 @@ const KEYS: [&str; 42] = [
     "Pm",
     "map_Pr",
     "map_Pm",
-    "Ka",
     "Ke",
+    "map_Ke",
+    "Ka",
     "Tf",
     "Tr",
     "d",
@@ -45,7 +46,6 @@ const KEYS: [&str; 42] = [
     "aniso",
     "anisor",
     "map_Ka",
-    "map_Ke",
     "map_Tr",
     "map_Ps",
     "map_Pc",
@@ -61,9 +61,8 @@ const KEYS: [&str; 42] = [
 ];
 
 /// Values that mean nothing more than that the key is absent.
-const WITHOUT_EFFECT: [(&str, &str); 15] = [
+const WITHOUT_EFFECT: [(&str, &str); 14] = [
     ("Ka", "0"),
-    ("Ke", "0"),
     ("Kt", "0"),
     ("Tf", "1"),
     ("Tr", "0"),
@@ -105,6 +104,9 @@ pub(super) struct LibraryMaterial {
     pub metallic: Option<f64>,
     pub roughness_map: Option<Box<Map>>,
     pub metallic_map: Option<Box<Map>>,
+    /// `Ke`.
+    pub emission: Option<Bands>,
+    pub emission_map: Option<Box<Map>>,
     /// `norm` or `map_Bump`.
     pub normal_map: Option<Box<Map>>,
     pub alpha_map: Option<Box<Map>>,
@@ -185,7 +187,7 @@ impl Library {
 
 /// Whether a key is one of those that [`Record::read`] takes.
 fn is_read(keyword: &str) -> bool {
-    KEYS[1..16]
+    KEYS[1..18]
         .iter()
         .any(|key| key.eq_ignore_ascii_case(keyword))
 }
@@ -290,6 +292,7 @@ impl Record {
             return Ok(None);
         };
         let kd = self.value("Kd", file, unused, bands)?;
+        let emission = self.value("Ke", file, unused, bands)?;
         // Exporters write both kinds of lobe. The one of facets says more.
         let is_of_facets = |statement: &Statement| ["Pr", "map_Pr"].contains(&statement.key);
         let has_facets = self.statements.iter().any(is_of_facets);
@@ -311,6 +314,7 @@ impl Record {
         };
         let normal_map = map(&["norm", "map_Bump", "bump"])?;
         let alpha_map = map(&["map_d"])?;
+        let emission_map = map(&["map_Ke"])?;
         match illum {
             // A constant colour, or the diffuse term alone.
             Some(0.0 | 1.0) => {
@@ -333,6 +337,8 @@ impl Record {
             metallic,
             roughness_map,
             metallic_map,
+            emission,
+            emission_map,
             normal_map,
             alpha_map,
         }))
