@@ -1,4 +1,4 @@
-"""Reads OBJ and MTL files like camlux: polygons as fans of triangles; Kd, Ks, Ns and map_Kd. Everything else is ignored."""
+"""Reads OBJ and MTL files like camlux: polygons as fans of triangles; Kd, Ks, Ns, Pr, Pm and map_Kd. Everything else is ignored."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -104,7 +104,7 @@ def fan(corners: list, path: Path):
 
 
 def read_mtl(path: Path) -> dict[str, dict]:
-    """The given properties of each material: Kd, Ks, Ns, map_Kd (a path), and whether it has a normal map or cut-outs."""
+    """The given properties of each material: Kd, Ks, Ns, Pr, Pm, map_Kd (a path), and which maps it has that the peers do not know."""
     materials: dict[str, dict] = {}
     properties: dict = {}
     for keyword, rest in statements(path):
@@ -113,12 +113,14 @@ def read_mtl(path: Path) -> dict[str, dict]:
         elif keyword in ("Kd", "Ks"):
             values = numbers(rest)
             properties[keyword] = values * 3 if len(values) == 1 else values
-        elif keyword == "Ns":
-            properties["Ns"] = numbers(rest)[0]
+        elif keyword in ("Ns", "Pr", "Pm"):
+            properties[keyword] = numbers(rest)[0]
         elif keyword == "map_Kd":
             properties["map_Kd"] = path.parent / rest
         elif keyword in ("norm", "bump", "map_Bump", "map_bump"):
             properties["a map of normals"] = True
+        elif keyword in ("map_Pr", "map_Pm"):
+            properties["a map of roughness or metallic"] = True
         elif keyword == "map_d":
             properties["cut-outs"] = True
     return materials

@@ -13,20 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+import material
 from failure import Failure, Unsupported
+from gltf import read_gltf
+from material import Material, bands
 from obj import Group, read_mtl, read_obj
 
 SPEED_OF_LIGHT_M_S = 299_792_458.0
-
-
-@dataclass
-class Material:
-    """A modified Phong material. kd multiplies the texture."""
-
-    kd: list[float]
-    ks: list[float]
-    shininess: float
-    kd_texture: Path | None = None
 
 
 @dataclass
@@ -93,6 +86,8 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
 
     if "distortion" in toml["camera"] or "fisheye" in toml["camera"]:
         raise Unsupported("the camera has a lens with distortion, which the peers do not know")
+    if "path" in toml["camera"] or "light" not in toml:
+        raise Unsupported("the camera or the lights are those of a glTF file, which the peers do not know")
     if toml["camera"].get("samples", 1) != 1:
         raise Unsupported("the camera averages over the pixels, which the peers do not")
     for keys in toml["light"]:
@@ -102,8 +97,7 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
             raise Unsupported("a projector has intrinsics, or values that are not sRGB, which the peers do not know")
     scene = Scene(size_px, vector(toml["camera"]["position"]), ray_directions(toml["camera"], size_px), [], [])
     for name, keys in toml.get("material", {}).items():
-        ks = bands(keys.get("ks", 0.0))
-        scene.materials[name] = Material(bands(keys["kd"]), ks, float(keys.get("shininess", 1.0)))
+        scene.materials[name] = material.of_scene_file(keys)
     for number, keys in enumerate(toml["mesh"]):
         add_mesh(scene, path.parent, keys, f"mesh {number}")
     scene.lights = [light(keys, path.parent) for keys in toml["light"]]
@@ -122,10 +116,6 @@ def time_of_flight(toml: dict) -> TimeOfFlight:
     band = toml["tof"]["band"]
     weights = [float(band == name) for name in "RGB"] if isinstance(band, str) else bands(band)
     return TimeOfFlight([1e6 * mhz / SPEED_OF_LIGHT_M_S for mhz in toml["tof"]["frequencies_mhz"]], weights)
-
-
-def bands(value) -> list[float]:
-    return [float(v) for v in (value if isinstance(value, list) else [value] * 3)]
 
 
 def vector(value) -> np.ndarray:
@@ -193,11 +183,15 @@ def falloff_integral(inner_rad: float, outer_rad: float) -> float:
 
 
 def add_mesh(scene: Scene, folder: Path, keys: dict, prefix: str):
-    groups, libraries = read_obj(folder / keys["path"], keys.get("flat", False))
+    path, flat = folder / keys["path"], keys.get("flat", False)
     library = {}
-    if "material" not in keys:
-        for path in libraries:
-            library |= read_mtl(path)
+    if path.suffix in (".gltf", ".glb"):
+        groups, library = read_gltf(path, flat)
+    else:
+        groups, libraries = read_obj(path, flat)
+        if "material" not in keys:
+            for mtl in libraries:
+                library |= {name: material.of_mtl(properties) for name, properties in read_mtl(mtl).items()}
     rotation = rotation_matrix(keys.get("rotate_deg", [0.0, 0.0, 0.0]))
     translation_m = vector(keys.get("translate", [0.0, 0.0, 0.0]))
     for group in groups:
@@ -206,16 +200,16 @@ def add_mesh(scene: Scene, folder: Path, keys: dict, prefix: str):
             name = f"{prefix}: {group.material}"
             if group.material not in library:
                 raise Failure(f"{keys['path']}: material {group.material} is in no MTL file; camlux render says more")
-            scene.materials[name] = material_of(library[group.material])
+            scene.materials[name] = library[group.material]
         scene.meshes.append(transformed(group, name, float(keys.get("scale", 1.0)), rotation, translation_m))
 
 
 def transformed(group: Group, material: str, scale: float, rotation: np.ndarray, translation_m: np.ndarray) -> Mesh:
     normals = None
-    if group.normals:
+    if len(group.normals):
         normals = vector(group.normals) @ rotation.T
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    texcoords = vector(group.texcoords) if group.texcoords else None
+    texcoords = vector(group.texcoords) if len(group.texcoords) else None
     return Mesh(material, scale * vector(group.positions_m) @ rotation.T + translation_m, texcoords, normals)
 
 
@@ -229,15 +223,6 @@ def rotation_matrix(rotate_deg: list[float]) -> np.ndarray:
         turn[i, i], turn[i, j], turn[j, i], turn[j, j] = cosine, -sine, sine, cosine
         matrix = turn @ matrix
     return matrix
-
-
-def material_of(properties: dict) -> Material:
-    for what in ("a map of normals", "cut-outs"):
-        if what in properties:
-            raise Unsupported(f"a material has {what}, which the peers do not know")
-    kd = properties.get("Kd", [1.0, 1.0, 1.0])
-    ks = properties.get("Ks", [0.0, 0.0, 0.0])
-    return Material(kd, ks, properties.get("Ns", 1.0), properties.get("map_Kd"))
 
 
 def move_to_local_space(scene: Scene):

@@ -6,19 +6,22 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+import microfacets  # noqa: F401 (registers)
 import plugins  # noqa: F401 (registers)
-from scene import Light, Material, Mesh, Scene
+from material import Facets, Image, Material
+from scene import Light, Mesh, Scene
 
 
 class Tracer:
     """Renders a scene. Images are unevaluated Dr.Jit arrays of 3 bands by pixels, row by row from the top."""
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene, bsdf_of=None):
+        """`bsdf_of` gives Mitsuba's BSDF of a material. Without it, it is camlux's."""
         self.pixel_count = scene.size_px[0] * scene.size_px[1]
         self.tof = scene.tof
         self.origin = mi.Point3f(scene.camera_position)
         self.directions = floats(scene.ray_directions)
-        bsdfs = {name: mi.load_dict(bsdf(material)) for name, material in scene.materials.items()}
+        bsdfs = {name: mi.load_dict((bsdf_of or bsdf)(material)) for name, material in scene.materials.items()}
         parts = {"type": "scene"}
         for number, light in enumerate(scene.lights):
             parts[f"light_{number}"] = emitter(light)
@@ -185,7 +188,14 @@ def unit_phasor(turns_per_unit: float, length):
 
 
 def bsdf(material: Material) -> dict:
-    kd = srgb(material.kd) if material.kd_texture is None else texture(material)
+    kd = srgb(material.kd) if material.kd_texture is None else colour_texture(material)
+    if material.facets is not None:
+        properties = metallic_roughness(material.facets, kd)
+        if material.normal_texture is None:
+            return properties
+        # Mitsuba's own shadows of facets on mapped normals are not part of camlux's model.
+        own = {"use_shadowing_function": False, "flip_invalid_normals": False}
+        return {"type": "normalmap", "normalmap": texture(encoded(material.normal_texture)), "bsdf": properties, **own}
     if any(material.ks):
         return {"type": "modified_phong", "kd": kd, "ks": srgb(material.ks), "shininess": material.shininess}
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": kd}}
@@ -195,13 +205,34 @@ def srgb(reflectance: list[float]) -> dict:
     return {"type": "srgb", "color": mi.ScalarColor3f(reflectance)}
 
 
-def texture(material: Material) -> dict:
-    bitmap = mi.Bitmap(str(material.kd_texture))
-    pixels = np.array(bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt16, bitmap.srgb_gamma()))
-    encoded = pixels.astype(np.float64) / 65535.0
+def metallic_roughness(facets: Facets, base_color: dict) -> dict:
+    numbers = {"roughness": facets.roughness, "metallic": facets.metallic, "dielectric": facets.dielectric}
+    factors = {} if facets.texture is None else {"factors": texture(encoded(facets.texture))}
+    return {"type": "metallic_roughness", "base_color": base_color, **numbers, **factors}
+
+
+def colour_texture(material: Material) -> dict:
+    values = encoded(material.kd_texture)
     # The sRGB transfer function, IEC 61966-2-1.
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    data = mi.TensorXf((linear * material.kd).astype(np.float32))
+    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return texture(linear * material.kd)
+
+
+def encoded(image: Image) -> np.ndarray:
+    """The values of the file, 0 to 1."""
+    if isinstance(image, bytes):
+        stream = mi.MemoryStream()
+        stream.write(image)
+        stream.seek(0)
+        bitmap = mi.Bitmap(stream)
+    else:
+        bitmap = mi.Bitmap(str(image))
+    pixels = np.array(bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt16, bitmap.srgb_gamma()))
+    return pixels.astype(np.float64) / 65535.0
+
+
+def texture(values: np.ndarray) -> dict:
+    data = mi.TensorXf(values.astype(np.float32))
     return {"type": "bitmap", "data": data, "raw": True, "filter_type": "bilinear", "wrap_mode": "repeat"}
 
 
