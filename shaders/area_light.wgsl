@@ -27,15 +27,15 @@ var normal_geometric: texture_2d<f32>;
 var<uniform> light: Light;
 var<immediate> parameters: AreaLightParameters;
 
-// E_P of a pixel without occlusion, in closed form.
-fn closed_form_at(place: vec2<u32>) -> f32 {
-    return unoccluded_irradiance(light, textureLoad(position_instance, place, 0).xyz, textureLoad(normal_geometric, place, 0).xyz);
+// ∫ cosθ_P dω over the area that a pixel sees.
+fn form_factor_at(place: vec2<u32>) -> f32 {
+    return area_form_factor(light, textureLoad(position_instance, place, 0).xyz, textureLoad(normal_geometric, place, 0).xyz);
 }
 
 // The mean over a half, if the area's light without occlusion is that.
-fn mean_of(half: vec4<f32>, closed_form: f32) -> vec3<f32> {
+fn mean_of(half: vec4<f32>, form_factor: f32) -> vec3<f32> {
     let mean = half / parameters.point_count;
-    return area_ratio(closed_form, mean.w) * mean.rgb;
+    return area_ratio(light, form_factor, mean.w) * mean.rgb;
 }
 
 #if MERGE
@@ -53,9 +53,9 @@ fn compute_main(
     let place = min(pixel, size - 1u);
     let first = textureLoad(first_half, place);
     let second = textureLoad(second_half, place);
-    let closed_form = closed_form_at(place);
-    let a = mean_of(first, closed_form);
-    let b = mean_of(second, closed_form);
+    let form_factor = form_factor_at(place);
+    let a = mean_of(first, form_factor);
+    let b = mean_of(second, form_factor);
     let of_pixel = vec2<f32>(dot(a - b, a - b), dot(a + b, a + b));
     of_pixels[local] = select(vec2<f32>(0.0), of_pixel, is_in_image);
     workgroupBarrier();
@@ -80,13 +80,12 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let sum = textureLoad(first_half, pixel);
-    let closed_form = closed_form_at(pixel);
-    let mean = parameters.share * mean_of(sum, closed_form);
+    let mean = parameters.share * mean_of(sum, form_factor_at(pixel));
     let radiance = textureLoad(direct_radiance, pixel).rgb + mean;
     textureStore(direct_radiance, pixel, vec4<f32>(radiance, 0.0));
     textureStore(first_half, pixel, vec4<f32>(0.0));
     if (PHASORS) {
-        let scale = parameters.share * area_ratio(closed_form, sum.w / parameters.point_count) / parameters.point_count;
+        let scale = parameters.share * area_ratio(light, form_factor_at(pixel), sum.w / parameters.point_count) / parameters.point_count;
         for (var layer = 0u; layer < parameters.pair_count; layer++) {
             let phasors = textureLoad(direct_phasors, pixel, layer) + scale * textureLoad(point_phasors, pixel, layer);
             textureStore(direct_phasors, pixel, layer, phasors);

@@ -50,7 +50,10 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     }
     let packet = packets[index];
     let receiver = receiver_of(packet);
-    let light = point_for(packet, receiver.pixel);
+    var light: Light;
+    if (!EMISSIVE) {
+        light = point_for(packet, receiver.pixel);
+    }
     let end = light_end(light);
     for (var sample = local % LANES; sample < SAMPLES; sample += LANES) {
         let ray = direction_ray(index, lobe, sample);
@@ -58,13 +61,25 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         let met = hits[ray];
         let is_hit = met != NOTHING_HIT;
         let hit = ray_hit(select(0u, met, is_hit), receiver.start, direction);
+        let offset = hit.position - receiver.position;
+        let cosine_q = -dot(hit.geometric_normal, direction);
+        let to_light = light_ray(parameters.light_index, index, lobe, sample);
+        if (EMISSIVE) {
+            // Q's own light needs no further ray.
+            let radiance = select(vec3<f32>(0.0), hit.emission, is_hit);
+            let density = parameters.emission_density * (radiance.x + radiance.y + radiance.z);
+            var own = mis_contribution(receiver, direction, dot(offset, offset), radiance, cosine_q, density);
+            own.turns = vec4<f32>(-1.0);
+            rays[to_light] = Ray(receiver.start, NO_RAY, direction, 0.0);
+            store_contribution(contribution_place(to_light), own);
+            continue;
+        }
         let illumination = illuminate_without_pattern(light, hit.position);
         let cosine_light = dot(hit.shading_normal, illumination.to_light);
         let geometric_cosine_light = dot(hit.geometric_normal, illumination.to_light);
         let reflected = eval_brdf(hit.brdf, hit.shading_normal, illumination.to_light, -direction);
-        let offset = hit.position - receiver.position;
         var contribution = mis_contribution(receiver, direction, dot(offset, offset), reflected * illumination.irradiance * cosine_light,
-            -dot(hit.geometric_normal, direction), facing_vpl_density(light, hit.position) * geometric_cosine_light);
+            cosine_q, facing_vpl_density(light, hit.position) * geometric_cosine_light);
         // A loop that other lights skip: drivers that compute both sides of a branch would make all of them pay for it.
         for (var i = 0u; i < min(light.pattern_columns, 1u); i++) {
             contribution.irradiance *= pattern_intensity(light, -illumination.to_light);
@@ -77,7 +92,6 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         }
         // Q is on the side that P sees, even if it is also in a second surface.
         let start = before_surface(hit.position, hit.geometric_normal, END_SHIFT) - END_SHIFT * direction;
-        let to_light = light_ray(parameters.light_index, index, lobe, sample);
         rays[to_light] = ray_to_light(start, end, is_lit);
         store_contribution(contribution_place(to_light), contribution);
     }

@@ -28,9 +28,15 @@ struct LightRayParameters {
     end_in_list: u32,
 }
 
+// Points of emissive surfaces are VPLs, too, which need no rays: `ray` then counts points.
+
+
 // Lists in images, like ray_triangles in hit_triangle.wgsl. The cells of the lights: start and size in the light's cumulative probability, as
 // whole numbers; index of the tile among the light's tiles; index of the cell in Morton order in that tile + 256 · the tile's level.
 var ray_cells: texture_storage_2d<rgba32float, read>;
+#if SURFACES
+var drawn_vpls: texture_storage_2d_array<rgba32float, write>;
+#else
 #if EMIT
 var<storage, read_write> rays: array<Ray>;
 // The cell of each ray.
@@ -40,6 +46,7 @@ var<storage, read> rays: array<Ray>;
 var<storage, read> light_ray_cells: array<u32>;
 var<storage, read> hits: array<u32>;
 var drawn_vpls: texture_storage_2d_array<rgba32float, write>;
+#endif
 #endif
 var<immediate> parameters: LightRayParameters;
 
@@ -132,6 +139,35 @@ fn curve_point(along: f32, seed: u32) -> vec2<f32> {
 // An invocation takes several rays, because loading a light takes as long as tracing some.
 const RAYS_AT_ONCE: u32 = 8u;
 
+#if SURFACES
+@compute @workgroup_size(64)
+fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let index = 64u * (group.x + 65535u * group.y) + local;
+    if (index >= parameters.ray_count * parameters.set_count) {
+        return;
+    }
+    let set_index = index / parameters.ray_count;
+    let number = index % parameters.ray_count;
+    let along = (f32(number) + unit(seed_of(set_index, number))) / f32(parameters.ray_count);
+    let point = emission_point(load_light(parameters.light_index), along);
+    let density = point.density * f32(parameters.ray_count) / f32(parameters.set_size);
+    let slot = vpl_place(set_index * parameters.set_size + parameters.first_ray + number);
+    textureStore(drawn_vpls, slot, 0, vec4<f32>(before_surface(point.position, point.normal, END_SHIFT), density));
+    textureStore(drawn_vpls, slot, 1, vec4<f32>(point.normal, 0.0));
+    if (PHASORS) {
+        textureStore(drawn_vpls, slot, TURNS_LAYER, vec4<f32>(0.0));
+    }
+    textureStore(drawn_vpls, slot, 2, vec4<f32>(point.radiance, 0.0));
+    if (SPECULAR) {
+        // A lobe that reflects nothing.
+        let lobe = lobe_of(point.normal, point.normal, vec4<f32>(0.0, 0.0, 0.0, 1.0));
+        textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(0.0));
+        for (var i = 0u; i < lobe_layers(); i++) {
+            textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
+        }
+    }
+}
+#else
 #if EMIT
 @compute @workgroup_size(64)
 fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -198,4 +234,5 @@ fn shade(index: u32, whole_light: Light) {
         }
     }
 }
+#endif
 #endif

@@ -34,6 +34,8 @@ struct FinalGatherParameters {
     result_offset: u32,
     // Each seed gives other samples.
     seed: u32,
+    // Points of emissive surfaces per area and sample, over the radiance there, all bands together.
+    emission_density: f32,
 }
 
 // A packet of samples.

@@ -23,18 +23,34 @@ fn pattern_intensity(light: Light, direction: vec3<f32>) -> f32 {
     return measured_intensity(light, direction);
 }
 
-// The light at a point of its area, given in the unit square. Emissive surfaces have a list of points: position; normal, about which the
-// point emits with the cosine; and intensity over that of the light.
+// A point on an emissive surface, which stands for all of them.
+struct EmissionPoint {
+    position: vec3<f32>,
+    // Of such points per area, normalised to one point, per local unit².
+    density: f32,
+    // About which the point emits with the cosine.
+    normal: vec3<f32>,
+    radiance: vec3<f32>,
+}
+
+// The point at `place`, from 0 to 1, of the list of a light's points.
+fn emission_point(light: Light, place: f32) -> EmissionPoint {
+    let point = light.first_pattern + 3u * min(u32(place * f32(light.emission_points)), light.emission_points - 1u);
+    let position_density = textureLoad(lights, list_place(point));
+    let normal = textureLoad(lights, list_place(point + 1u)).xyz;
+    return EmissionPoint(position_density.xyz, position_density.w, normal, textureLoad(lights, list_place(point + 2u)).xyz);
+}
+
+// The light at a point of its area, given in the unit square, or at a point of the emissive surfaces.
 fn light_at(whole_light: Light, place: vec2<f32>) -> Light {
     var light = whole_light;
     light.position += area_offset(light, place);
     // A loop that other lights skip: drivers that compute both sides of a branch would make all of them pay for it.
     for (var i = 0u; i < min(light.emission_points, 1u); i++) {
-        let index = min(u32(place.x * f32(light.emission_points)), light.emission_points - 1u);
-        let point = light.first_pattern + 3u * index;
-        light.position = textureLoad(lights, list_place(point)).xyz;
-        light.axis = textureLoad(lights, list_place(point + 1u)).xyz;
-        light.intensity *= textureLoad(lights, list_place(point + 2u)).xyz;
+        let point = emission_point(light, place.x);
+        light.position = point.position;
+        light.axis = point.normal;
+        light.intensity = point.radiance / max(point.density, 1e-37);
     }
     return light;
 }

@@ -65,7 +65,7 @@ pub(super) fn draw_maps(
 }
 
 /// Adds a light to the images of direct light, as the G-buffer shows it. Another `seed` gives other points of its area, if it has one.
-/// Returns an estimate of the relRMSE of a light with an area.
+/// Returns an estimate of the relRMSE of a light with an area. What surfaces emit is no direct light.
 pub(super) fn shade(
     context: &Context,
     seen: SeenPoints,
@@ -74,6 +74,10 @@ pub(super) fn shade(
     seed: u32,
     progress: &mut ProgressReport,
 ) -> Result<Option<f64>> {
+    if light.device.plan.emission_points > 0 {
+        // The gather finds it.
+        return Ok(None);
+    }
     if light.device.plan.has_area {
         return area_light::shade(context, seen, light, images, seed, progress);
     }

@@ -81,9 +81,7 @@ impl AreaLightImages {
             point_count: points as f32,
             ..AreaLightParameters::default()
         };
-        resources.extend(light.sides_resource());
-        let surfaces = light.plan.emission_points > 0;
-        let key = Key::AreaLightMerge { surfaces };
+        let key = Key::AreaLightMerge {};
         context.dispatch(key, &resources, &parameters, size_px)?;
         context.finish()?;
         let found: &[[f32; 2]] = self
@@ -112,17 +110,9 @@ impl AreaLightImages {
             ("first_half", Resource::Image(&self.halves[0])),
             ("direct_radiance", Resource::Image(direct.radiance)),
         ]);
-        resources.extend(light.sides_resource());
-        let surfaces = light.plan.emission_points > 0;
-        let mut key = Key::AreaLightAdd {
-            phasors: false,
-            surfaces,
-        };
+        let mut key = Key::AreaLightAdd { phasors: false };
         if let (Some(sums), Some(phasors)) = (&self.phasors, direct.phasors) {
-            key = Key::AreaLightAdd {
-                phasors: true,
-                surfaces,
-            };
+            key = Key::AreaLightAdd { phasors: true };
             resources.push(("point_phasors", Resource::Image(sums)));
             resources.push(("direct_phasors", Resource::Image(phasors)));
         }

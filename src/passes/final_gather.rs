@@ -56,6 +56,8 @@ pub(crate) struct FinalGather<'b> {
     sampling: [LightSampling; 2],
     /// The light rays that were traced last.
     sent: Option<LightRaySets>,
+    /// Density of the points of emissive surfaces, as a [`DeviceLight`] has it.
+    emission_density: f64,
     /// Whether gathers of the image send rays to VPLs.
     sends_to_vpls: bool,
     /// What each ray to a VPL finds; only during a pilot.
@@ -158,6 +160,10 @@ impl<'b> FinalGather<'b> {
             light_rays: LightRays::new(device, context.plan)?,
             sampling: [(); 2].map(|()| LightSampling::even(&lights)),
             sent: None,
+            emission_density: lights
+                .iter()
+                .map(|light| light.emission_density(context.space))
+                .sum(),
             lights,
             sends_to_vpls: true,
             pilot_samples: None,
@@ -196,7 +202,7 @@ impl<'b> FinalGather<'b> {
 
     /// Packets of a receiver, and lights, that an invocation of the sum takes within the loop iterations that the driver allows.
     fn summed_at_once(&self, lobes: u32) -> (u32, u32) {
-        let lights = self.lights.len() as u32;
+        let lights = self.context.plan.gathered_lights();
         let Some(most) = self.context.device.info().quirks.max_loop_iterations else {
             return (u32::MAX, lights);
         };
@@ -217,7 +223,7 @@ impl<'b> FinalGather<'b> {
         let packets = Buffer::upload(device, "packets", &chunk.packets)?;
         let spans = Buffer::upload(device, "spans", &chunk.spans)?;
         let packet_count = chunk.packets.len() as u32;
-        let lights = self.lights.len() as u32;
+        let lights = context.plan.gathered_lights();
         let of_packets = groups_in_rows(packet_count.div_ceil(PACKETS_OF_GROUP));
         let of_lobes = groups_in_rows((gather.lobes * packet_count).div_ceil(PACKETS_OF_GROUP));
         let of_spans = groups_in_rows((chunk.spans.len() as u32).div_ceil(64));
@@ -262,6 +268,7 @@ impl<'b> FinalGather<'b> {
                     receiver,
                     surface: plan.surface(),
                     instanced: plan.has_shared_meshes,
+                    emissive: light_index == self.lights.len() as u32,
                 };
                 dispatch(key, &parameters, of_lobes)?;
             }
@@ -434,11 +441,12 @@ impl Gatherer for FinalGather<'_> {
                 is_pilot: self.pilot_samples.is_some().into(),
                 result_offset: results.first.wrapping_sub(first),
                 seed: seed ^ own_seed,
+                emission_density: (table.point_share() * self.emission_density) as f32,
                 ..FinalGatherParameters::default()
             },
         };
         // Per lobe, each direction needs a ray to each light. One more ray leads to a VPL. The list has room for it in any case.
-        let along_directions = PACKET_SAMPLES * lobes * (1 + self.lights.len() as u32);
+        let along_directions = PACKET_SAMPLES * lobes * (1 + self.context.plan.gathered_lights());
         let room_of_packet = along_directions + PACKET_SAMPLES;
         let rays_per_packet = match gather.parameters.vpl_samples {
             0 => along_directions,

@@ -28,6 +28,7 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
             receiver,
             surface,
             instanced,
+            emissive: false,
         };
         [
             Key::FinalGatherEmit { receiver },

@@ -6,15 +6,12 @@ use crate::{
     emission::EmissionDomain,
     local_space::LocalSpace,
     plan::{LightPlan, Plan},
-    scene::{AreaShape, EmissionPoint, EmissiveSurfaces, Intrinsics, Lamp, Light, Profile},
+    scene::{AreaShape, EmissionPoint, Intrinsics, Lamp, Light, Profile},
     vulkan::{
         Allocate, Buffer, BufferUse, Resource,
         shaders::{self, Emission, LightFace},
     },
 };
-
-/// Most sides of emissive surfaces whose light without occlusion is computed in closed form. Of more, it takes longer than the points.
-const MAX_SIDES: usize = 256;
 
 /// What the passes of one light share.
 pub(crate) struct DeviceLight {
@@ -33,8 +30,6 @@ pub(crate) struct DeviceLight {
     pattern_buffer: Option<Buffer>,
     /// Points of emissive surfaces; empty for other lights.
     points: Vec<EmissionPoint>,
-    /// The sides of emissive surfaces, as `shaders/shared/unoccluded_area.wgsl` reads them.
-    sides: Option<Buffer>,
     /// Texels of the RSM; 0 without one.
     pub texel_count: u32,
 }
@@ -48,10 +43,6 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
         allocate.buffer("table of the RSM's texels", bytes, BufferUse::Upload)?;
         let pattern_bytes = u64::from(light.pattern_numbers) * size_of::<f32>() as u64;
         allocate.buffer("pattern of a light", pattern_bytes, BufferUse::Upload)?;
-        if light.emission_points > 0 {
-            let bytes = (1 + 3 * MAX_SIDES) * size_of::<[f32; 4]>();
-            allocate.buffer("emissive sides", bytes as u64, BufferUse::Upload)?;
-        }
     }
     Ok(())
 }
@@ -134,42 +125,34 @@ impl DeviceLight {
                 .transpose()?,
             pattern,
             points,
-            sides: surfaces
-                .map(|surfaces| {
-                    Buffer::upload(device, "emissive sides", &sides_of(surfaces, space))
-                })
-                .transpose()?,
             domain,
         })
     }
 }
 
 impl DeviceLight {
-    /// Texels of the points of emissive surfaces, as `shaders/shared/lights.wgsl` reads them: position; normal; intensity over the light's.
+    /// Texels of the points of emissive surfaces, as `shaders/shared/lights.wgsl` reads them: position, density; normal; radiance.
     pub fn point_texels(&self, space: &LocalSpace) -> Vec<[f32; 4]> {
         let texels = self.points.iter().flat_map(|point| {
-            let with_0 = |[x, y, z]: [f32; 3]| [x, y, z, 0.0];
+            let with_fourth = |[x, y, z]: [f32; 3], fourth: f64| [x, y, z, fourth as f32];
+            let density = point.density_per_m2 * space.metres_per_unit.powi(2);
             [
-                with_0(space.to_local(point.position_m)),
-                with_0(point.normal.as_vec3().to_array()),
-                with_0(self.relative_intensity(point)),
+                with_fourth(space.to_local(point.position_m), density),
+                with_fourth(point.normal.as_vec3().to_array(), 0.0),
+                with_fourth(point.radiance.map(|radiance| radiance as f32), 0.0),
             ]
         });
         texels.collect()
     }
 
-    fn relative_intensity(&self, point: &EmissionPoint) -> [f32; 3] {
-        let peak = self.domain.axial_intensity;
-        std::array::from_fn(|band| match peak[band] {
-            0.0 => 0.0,
-            peak => (point.intensity[band] / peak) as f32,
-        })
-    }
-
-    /// The sides of emissive surfaces with their name in `shaders/shared/unoccluded_area.wgsl`.
-    pub fn sides_resource(&self) -> Option<(&'static str, Resource<'_>)> {
-        let sides = self.sides.as_ref()?;
-        Some(("emissive_sides", Resource::Buffer(sides)))
+    /// The density of points of emissive surfaces per area, 1/local unit², over the radiance there, all bands together; 0 for other lights.
+    pub fn emission_density(&self, space: &LocalSpace) -> f64 {
+        let of_point = |point: &EmissionPoint| {
+            let radiance: f64 = point.radiance.iter().sum();
+            (radiance > 0.0).then(|| point.density_per_m2 / radiance)
+        };
+        let density = self.points.iter().find_map(of_point).unwrap_or_default();
+        density * space.metres_per_unit.powi(2)
     }
 
     /// The pattern with its name in `shaders/direct.wgsl`.
@@ -189,47 +172,13 @@ pub(crate) fn upload_area_point(
     let Context { scene, space, .. } = *context;
     let lamp = scene.lights[index].lamp();
     let lamp = lamp.ok_or_else(|| Error::internal("a light has no area to have a point of"))?;
-    let count = light.points.len();
-    let of_surfaces = ((place[0] * count as f64) as usize).min(count.saturating_sub(1));
-    let (position_m, whole) = match light.points.get(of_surfaces) {
-        None => (lamp.point_m(place), light.parameters),
-        Some(point) => {
-            let relative = light.relative_intensity(point);
-            let intensity = light.parameters.intensity;
-            let of_point = shaders::Light {
-                axis: point.normal.as_vec3().to_array(),
-                intensity: std::array::from_fn(|band| intensity[band] * relative[band]),
-                ..light.parameters
-            };
-            (point.position_m, of_point)
-        }
-    };
+    let position_m = lamp.point_m(place);
     let parameters = shaders::Light {
         position: space.to_local(position_m),
         origin_turns: modulation::turns_to_origin(scene, space, position_m),
-        ..whole
+        ..light.parameters
     };
     Buffer::upload(context.device, "point of a light", &[parameters])
-}
-
-/// The number of sides, then for each its corners, the first with its radiance, all bands together. Of many sides, or of sides with
-/// textures: the number 0.
-fn sides_of(surfaces: &EmissiveSurfaces, space: &LocalSpace) -> Vec<[f32; 4]> {
-    let triangles = surfaces.triangles();
-    let is_plain = triangles.iter().all(|triangle| triangle.texture.is_none());
-    if !is_plain || triangles.len() > MAX_SIDES {
-        return vec![[0.0; 4]];
-    }
-    let mut texels = vec![[triangles.len() as f32, 0.0, 0.0, 0.0]];
-    for triangle in triangles {
-        let radiance: f64 = triangle.radiance.iter().sum();
-        let fourths = [radiance as f32, 0.0, 0.0];
-        for (corner_m, fourth) in triangle.corners_m.into_iter().zip(fourths) {
-            let [x, y, z] = space.to_local(corner_m);
-            texels.push([x, y, z, fourth]);
-        }
-    }
-    texels
 }
 
 fn pattern_numbers(profile: &Profile) -> Vec<f32> {

@@ -7,7 +7,7 @@ use super::{
     light::DeviceLight,
     trace::{Find, no_list},
     vpl::vpl_layers,
-    vpl_sampler::RayTable,
+    vpl_sampler::{POINTS_PER_RAY, RayTable},
 };
 use crate::{
     Result,
@@ -35,6 +35,11 @@ impl<A: Allocate> LightRays<A> {
         let layers = vpl_layers(plan);
         // Every light has at least one packet.
         let rays = MAX_LIGHT_RAYS + 1024 * plan.lights.len() as u32;
+        let has_points = plan.lights.iter().any(|light| light.emission_points > 0);
+        let rays = match has_points {
+            true => rays + (POINTS_PER_RAY * f64::from(rays)).ceil() as u32 + 1024,
+            false => rays,
+        };
         let shape = ImageShape::plain([columns, rays.div_ceil(columns)]);
         let shape = shape.with_layers(module.constant(layers)?);
         let bytes = u64::from(rays) * size_of::<u32>() as u64;
@@ -54,6 +59,14 @@ pub(super) fn shade_key(plan: &Plan) -> Key {
     }
 }
 
+/// Lists points of emissive surfaces as VPLs.
+fn surfaces_key(plan: &Plan) -> Key {
+    Key::LightRaysSurfaces {
+        phasors: plan.has_phasors(),
+        brdf: plan.brdf(),
+    }
+}
+
 impl LightRays {
     /// Traces rays from the lights as the table says. Returns their number.
     pub fn trace(
@@ -69,7 +82,8 @@ impl LightRays {
         let LightRaySets {
             seed, set_count, ..
         } = sets;
-        let count = u64::from(table.set_size) * u64::from(set_count);
+        let rays_of_set = table.set_size - table.point_count;
+        let count = u64::from(rays_of_set) * u64::from(set_count);
         context.cost.borrow_mut().count_work("light_rays", count);
         context.prepare_images(&[&self.vpls])?;
         for (light_index, rays) in (0..lights.len() as u32).zip(&table.lights) {
@@ -108,6 +122,27 @@ impl LightRays {
                 scene.tree.trace(context, Find::Closest, 0..end - first)?;
                 dispatch(shade_key(plan))?;
             }
+        }
+        for light_index in 0..lights.len() as u32 {
+            if lights[light_index as usize].plan.emission_points == 0 {
+                continue;
+            }
+            let parameters = LightRayParameters {
+                light_index,
+                first_ray: rays_of_set,
+                ray_count: table.point_count,
+                set_size: table.set_size,
+                set_count,
+                seed,
+                ..LightRayParameters::default()
+            };
+            let mut resources = vec![
+                ("lights", light_list.resource()),
+                ("drawn_vpls", Resource::Image(&self.vpls)),
+            ];
+            resources.extend(context.modulation());
+            let groups = groups_in_rows((table.point_count * set_count).div_ceil(64));
+            context.dispatch_groups(surfaces_key(plan), &resources, &parameters, groups)?;
         }
         Ok(count)
     }

@@ -34,6 +34,8 @@ const PRIOR_SAMPLES: f64 = 2.0;
 const MAX_DISTANCE: f32 = 4096.0;
 /// The rays of a light in a set are a multiple of this, because packets do not mix lights.
 const PACKET_RAYS: u32 = 64;
+/// Points of emissive surfaces for each ray from lights. They are VPLs, too.
+pub(super) const POINTS_PER_RAY: f64 = 0.5;
 /// Most cells beyond those that are whole tiles: half of them where samples were, half next to those.
 const MAX_SMALL_CELLS: usize = 1 << 15;
 
@@ -41,6 +43,7 @@ const MAX_SMALL_CELLS: usize = 1 << 15;
 pub(crate) struct VplSampler {
     /// In the order of lights, then of faces, then in Morton order.
     tiles: Vec<Tile>,
+    has_points: bool,
     /// The probability of each cell, in the order of tiles, then in Morton order.
     cells: Vec<f64>,
     /// Where the tiles of each light begin.
@@ -113,8 +116,10 @@ pub(crate) struct RaysOfLight {
 
 /// Which rays of a set go through which cell.
 pub(crate) struct RayTable {
-    /// Rays of all lights together.
+    /// Rays of all lights together, and then points of emissive surfaces.
     pub set_size: u32,
+    /// These points.
+    pub point_count: u32,
     requested_set_size: u32,
     pub lights: Vec<RaysOfLight>,
     /// The cells with rays: where each begins in the light's probability, its share, and its place among all cells.
@@ -167,6 +172,7 @@ impl VplSampler {
             }
         }
         VplSampler {
+            has_points: lights.iter().any(|light| light.plan.emission_points > 0),
             cells: tiles.clone(),
             seen: vec![Vec::new(); tiles.len()],
             pilots: 0,
@@ -236,6 +242,13 @@ impl VplSampler {
             });
             set_size += ray_count;
         }
+        let point_count = match self.has_points {
+            true => ((POINTS_PER_RAY * f64::from(set_size)) as u32)
+                .next_multiple_of(PACKET_RAYS)
+                .max(PACKET_RAYS),
+            false => 0,
+        };
+        set_size += point_count;
         let mut densities: Vec<[f32; 4]> = Vec::with_capacity(self.tiles.len() + self.cells.len());
         let first_listed = self.tiles.len();
         for tile in &self.tiles {
@@ -250,6 +263,7 @@ impl VplSampler {
         }
         Ok(RayTable {
             set_size,
+            point_count,
             requested_set_size,
             lights,
             cells,
@@ -505,9 +519,14 @@ impl Tile {
 }
 
 impl RayTable {
+    /// The points' share of the set.
+    pub fn point_share(&self) -> f64 {
+        f64::from(self.point_count) / f64::from(self.set_size.max(1))
+    }
+
     /// Where a ray goes: the cell, the fraction along its Morton curve, and the cell's probability. `None` if there is no such ray.
     fn place(&self, ray: u32, seed: u32) -> Option<(usize, f64, f64)> {
-        if ray >= self.set_size {
+        if ray >= self.set_size - self.point_count {
             return None;
         }
         let light = self.lights.iter().rfind(|light| light.first_ray <= ray)?;

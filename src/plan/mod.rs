@@ -107,7 +107,6 @@ impl TofPlan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightPlan {
     pub kind: &'static str,
-    /// Whether it shines from many points.
     pub(crate) has_area: bool,
     /// Points that stand for emissive surfaces; 0 for other lights.
     pub(crate) emission_points: u32,
@@ -344,6 +343,13 @@ impl Plan {
         self.indirect.filter(|_| !self.lights.is_empty())
     }
 
+    /// Lights of which rays from hits lead to each; and, as one more, what the hits emit by themselves.
+    pub(crate) fn gathered_lights(&self) -> u32 {
+        let is_emission = |light: &LightPlan| light.emission_points > 0;
+        let emission = u32::from(self.lights.iter().any(is_emission));
+        self.lights.len() as u32 + emission
+    }
+
     /// The largest number of faces that a light emits into.
     pub(crate) fn max_faces(&self) -> u32 {
         let faces = self.lights.iter().map(|light| light.faces);
@@ -429,7 +435,7 @@ fn rays_at_once(plan: &Plan, device: &DeviceInfo) -> u32 {
     let fitting = (limits.memory_bytes / 10).min(limits.max_storage_buffer_bytes) / BYTES_PER_RAY;
     let [width, height] = plan.resolution_px.map(u64::from);
     let (needed, at_least) = match plan.has_final_gather() {
-        true => (most, 64 * (3 + 2 * plan.lights.len() as u64)),
+        true => (most, 64 * (3 + 2 * u64::from(plan.gathered_lights()))),
         false => (width * height, 0),
     };
     let count = fitting.min(most).min(needed);

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::{
     light::{Beam, Emitter},
     rays::Hit,
-    surface::Surfaces,
+    surface::{Surface, Surfaces},
 };
 use crate::scene::Material;
 
@@ -19,6 +19,7 @@ struct Side {
     /// Radiance times area, without the texture, all bands together; and the sum of it up to this side.
     weight: f64,
     end: f64,
+    area: f64,
 }
 
 /// All sides that emit.
@@ -42,13 +43,15 @@ impl EmissiveSides {
                 if is_back && material.is_one_sided {
                     continue;
                 }
-                let weight = radiance * area(*corners);
+                let area = area(*corners);
+                let weight = radiance * area;
                 end += weight;
                 sides.push(Side {
                     triangle,
                     is_back,
                     weight,
                     end,
+                    area,
                 });
             }
         }
@@ -56,31 +59,52 @@ impl EmissiveSides {
     }
 
     /// A point of a side, drawn in proportion to what the sides emit without textures, as a lamp that stands for all of them.
-    pub fn at_point(&self, [u, v]: [f64; 2], surfaces: &Surfaces) -> Option<Emitter> {
-        let total = self.0.last()?.end;
-        let at = u * total;
+    pub fn at_point(&self, place: [f64; 2], surfaces: &Surfaces) -> Option<Emitter> {
+        let (hit, side, normal) = self.drawn(place, surfaces)?;
+        let density = self.density(side.triangle);
+        Some(Emitter::Lamp {
+            position: surfaces.at(&hit, -normal).position,
+            beam: Beam::of_area(normal, FRAC_PI_2),
+            intensity: surfaces.emission(&hit) / density,
+            area: None,
+        })
+    }
+
+    /// The same point as a surface, if it faces `viewer`.
+    pub fn surface_at(
+        &self,
+        place: [f64; 2],
+        surfaces: &Surfaces,
+        viewer: DVec3,
+    ) -> Option<Surface> {
+        let (hit, _, normal) = self.drawn(place, surfaces)?;
+        let surface = surfaces.at(&hit, -normal);
+        (normal.dot(viewer - surface.position) > 0.0).then_some(surface)
+    }
+
+    /// The density of points on each side of a triangle, per square unit; 0 if it emits nothing.
+    pub fn density(&self, triangle: u32) -> f64 {
+        let first = self.0.partition_point(|side| side.triangle < triangle);
+        let side = self.0.get(first).filter(|side| side.triangle == triangle);
+        let total = self.0.last().map_or(1.0, |side| side.end);
+        side.map_or(0.0, |side| side.weight / side.area / total)
+    }
+
+    fn drawn(&self, [u, v]: [f64; 2], surfaces: &Surfaces) -> Option<(Hit, Side, DVec3)> {
+        let at = u * self.0.last()?.end;
         let side = self.0.partition_point(|side| side.end <= at);
-        let side = self.0.get(side)?;
+        let side = *self.0.get(side)?;
         let along = 1.0 - ((side.end - at) / side.weight).clamp(0.0, 1.0);
         // Uniform over the triangle (Turk 1990).
         let root = along.sqrt();
-        let weights = [1.0 - root, root * (1.0 - v), root * v];
-        let [a, b, c] = surfaces.triangles[side.triangle as usize];
-        let front = (b - a).cross(c - a).normalize();
-        let normal = if side.is_back { -front } else { front };
         let hit = Hit {
             distance: 0.0,
             triangle: side.triangle,
-            weights,
+            weights: [1.0 - root, root * (1.0 - v), root * v],
         };
-        let radiance = surfaces.emission(&hit);
-        let of_all = area([a, b, c]) * total / side.weight;
-        Some(Emitter::Lamp {
-            position: weights[0] * a + weights[1] * b + weights[2] * c,
-            beam: Beam::of_area(normal, FRAC_PI_2),
-            intensity: radiance * of_all,
-            area: None,
-        })
+        let [a, b, c] = surfaces.triangles[side.triangle as usize];
+        let front = (b - a).cross(c - a).normalize();
+        Some((hit, side, if side.is_back { -front } else { front }))
     }
 }
 

@@ -87,6 +87,8 @@ pub struct Draws<'a> {
     /// For each light: where in its area a path begins, and in which direction.
     pub area: &'a dyn Fn(usize) -> [f64; 2],
     pub emission: &'a dyn Fn(usize) -> [f64; 2],
+    /// For emissive surfaces: a point that lights P itself.
+    pub own: &'a dyn Fn(usize) -> [f64; 2],
 }
 
 /// Points of each area light that its direct light is averaged over.
@@ -188,10 +190,14 @@ impl Transport {
         Some(self.surfaces.at(&hit, ray.direction))
     }
 
-    /// L_{P→C} of all lights. For area lights, it uses the given points of a sequence that the seed selects.
+    /// L_{P→C} of all lights but the emissive surfaces. For area lights, it uses the given points of a sequence that the seed selects.
     pub fn direct(&self, receiver: &Receiver, points: Range<u32>, seed: u32) -> Arrived {
         let mut arrived = Arrived::default();
         for (index, emitter) in self.emitters.iter().enumerate() {
+            if matches!(emitter, Emitter::Surfaces(_)) {
+                // Part of the indirect light.
+                continue;
+            }
             if !emitter.has_area() {
                 self.add_direct(&mut arrived, receiver, index, emitter, 1.0);
                 continue;
@@ -227,7 +233,8 @@ impl Transport {
         }
     }
 
-    /// One sample of the single bounce. Its expected value is the indirect light from P to C.
+    /// One sample of the light that surfaces send to P: of the single bounce, and of what they emit. Its expected value is the indirect
+    /// light from P to C.
     pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> Arrived {
         let mut arrived = Arrived::default();
         let at_point = |index: usize, emitter: &Emitter| {
@@ -242,6 +249,10 @@ impl Transport {
                 ..Ray::half_line(p.start(), direction)
             };
             if let Some(q) = self.follow(&ray) {
+                if let Some((light, sides)) = self.emissive() {
+                    let radiance = self.emitted(receiver, &q, sides);
+                    self.add_path(&mut arrived, radiance, light, f64::INFINITY);
+                }
                 for (index, emitter) in self.emitters.iter().enumerate() {
                     let at_point = at_point(index, emitter);
                     let emitter = at_point.as_ref().unwrap_or(emitter);
@@ -253,6 +264,13 @@ impl Transport {
                     }
                 }
             }
+        }
+        if let Some((light, sides)) = self.emissive()
+            && let Some(q) = sides.surface_at((draws.own)(light), &self.surfaces, p.position)
+            && self.is_between_free(p, &q)
+        {
+            let radiance = self.emitted(receiver, &q, sides);
+            self.add_path(&mut arrived, radiance, light, f64::INFINITY);
         }
         for (index, emitter) in self.emitters.iter().enumerate() {
             let at_point = at_point(index, emitter);
@@ -268,6 +286,30 @@ impl Transport {
             }
         }
         arrived
+    }
+
+    /// The emissive surfaces, and their index among the lights.
+    fn emissive(&self) -> Option<(usize, &EmissiveSides)> {
+        let last = self.emitters.len().checked_sub(1)?;
+        match &self.emitters[last] {
+            Emitter::Surfaces(sides) => Some((last, sides)),
+            _ => None,
+        }
+    }
+
+    /// What Q emits to P, in the direction of C, over the sum of the densities of directions from P and of points on emissive surfaces.
+    fn emitted(&self, receiver: &Receiver, q: &Surface, sides: &EmissiveSides) -> DVec3 {
+        let p = &receiver.surface;
+        let offset = q.position - p.position;
+        let to_q = offset.normalize();
+        let area_to_angle = q.geometric_normal.dot(-to_q) / offset.length_squared();
+        if q.emission == DVec3::ZERO || !is_above(p, to_q) || area_to_angle <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let from_p = receiver.lobes.density(to_q) * area_to_angle;
+        let density = from_p + sides.density(q.triangle);
+        let f_p = p.brdf.eval(to_q, p.normal, receiver.to_camera);
+        f_p * q.emission * (p.normal.dot(to_q) * area_to_angle / density)
     }
 
     /// F(Q) / (p_P(Q) + p_L(Q)) with V = 1 on both segments, and |LQ| + |QP| + |PC|; `None` where F is 0. Q is seen from one of its

@@ -185,11 +185,16 @@ impl Pixel {
                 let [a, b, c, d] = draw(3, mix(seed, light as u32 / 2));
                 [[a, b], [c, d]][light % 2]
             };
+            let own = |light: usize| {
+                let [a, b, ..] = draw(4, mix(seed, light as u32));
+                [a, b]
+            };
             let draws = Draws {
                 lobe,
                 direction: [u0, u1],
                 area: &area,
                 emission: &emission,
+                own: &own,
             };
             mean.add(
                 &transport.indirect(&receiver, &draws),

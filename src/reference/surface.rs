@@ -145,7 +145,10 @@ impl Surfaces {
             normal: mapped.unwrap_or(normal),
             triangle: hit.triangle,
             brdf: Brdf::at(&place, material),
-            emission: emission(&place, material),
+            emission: match material.is_one_sided && outward.dot(direction) > 0.0 {
+                true => DVec3::ZERO,
+                false => emission(&place, material),
+            },
         }
     }
 }

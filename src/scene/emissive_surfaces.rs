@@ -43,15 +43,21 @@ pub(crate) struct EmissiveTexture {
 pub(crate) struct EmissionPoint {
     pub position_m: DVec3,
     pub normal: DVec3,
-    /// Radiant intensity along the normal, W/sr: radiance, over the density of such points per area.
-    pub intensity: Bands,
+    /// W/(sr·m²)
+    pub radiance: Bands,
+    /// Density of such points per area, normalised to one point, 1/m². It is in proportion to the radiance, all bands together.
+    pub density_per_m2: f64,
 }
 
 impl Scene {
-    /// The scene with its emissive surfaces as one more light, which is not modulated. The scene must be validated.
+    /// The scene with its emissive surfaces as one more light, which is not modulated, if final gathering finds its light. The scene must be
+    /// validated.
     pub(crate) fn with_emissive_light(&self) -> Cow<'_, Scene> {
         let is_there = self.lights.iter().any(|light| light.surfaces().is_some());
-        if is_there || !self.has_emission() {
+        let is_gathered = self
+            .indirect
+            .is_some_and(|indirect| indirect.gather().is_some());
+        if is_there || !is_gathered || !self.has_emission() {
             return Cow::Borrowed(self);
         }
         let surfaces = EmissiveSurfaces::of(self);
@@ -101,7 +107,7 @@ impl EmissiveSurfaces {
         EmissiveSurfaces { triangles }
     }
 
-    /// The power is that without textures: it only scales the intensities of the points.
+    /// Its power is that without textures.
     fn into_light(self) -> Light {
         let mut power_w = [0.0; 3];
         let (mut position_m, mut weight) = (DVec3::ZERO, 0.0);
@@ -125,36 +131,29 @@ impl EmissiveSurfaces {
         })
     }
 
-    /// Each emitting side.
-    pub(crate) fn triangles(&self) -> &[EmissiveTriangle] {
-        &self.triangles
-    }
-
     /// Points drawn in proportion to what they emit, all bands together. Neighbours in the list are neighbours on the surfaces, so any
     /// even choice of them covers the surfaces evenly. Another seed gives other points.
     pub(crate) fn points(&self, count: u32, seed: u32) -> Vec<EmissionPoint> {
         if self.triangles.iter().all(|t| t.texture.is_none()) {
             return self.drawn_by_power(count, seed);
         }
+        // Each weighs as much as its texel is bright.
         let candidates = self.drawn_by_power(CANDIDATES * count, seed);
-        let brightness = |point: &EmissionPoint| point.intensity.iter().sum::<f64>();
-        let total: f64 = candidates.iter().map(brightness).sum();
+        let brightness = |point: &EmissionPoint| point.radiance.iter().sum::<f64>();
+        let weight = |point: &EmissionPoint| brightness(point) / point.density_per_m2;
+        let total: f64 = candidates.iter().map(weight).sum();
         let mean = total / candidates.len() as f64;
         let [start, _] = lattice::scrambled(0, !seed);
-        let (mut index, mut end) = (0, candidates.first().map_or(0.0, brightness));
+        let (mut index, mut end) = (0, candidates.first().map_or(0.0, weight));
         let kept = (0..count).map(|i| {
             let at = (f64::from(i) + start) / f64::from(count) * total;
             while end < at && index + 1 < candidates.len() {
                 index += 1;
-                end += brightness(&candidates[index]);
+                end += weight(&candidates[index]);
             }
             let candidate = candidates[index];
-            let scale = match brightness(&candidate) {
-                0.0 => 0.0,
-                brightness => mean / brightness,
-            };
             EmissionPoint {
-                intensity: candidate.intensity.map(|intensity| scale * intensity),
+                density_per_m2: brightness(&candidate) / mean,
                 ..candidate
             }
         });
@@ -206,12 +205,12 @@ impl EmissiveTriangle {
     fn point(&self, weights: [f64; 3], total: f64) -> EmissionPoint {
         let texture = self.texture.as_ref();
         let texel = texture.map_or([1.0; 3], |texture| texture.at(weights));
-        let sum: f64 = self.radiance.iter().sum();
         let [a, b, c] = self.corners_m;
         EmissionPoint {
             position_m: weights[0] * a + weights[1] * b + weights[2] * c,
             normal: self.normal(),
-            intensity: std::array::from_fn(|band| self.radiance[band] * texel[band] / sum * total),
+            radiance: std::array::from_fn(|band| self.radiance[band] * texel[band]),
+            density_per_m2: self.radiance.iter().sum::<f64>() / total,
         }
     }
 }

@@ -176,10 +176,9 @@ impl Light {
         }
     }
 
-    /// Whether the light shines from many points.
+    /// Whether the light has an area.
     pub fn has_area(&self) -> bool {
-        let has_area = |lamp: &Lamp| lamp.area.is_some() || lamp.surfaces.is_some();
-        self.lamp().is_some_and(has_area)
+        self.lamp().is_some_and(|lamp| lamp.area.is_some())
     }
 
     /// The surfaces that emit, if the light stands for these.

@@ -6,8 +6,7 @@ use std::fmt::Display;
 use glam::DVec3;
 
 use super::{
-    BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, Material, PixelSampling, Profile,
-    Scene, Shadow,
+    BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Profile, Scene, Shadow,
 };
 use crate::{Error, Result, keys::Keys};
 
@@ -155,35 +154,25 @@ impl Scene {
         placed("direct", 0, direct)?;
         if let Some(index) = self.lights.iter().position(|light| light.has_area()) {
             let part = Part(format!("light {index} (area)"));
-            placed("light", index, self.validate_area(&part, "an area light"))?;
-        }
-        if self.has_emission() {
-            let emits = Material::is_emissive;
-            let index = self.materials.iter().position(emits).unwrap_or_default();
-            let part = Part(format!("material {index}"));
-            let fitting = self.validate_area(&part, "an emissive surface");
-            placed("material", index, fitting)?;
+            let fitting = part.require(
+                self.direct.shadow != Some(Shadow::Map),
+                "a shadow map cannot find the shadows of an area light",
+                "set shadow to \"rays\", or leave it out",
+            );
+            placed("light", index, fitting)?;
+            let fitting = part.require(
+                self.indirect
+                    .is_none_or(|indirect| indirect.sum().is_none()),
+                "rsm-average and instant-radiosity do not support area lights",
+                "choose final gathering, or a spot light",
+            );
+            placed("light", index, fitting)?;
         }
         Ok(())
     }
 }
 
 impl Scene {
-    /// Light from an area needs rays.
-    fn validate_area(&self, part: &Part, light: &str) -> Result<()> {
-        part.require(
-            self.direct.shadow != Some(Shadow::Map),
-            format_args!("a shadow map cannot find the shadows of {light}"),
-            "set shadow to \"rays\", or leave it out",
-        )?;
-        let is_sum = |indirect: &super::IndirectLight| indirect.sum().is_some();
-        part.require(
-            !self.indirect.as_ref().is_some_and(is_sum),
-            format_args!("rsm-average and instant-radiosity do not support {light}"),
-            "choose final gathering, or another light",
-        )
-    }
-
     /// An error of range is one of the time of flight of single points.
     fn validate_range_target(&self, indirect: &super::IndirectLight) -> Result<()> {
         let part = Part("indirect".into());

@@ -112,7 +112,7 @@ fn screen() -> Scene {
     scene.materials[material as usize].emission_texture = Some((scene.textures.len() - 1).into());
     let mut screen = quad(
         "screen",
-        DVec3::new(-0.5, 0.9, 0.1),
+        DVec3::new(-0.5, 0.9, 0.6),
         DVec3::new(0.7, 0.0, -0.2),
         0.6 * DVec3::Y,
         material,
@@ -144,12 +144,16 @@ fn emissive_surfaces_light_as_in_the_reference() {
             ]
             .map(|layer| error_off_edges(&frame, &truth, layer));
             let estimated = frame.stats.estimated_area_light_error.expect("it has one");
+            let upper = frame.stats.estimated_error_upper.expect("it has one");
             println!(
-                "{name}: direct {direct:.4}, estimated {estimated:.4}, indirect {indirect:.4}, emission {emission:.1e}, radiance {radiance:.4}"
+                "{name}: direct {direct:.4}, estimated {estimated:.4}, indirect {indirect:.4}, below {upper:.4}, emission {emission:.1e}, radiance {radiance:.4}"
             );
             assert!(direct < 1.3 * target && estimated <= target, "{direct}");
             assert!(indirect < 1.3 * target, "{indirect}");
-            assert!(emission < 1e-5 && radiance < target, "{emission} {radiance}");
+            assert!(
+                emission < 1e-5 && radiance < target,
+                "{emission} {radiance}"
+            );
             assert!(values(&frame, Layer::Emission).iter().any(|&e| e > 1.0));
         }
     }
@@ -175,7 +179,7 @@ fn emission_is_averaged_over_pixels() {
     });
     println!("{errors:.4?}");
     // The reference has 1024 points.
-    assert!(errors.as_flattened().iter().all(|error| *error < 0.06));
+    assert!(errors[0][1] < 0.1 && errors[1][1] < 0.01);
     assert!(errors[1][0] < 0.5 * errors[0][0]);
 }
 

@@ -370,7 +370,8 @@ fn try_directions_alone(
     refiner.gatherer.send_to_vpls(false);
     let for_image = [GatheredFor::Image; 2];
     let alone = probes.pilot(refiner, images, PILOT_PACKETS, for_image)?;
-    let rays_along = f64::from(1 + u32::from(plan.is_specular)) * (1 + plan.lights.len()) as f64;
+    let rays_along =
+        f64::from(1 + u32::from(plan.is_specular)) * f64::from(1 + plan.gathered_lights());
     let work_of_both = mean_packets(both) * (rays_along + WORK_OF_VPL_RAY);
     let finds_all = alone.light().radiance >= LEAST_FOUND * both.light().radiance;
     let is_better = finds_all

@@ -259,7 +259,7 @@ pub(super) fn light_rays_of_image(samples: u32) -> f64 {
 /// Most rays of a packet of samples.
 pub(super) fn rays_of_pixel(plan: &Plan) -> f64 {
     let lobes = 1 + u32::from(plan.is_specular);
-    f64::from(PACKET_SAMPLES * (lobes * (1 + plan.lights.len() as u32) + 1))
+    f64::from(PACKET_SAMPLES * (lobes * (1 + plan.gathered_lights()) + 1))
 }
 
 /// A part of so many pixels that is enough for the target.
