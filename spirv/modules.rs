@@ -13,6 +13,11 @@ bindings! {
     PRIMARY_RAYS_EMIT_BINDINGS = [
         0 "view" UNIFORM_BUFFER, 7 "lens_rays" STORAGE_BUFFER, 8 "rays" STORAGE_BUFFER,
     ];
+    PRIMARY_RAYS_PEEL_BINDINGS = [
+        2 "materials" STORAGE_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
+        6 "triangle_shading" STORAGE_IMAGE, 7 "rays" STORAGE_BUFFER, 8 "hits" STORAGE_BUFFER,
+        9 "last_round" STORAGE_BUFFER,
+    ];
     PRIMARY_RAYS_SHADE_BINDINGS = [
         0 "view" UNIFORM_BUFFER, 1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE,
         3 "vertex_values" SAMPLED_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
@@ -281,13 +286,15 @@ modules! {
     VERTEX: Key::Vertex { .. } =>
         "vertex" "vertex" c"vertex_main" [0, 0, 0] 0 VERTEX_BINDINGS [] [];
     GBUFFER_LAMBERT: Key::Gbuffer { brdf: Brdf::Lambert, .. } =>
-        "gbuffer_lambert" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
+        "gbuffer_lambert" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     GBUFFER_SPECULAR: Key::Gbuffer { brdf: Brdf::Specular, .. } =>
-        "gbuffer_specular" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
+        "gbuffer_specular" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     GBUFFER_SPECULAR_MICROFACET: Key::Gbuffer { brdf: Brdf::SpecularMicrofacet, .. } =>
-        "gbuffer_specular_microfacet" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
+        "gbuffer_specular_microfacet" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     PRIMARY_RAYS_EMIT: Key::PrimaryRaysEmit { .. } =>
         "primary_rays_emit" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_EMIT_BINDINGS ["lens"] [];
+    PRIMARY_RAYS_PEEL: Key::PrimaryRaysPeel { .. } =>
+        "primary_rays_peel" "primary_rays" c"compute_main" [64, 1, 1] 8 PRIMARY_RAYS_PEEL_BINDINGS ["instanced"] [];
     PRIMARY_RAYS_SHADE: Key::PrimaryRaysShade { .. } =>
         "primary_rays_shade" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_SHADE_BINDINGS ["lens", "lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [];
     SHADOW: Key::Shadow { .. } =>
