@@ -1083,7 +1083,10 @@ typedef struct camlux_material {
   uint32_t metallic_roughness_texture;
   /** 0. */
   uint32_t reserved;
-  /** Radiance of the bands R, G, B that the surface emits in every direction, W/(sr m^2). 0: it is no light. */
+  /**
+   * Radiance of the bands R, G, B that the surface emits in every direction, W/(sr m^2), from both sides, or from the front of a
+   * one-sided one. 0: it is no light.
+   */
   double emission_w_sr_m2[3];
   /** The number of a texture that multiplies emission_w_sr_m2; 0: none. */
   uint32_t emission_texture;

@@ -26,8 +26,22 @@ fn with_lobe(position_instance: vec4<f32>, normal: vec4<f32>, kd_material: vec4<
 }
 #endif
 
+// Whether the ray through the pixel's centre comes from behind the triangle.
+fn shows_back(raster: Raster) -> bool {
+    let corner0 = corner(raster.instance, indices[3u * raster.triangle]).position;
+    let corner1 = corner(raster.instance, indices[3u * raster.triangle + 1u]).position;
+    let corner2 = corner(raster.instance, indices[3u * raster.triangle + 2u]).position;
+    let front = handedness(raster.instance) * cross(corner1 - corner0, corner2 - corner0);
+    return dot(front, view.ray_direction * vec3<f32>(1.0, raster.position.xy)) > 0.0;
+}
+
 @fragment
 fn fragment_main(raster: Raster) -> GBuffer {
+    if (ONE_SIDED) {
+        if (shows_back(raster)) {
+            discard;
+        }
+    }
     let hit = raster_hit(raster);
     var instance_id = draw.instance_id;
     for (var i = 0u; i < min(raster.instance, 1u); i++) {

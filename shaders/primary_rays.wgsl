@@ -1,12 +1,62 @@
 // What the camera sees at each pixel's centre, by rays. Used for a lens with distortion, for surfaces that emit, and if the device's
-// rasteriser is too coarse. One kernel emits the rays, another fills the G-buffer with the surfaces that they hit, and a third adds the
-// light that these emit.
+// rasteriser is too coarse. One kernel emits the rays, another fills the G-buffer with the surfaces that they hit. In between, if a scene
+// has one-sided surfaces, a kernel lets the rays go on that hit such a surface from behind. After both, one adds what the surfaces emit.
 
 #import view
 #import ray
 #import plane_hit
 #import hits
 
+#if PEEL
+struct PeelParameters {
+    ray_count: u32,
+    // Counted from 1.
+    round: u32,
+}
+
+var<storage, read_write> rays: array<Ray>;
+var<storage, read_write> hits: array<u32>;
+// The last round in which a ray went on.
+var<storage, read_write> last_round: atomic<u32>;
+var<immediate> parameters: PeelParameters;
+
+// A ray that has found what the camera sees keeps it instead of an origin.
+fn ended(hit: u32) -> Ray {
+    return Ray(vec3<f32>(f32(hit & 0xffffu), f32(hit >> 16u), 0.0), NO_RAY, vec3<f32>(0.0), 0.0);
+}
+
+@compute @workgroup_size(64)
+fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let index = 64u * (group.x + 65535u * group.y) + local;
+    if (index >= parameters.ray_count) {
+        return;
+    }
+    let ray = rays[index];
+    if (ray.t_max < 0.0) {
+        hits[index] = u32(ray.origin.x) | (u32(ray.origin.y) << 16u);
+        return;
+    }
+    let seen = hits[index];
+    var next = ended(seen);
+    if (seen != NOTHING_HIT) {
+        let found = located(seen);
+        let corners = corners_of(found);
+        let normal = vec3<f32>(corners.a.w, corners.b.w, corners.c.w);
+        var along_front = dot(normal, ray.direction);
+        if (INSTANCED) {
+            along_front *= handedness(found.instance);
+        }
+        let has = u32(material_texel(MATERIAL_TEXELS * material_at(seen)).w);
+        if (((has & HAS_ONE_SIDE) != 0u) & (along_front > 0.0)) {
+            // In its plane, where the ray ignores it. More from round to round, so that no rounding keeps rays for ever.
+            let end_height = f32(parameters.round) * ORIGIN_SHIFT;
+            next = Ray(ray_hit(seen, ray.origin, ray.direction).position, NO_END, ray.direction, end_height);
+            atomicMax(&last_round, parameters.round);
+        }
+    }
+    rays[index] = next;
+}
+#else
 struct PrimaryRayParameters {
     resolution_px: vec2<u32>,
     // Number of materials. The material list holds each one twice: with and without texture.
@@ -147,4 +197,5 @@ fn mesh_of(triangle: u32) -> u32 {
     }
     return low;
 }
+#endif
 #endif

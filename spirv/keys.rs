@@ -18,8 +18,9 @@ axes! {
 
 keys! {
     Vertex { }
-    Gbuffer { brdf: Brdf, surface: Surface, cutout: bool, }
+    Gbuffer { brdf: Brdf, surface: Surface, cutout: bool, one_sided: bool, }
     PrimaryRaysEmit { lens: bool, }
+    PrimaryRaysPeel { instanced: bool, }
     PrimaryRaysShade { lens: bool, brdf: Brdf, surface: Surface, instanced: bool, }
     PrimaryRaysEmissive { lens: bool, surface: Surface, instanced: bool, }
     Shadow { }

@@ -130,6 +130,10 @@ structs! {
         begin: u32,
         end: u32,
     }
+    PeelParameters 8 {
+        ray_count: u32,
+        round: u32,
+    }
     PilotSample 12 {
         vpl: u32,
         candidate: f32,
@@ -282,6 +286,7 @@ pub mod constants {
     pub const HAS_KD_MAP: u32 = 1;
     pub const HAS_LOBE_MAP: u32 = 2;
     pub const HAS_NORMAL_MAP: u32 = 8;
+    pub const HAS_ONE_SIDE: u32 = 128;
     pub const HAS_TANGENTS: u32 = 32;
     pub const HAS_VERTICES: u32 = 64;
     pub const HEADER_TEXELS: u32 = 3;

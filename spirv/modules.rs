@@ -13,18 +13,17 @@ bindings! {
     PRIMARY_RAYS_EMIT_BINDINGS = [
         0 "view" UNIFORM_BUFFER, 7 "lens_rays" STORAGE_BUFFER, 8 "rays" STORAGE_BUFFER,
     ];
+    PRIMARY_RAYS_PEEL_BINDINGS = [
+        2 "materials" STORAGE_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
+        6 "triangle_shading" STORAGE_IMAGE, 7 "rays" STORAGE_BUFFER, 8 "hits" STORAGE_BUFFER,
+        9 "last_round" STORAGE_BUFFER,
+    ];
     PRIMARY_RAYS_SHADE_BINDINGS = [
         0 "view" UNIFORM_BUFFER, 1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE,
         3 "vertex_values" SAMPLED_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
         6 "triangle_shading" STORAGE_IMAGE, 7 "lens_rays" STORAGE_BUFFER, 8 "hits" STORAGE_BUFFER,
         9 "mesh_ends" STORAGE_BUFFER, 10 "position_instance" STORAGE_IMAGE, 11 "normal_geometric" STORAGE_IMAGE,
         12 "kd_material" STORAGE_IMAGE, 13 "lobe_parameters" STORAGE_IMAGE,
-    ];
-    PRIMARY_RAYS_EMISSIVE_BINDINGS = [
-        0 "view" UNIFORM_BUFFER, 1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE,
-        3 "vertex_values" SAMPLED_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
-        6 "triangle_shading" STORAGE_IMAGE, 7 "lens_rays" STORAGE_BUFFER, 8 "hits" STORAGE_BUFFER,
-        9 "emission" STORAGE_IMAGE,
     ];
     SHADOW_BINDINGS = [
         0 "view" UNIFORM_BUFFER, 1 "instances" SAMPLED_IMAGE, 2 "positions" STORAGE_BUFFER,
@@ -126,8 +125,8 @@ bindings! {
         8 "receivers" STORAGE_BUFFER, 9 "results" STORAGE_BUFFER, 10 "sample_ranges" STORAGE_BUFFER,
     ];
     SENSOR_BINDINGS = [
-        0 "direct_radiance" SAMPLED_IMAGE, 1 "indirect_radiance" SAMPLED_IMAGE, 2 "emission" SAMPLED_IMAGE,
-        3 "position_instance" SAMPLED_IMAGE, 4 "footprint" SAMPLED_IMAGE, 5 "energy" STORAGE_IMAGE,
+        0 "direct_radiance" SAMPLED_IMAGE, 1 "indirect_radiance" SAMPLED_IMAGE, 2 "position_instance" SAMPLED_IMAGE,
+        3 "footprint" SAMPLED_IMAGE, 4 "energy" STORAGE_IMAGE,
     ];
     TRACE_ANY_KERNEL_BINDINGS = [
         0 "instances" SAMPLED_IMAGE, 1 "ray_triangles" STORAGE_IMAGE, 2 "texels" STORAGE_IMAGE,
@@ -258,14 +257,13 @@ bindings! {
         0 "indirect_radiance" STORAGE_IMAGE, 1 "stderr_radiance" STORAGE_IMAGE,
     ];
     AREA_LIGHT_MERGE_BINDINGS = [
-        0 "emissive_sides" STORAGE_BUFFER, 1 "first_half" STORAGE_IMAGE, 2 "second_half" STORAGE_IMAGE,
-        3 "differences" STORAGE_BUFFER, 7 "position_instance" SAMPLED_IMAGE, 8 "normal_geometric" SAMPLED_IMAGE,
-        9 "light" UNIFORM_BUFFER,
+        0 "first_half" STORAGE_IMAGE, 1 "second_half" STORAGE_IMAGE, 2 "differences" STORAGE_BUFFER,
+        6 "position_instance" SAMPLED_IMAGE, 7 "normal_geometric" SAMPLED_IMAGE, 8 "light" UNIFORM_BUFFER,
     ];
     AREA_LIGHT_ADD_BINDINGS = [
-        0 "emissive_sides" STORAGE_BUFFER, 1 "first_half" STORAGE_IMAGE, 4 "direct_radiance" STORAGE_IMAGE,
-        5 "point_phasors" STORAGE_IMAGE, 6 "direct_phasors" STORAGE_IMAGE, 7 "position_instance" SAMPLED_IMAGE,
-        8 "normal_geometric" SAMPLED_IMAGE, 9 "light" UNIFORM_BUFFER,
+        0 "first_half" STORAGE_IMAGE, 3 "direct_radiance" STORAGE_IMAGE, 4 "point_phasors" STORAGE_IMAGE,
+        5 "direct_phasors" STORAGE_IMAGE, 6 "position_instance" SAMPLED_IMAGE, 7 "normal_geometric" SAMPLED_IMAGE,
+        8 "light" UNIFORM_BUFFER,
     ];
     RANGE_WEIGHTS_BINDINGS = [
         0 "modulation" UNIFORM_BUFFER, 1 "direct_phasors" SAMPLED_IMAGE, 2 "indirect_phasors" SAMPLED_IMAGE,
@@ -288,17 +286,17 @@ modules! {
     VERTEX: Key::Vertex { .. } =>
         "vertex" "vertex" c"vertex_main" [0, 0, 0] 0 VERTEX_BINDINGS [] [];
     GBUFFER_LAMBERT: Key::Gbuffer { brdf: Brdf::Lambert, .. } =>
-        "gbuffer_lambert" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
+        "gbuffer_lambert" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     GBUFFER_SPECULAR: Key::Gbuffer { brdf: Brdf::Specular, .. } =>
-        "gbuffer_specular" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
+        "gbuffer_specular" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     GBUFFER_SPECULAR_MICROFACET: Key::Gbuffer { brdf: Brdf::SpecularMicrofacet, .. } =>
-        "gbuffer_specular_microfacet" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout"] [];
+        "gbuffer_specular_microfacet" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     PRIMARY_RAYS_EMIT: Key::PrimaryRaysEmit { .. } =>
-        "primary_rays_emit" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_EMIT_BINDINGS ["lens"] [];
+        "primary_rays_emit" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_EMIT_BINDINGS ["lens"] [];
+    PRIMARY_RAYS_PEEL: Key::PrimaryRaysPeel { .. } =>
+        "primary_rays_peel" "primary_rays" c"compute_main" [64, 1, 1] 8 PRIMARY_RAYS_PEEL_BINDINGS ["instanced"] [];
     PRIMARY_RAYS_SHADE: Key::PrimaryRaysShade { .. } =>
-        "primary_rays_shade" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_SHADE_BINDINGS ["lens", "lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [];
-    PRIMARY_RAYS_EMISSIVE: Key::PrimaryRaysEmissive { .. } =>
-        "primary_rays_emissive" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_EMISSIVE_BINDINGS ["lens", "flat", "textured", "smooth", "detailed", "instanced"] [];
+        "primary_rays_shade" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_SHADE_BINDINGS ["lens", "lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [];
     SHADOW: Key::Shadow { .. } =>
         "shadow" "shadow" c"fragment_main" [0, 0, 0] 80 SHADOW_BINDINGS [] [];
     RSM_LAMBERT: Key::Rsm { brdf: Brdf::Lambert, .. } =>
@@ -410,7 +408,7 @@ modules! {
     PIXEL_FILTER_GATHERED_PHASORS: Key::PixelFilterGathered { phasors: true, .. } =>
         "pixel_filter_gathered_phasors" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     SENSOR: Key::Sensor { .. } =>
-        "sensor" "sensor" c"compute_main" [8, 8, 1] 32 SENSOR_BINDINGS ["indirect", "emissive", "aperture", "sampled"] [];
+        "sensor" "sensor" c"compute_main" [8, 8, 1] 32 SENSOR_BINDINGS ["indirect", "aperture", "sampled"] [];
     TRACE_ANY_KERNEL: Key::Trace { hit: Hit::Any, search: Search::Kernel, .. } =>
         "trace_any_kernel" "trace" c"compute_main" [64, 1, 1] 8 TRACE_ANY_KERNEL_BINDINGS ["cutout", "instanced"] [];
     TRACE_ANY_QUERY: Key::Trace { hit: Hit::Any, search: Search::Query, .. } =>
@@ -468,9 +466,9 @@ modules! {
     STDERR: Key::Stderr { .. } =>
         "stderr" "stderr" c"compute_main" [8, 8, 1] 8 STDERR_BINDINGS [] [];
     AREA_LIGHT_MERGE: Key::AreaLightMerge { .. } =>
-        "area_light_merge" "area_light" c"compute_main" [8, 8, 1] 12 AREA_LIGHT_MERGE_BINDINGS ["surfaces"] [];
+        "area_light_merge" "area_light" c"compute_main" [8, 8, 1] 12 AREA_LIGHT_MERGE_BINDINGS [] [];
     AREA_LIGHT_ADD: Key::AreaLightAdd { .. } =>
-        "area_light_add" "area_light" c"compute_main" [8, 8, 1] 12 AREA_LIGHT_ADD_BINDINGS ["phasors", "surfaces"] [];
+        "area_light_add" "area_light" c"compute_main" [8, 8, 1] 12 AREA_LIGHT_ADD_BINDINGS ["phasors"] [];
     RANGE_WEIGHTS: Key::RangeWeights { .. } =>
         "range_weights" "range_weights" c"compute_main" [8, 8, 1] 32 RANGE_WEIGHTS_BINDINGS [] [];
     ERROR_ESTIMATE: Key::ErrorEstimate { phasors: false, .. } =>

@@ -303,7 +303,8 @@ class Material(Fields):
     alpha_cutoff: 0 to 1.
     microfacets: of a metallic-roughness surface, which has no ks and no shininess.
     metallic_roughness_texture: its green value multiplies the roughness, its blue value `metallic`.
-    emission_w_sr_m2: radiance of each band that the surface emits in every direction, W/(sr·m²).
+    emission_w_sr_m2: radiance of each band that the surface emits in every direction, W/(sr·m²): from both sides, or from the
+        front of a one-sided surface.
     emission_texture: multiplies emission_w_sr_m2.
     one_sided: whether the camera looks through the surface where it sees it from behind. The front is the side on which the corners of a
         triangle turn counterclockwise. Light meets both sides.

@@ -63,7 +63,8 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
         }
     }
     if (EMISSIVE) {
-        hit.emission = material_texel(triangle.material + EMISSION).rgb;
+        let is_back = (triangle.has & HAS_ONE_SIDE) != 0u & triangle.front * dot(triangle.normal, direction) > 0.0;
+        hit.emission = select(material_texel(triangle.material + EMISSION).rgb, vec3<f32>(0.0), is_back);
         if (DETAILED) {
             if (texture_at(triangle.material + EMISSION_MAP).size.x > 0u) {
                 hit.emission *= sample_map(triangle, EMISSION_MAP, b);

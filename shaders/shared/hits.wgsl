@@ -54,14 +54,14 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     }
     if (DETAILED | EMISSIVE) {
         triangle.material = material;
-    }
-    if (DETAILED) {
         triangle.has = u32(kd_has.w);
-        triangle.instance = found.instance;
         triangle.front = 1.0;
         if (INSTANCED) {
             triangle.front = handedness(found.instance);
         }
+    }
+    if (DETAILED) {
+        triangle.instance = found.instance;
         for (var i = 0u; i < turns(triangle, HAS_VERTICES); i++) {
             triangle.vertices = corners_in_mesh(material, index / 4u);
         }

@@ -34,6 +34,8 @@ const HAS_COLORS: u32 = HAS_NORMAL_MAP << 1u;
 const HAS_TANGENTS: u32 = HAS_NORMAL_MAP << 2u;
 // Whether any of these needs values of vertices.
 const HAS_VERTICES: u32 = HAS_NORMAL_MAP << 3u;
+// Whether the camera looks through it where it sees it from behind.
+const HAS_ONE_SIDE: u32 = HAS_NORMAL_MAP << 4u;
 
 fn material_texel(index: u32) -> vec4<f32> {
     return textureLoad(materials, list_place(index));

@@ -49,7 +49,8 @@ pub struct camlux_material {
     pub metallic_roughness_texture: u32,
     /// 0.
     pub reserved: u32,
-    /// Radiance of the bands R, G, B that the surface emits in every direction, W/(sr m^2). 0: it is no light.
+    /// Radiance of the bands R, G, B that the surface emits in every direction, W/(sr m^2), from both sides, or from the front of a
+    /// one-sided one. 0: it is no light.
     pub emission_w_sr_m2: [f64; 3],
     /// The number of a texture that multiplies emission_w_sr_m2; 0: none.
     pub emission_texture: u32,

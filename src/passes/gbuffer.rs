@@ -1,6 +1,9 @@
 //! G-buffer pass: what the camera sees at each pixel's centre.
 
-use super::{Context, surface::Surfaces};
+use super::{
+    Context,
+    surface::{Drawn, Surfaces},
+};
 use crate::{
     Error, Result,
     plan::Plan,
@@ -91,10 +94,11 @@ pub(crate) fn draw(
         clear: &[[0.0; 4]; 4],
     };
     let brdf = context.plan.brdf();
-    let key = |surface, cutout| Key::Gbuffer {
+    let key = |drawn: Drawn| Key::Gbuffer {
         brdf,
-        surface,
-        cutout,
+        surface: drawn.surface,
+        cutout: drawn.cutout,
+        one_sided: drawn.one_sided,
     };
     context.pass("gbuffer", |recorder| {
         surfaces.draw(recorder, context, key, &target, view, &[])

@@ -8,7 +8,9 @@ use crate::{
     scene::{Material, Mesh, TextureLookup},
     vulkan::{
         Allocate, CommandPool, Resource, TexelList,
-        shaders::constants::{HAS_COLORS, HAS_TANGENTS, HAS_VERTICES, MAP_TEXELS, MATERIAL_TEXELS},
+        shaders::constants::{
+            HAS_COLORS, HAS_ONE_SIDE, HAS_TANGENTS, HAS_VERTICES, MAP_TEXELS, MATERIAL_TEXELS,
+        },
     },
 };
 
@@ -239,6 +241,9 @@ fn entry(material: &Material, block: &Block, textures: &Textures) -> (Vec<[f32; 
             [row_u[0], row_u[1], row_u[2], alpha_cutoff(material)],
             [row_v[0], row_v[1], row_v[2], 0.0],
         ]);
+    }
+    if material.is_one_sided {
+        has |= HAS_ONE_SIDE;
     }
     if block.values.colors {
         has |= HAS_COLORS | HAS_VERTICES;

@@ -16,10 +16,13 @@ use crate::{
     plan::Plan,
     scene::Camera,
     vulkan::{
-        Allocate, Buffer, CommandPool, Image, Resource,
-        shaders::{Key, PrimaryRayParameters},
+        Allocate, Buffer, BufferUse, CommandPool, Image, Resource, groups_in_rows,
+        shaders::{Key, PeelParameters, PrimaryRayParameters},
     },
 };
+
+/// Rounds of rays that go on before the host waits to see whether any did. Few rays meet more than these walls from behind.
+const ROUNDS_UNSEEN: u32 = 4;
 
 /// Declares the memory for the lens of a plan.
 pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
@@ -103,13 +106,41 @@ pub(crate) fn draw(
             context.dispatch_image(key, &resources, &parameters, size)
         };
         dispatch(emit)?;
-        scene
-            .tree
-            .trace(context, Find::Closest, 0..width * (row_end - first_row))?;
+        let ray_count = width * (row_end - first_row);
+        scene.tree.trace(context, Find::Closest, 0..ray_count)?;
+        if plan.has_one_sided {
+            peel(context, scene, ray_count)?;
+        }
         dispatch(shade)?;
         if emission.is_some() {
             dispatch(emit_light)?;
         }
+    }
+    Ok(())
+}
+
+/// Lets the rays go on that hit a one-sided surface from behind, until each has hit what the camera sees.
+fn peel(context: &Context, scene: HitScene, ray_count: u32) -> Result<()> {
+    let key = Key::PrimaryRaysPeel {
+        instanced: context.plan.has_shared_meshes,
+    };
+    let last_round = Buffer::filled(context.device, "last round", &[0u32], BufferUse::Readback)?;
+    for round in 1.. {
+        let list = context.rays.borrow();
+        let mut resources = vec![("last_round", Resource::Buffer(&last_round))];
+        resources.extend(scene.resources());
+        resources.extend(list.as_ref().ok_or_else(no_list)?.resources());
+        let parameters = PeelParameters { ray_count, round };
+        let groups = groups_in_rows(ray_count.div_ceil(64));
+        context.dispatch_groups(key, &resources, &parameters, groups)?;
+        drop(list);
+        if round > ROUNDS_UNSEEN {
+            context.finish()?;
+            if last_round.mapped::<u32>(1)?[0] < round {
+                break;
+            }
+        }
+        scene.tree.trace(context, Find::Closest, 0..ray_count)?;
     }
     Ok(())
 }

@@ -1,6 +1,10 @@
 //! RSM pass: the reflective shadow map (Dachsbacher & Stamminger 2005) of a light.
 
-use super::{Context, light::DeviceLight, surface::Surfaces};
+use super::{
+    Context,
+    light::DeviceLight,
+    surface::{Drawn, Surfaces},
+};
 use crate::{
     Result,
     plan::Plan,
@@ -76,10 +80,10 @@ pub(crate) fn draw(
     context.prepare_images(&colors)?;
     context.prepare_images(&[&rsm.depth])?;
     let brdf = context.plan.brdf();
-    let key = |surface, cutout| Key::Rsm {
+    let key = |drawn: Drawn| Key::Rsm {
         brdf,
-        surface,
-        cutout,
+        surface: drawn.surface,
+        cutout: drawn.cutout,
     };
     let emission = [("emission", Resource::Buffer(&light.emission))];
     context.pass("rsm", |recorder| {

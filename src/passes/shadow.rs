@@ -42,7 +42,7 @@ pub(crate) fn draw(
                 layer: layer as u32,
                 clear: &[super::rsm::NO_SURFACE],
             };
-            let key = |_, _| Key::Shadow {};
+            let key = |_| Key::Shadow {};
             surfaces.draw(recorder, context, key, &target, view, &[])?;
         }
         Ok(())

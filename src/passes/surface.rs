@@ -47,7 +47,15 @@ struct Range {
     is_smooth: bool,
     is_detailed: bool,
     has_cutouts: bool,
+    is_one_sided: bool,
     draw: Draw,
+}
+
+/// What chooses the kernel that draws triangles.
+pub(crate) struct Drawn {
+    pub surface: shaders::Surface,
+    pub cutout: bool,
+    pub one_sided: bool,
 }
 
 /// Declares the memory for a scene's surfaces, except their textures.
@@ -120,12 +128,12 @@ impl Surfaces {
         ]
     }
 
-    /// Draws every surface as seen from a view. `key` gives the kernel for a kind of surface, with or without cut-outs.
+    /// Draws every surface as seen from a view. `key` gives the kernel.
     pub fn draw(
         &self,
         recorder: &mut Recorder,
         context: &Context,
-        key: impl Fn(shaders::Surface, bool) -> Key,
+        key: impl Fn(Drawn) -> Key,
         target: &Target,
         view: &Buffer,
         more_resources: &[(&str, Resource)],
@@ -136,8 +144,11 @@ impl Surfaces {
             for range in &lists.ranges {
                 let is_textured = range.draw.texture.size[0] > 0;
                 let is_detailed = range.is_detailed || range.has_cutouts;
-                let surface = surface_axis(range.is_smooth, is_textured, is_detailed);
-                let key = key(surface, range.has_cutouts);
+                let key = key(Drawn {
+                    surface: surface_axis(range.is_smooth, is_textured, is_detailed),
+                    cutout: range.has_cutouts,
+                    one_sided: range.is_one_sided,
+                });
                 let pipeline = pipelines.raster(key, target.colors.len())?;
                 let mut resources = vec![
                     ("view", Resource::Buffer(view)),
@@ -241,6 +252,7 @@ impl Lists {
                 is_smooth: !mesh.normals.is_empty(),
                 is_detailed: is_detailed(mesh, material),
                 has_cutouts: material.alpha_texture.filter(shown).is_some(),
+                is_one_sided: material.is_one_sided,
                 draw: Draw {
                     kd: material.kd.map(|kd| kd as f32),
                     instance_id: (instance_index + 1) as f32,

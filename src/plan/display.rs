@@ -20,6 +20,9 @@ impl fmt::Display for Plan {
                 writeln!(f, "  primary_rays  {width} x {height} px, {brdf}: {why}")?;
             }
         }
+        if self.has_one_sided {
+            writeln!(f, "             through the backs of one-sided surfaces")?;
+        }
         for (index, light) in self.lights.iter().enumerate() {
             let LightPlan { kind, faces, .. } = light;
             let map = |size| format!("light {index} ({kind}): {faces} x {size}² texels");

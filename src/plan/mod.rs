@@ -57,6 +57,8 @@ pub struct Plan {
     pub is_detailed: bool,
     /// Some visible material has an alpha texture. All surfaces that rays hit are then shaded as detailed ones.
     pub has_cutouts: bool,
+    /// Some visible material is one-sided: the camera looks through its back.
+    pub has_one_sided: bool,
     /// Whether instances share meshes on the device.
     pub has_shared_meshes: bool,
     /// The camera's lens distorts the image.
@@ -223,6 +225,7 @@ impl Plan {
         let is_specular = |mesh: &Mesh| scene.has_material(mesh, Material::is_specular);
         let has_microfacets =
             |mesh: &Mesh| scene.has_material(mesh, |material| material.microfacets.is_some());
+        let is_one_sided = |mesh: &Mesh| scene.has_material(mesh, |m| m.is_one_sided);
         let is_textured = meshes().any(|mesh| {
             let shows = |(_, lookup)| mesh.shows(&lookup);
             scene.has_material(mesh, |material| material.textures().any(shows))
@@ -282,6 +285,7 @@ impl Plan {
             is_textured,
             is_detailed,
             has_cutouts,
+            has_one_sided: meshes().any(|mesh| is_one_sided(mesh)),
             has_shared_meshes,
             has_distortion: scene.camera.distortion().is_some(),
             is_emissive: scene.has_emission(),

@@ -169,14 +169,13 @@ impl Transport {
         self.origin_m + self.metres_per_unit * local
     }
 
-    /// The first hit of a half line. A surface that contains the origin does not block it: otherwise rounding would decide where it
+    /// What the camera sees along a half line: its first hit, but for the backs of one-sided surfaces. A surface that contains the origin does not block it: otherwise rounding would decide where it
     /// blocks.
     pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let start = OWN_SURFACE / direction.length();
         let ray = Ray::half_line(origin + start * direction, direction);
-        let hit = self
-            .triangles
-            .nearest(&ray, |hit| self.surfaces.is_at(hit))?;
+        let is_seen = |hit: &Hit| self.surfaces.is_at(hit) && self.surfaces.is_seen(hit, direction);
+        let hit = self.triangles.nearest(&ray, is_seen)?;
         Some(Hit {
             distance: start + hit.distance,
             ..hit

@@ -125,6 +125,13 @@ impl Surfaces {
         emission(&place, material)
     }
 
+    /// Whether a camera that looks in this direction sees the surface at the hit, and not its back, which it looks through.
+    pub fn is_seen(&self, hit: &Hit, direction: DVec3) -> bool {
+        let (_, material) = self.place(hit);
+        let [a, b, c] = self.triangles[hit.triangle as usize];
+        !material.is_one_sided || (b - a).cross(c - a).dot(direction) <= 0.0
+    }
+
     /// The surface at a hit of a ray in this direction.
     pub fn at(&self, hit: &Hit, direction: DVec3) -> Surface {
         let corners = self.triangles[hit.triangle as usize];

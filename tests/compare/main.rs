@@ -23,6 +23,7 @@ mod kernels;
 mod lens;
 mod mesh_pixels;
 mod normal_maps;
+mod one_sided;
 mod pixel_samples;
 mod ply;
 mod rays;

@@ -83,10 +83,12 @@ fn one_texture_file_is_loaded_once() {
     let mut scene = scene;
     scene.materials[0].kd = [0.0; 3];
     scene.materials[1].ks_texture = Some(0.into());
+    scene.materials[2].emission_texture = Some(0.into());
     let warnings = scene.warnings().join("\n");
     for says in [
         "the kd_texture of material \"white\" multiplies kd, which is 0, so it cannot be seen; set kd to 1",
         "multiplies ks, which is 0, so it cannot be seen; set ks to 1",
+        "multiplies emission_w_sr_m2, which is 0, so it cannot be seen; set emission_w_sr_m2 to 1",
     ] {
         assert!(warnings.contains(says), "{says}: {warnings}");
     }

@@ -47,7 +47,8 @@ const TRIANGLE_GLTF: &str = r#"{"asset":{"version":"2.0"},
 "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
 "bufferViews":[{"buffer":0,"byteLength":36}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
-"materials":[{"pbrMetallicRoughness":{"roughnessFactor":0.5},"alphaMode":"MASK"}],
+"materials":[{"pbrMetallicRoughness":{"roughnessFactor":0.5},"alphaMode":"MASK","doubleSided":true,
+"emissiveFactor":[1,0.5,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":20}}}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
 "nodes":[{"mesh":0,"rotation":[0,0,0,1]}],"scenes":[{"nodes":[0]}]}"#;
 
