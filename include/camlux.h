@@ -1808,7 +1808,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 #define CAMLUX_LAYER_DIRECT 1
 
 /**
- * Light by one bounce: by way of two surfaces.
+ * Light from other surfaces: by one bounce, and what they emit.
  * Values: W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect.
  */
 #define CAMLUX_LAYER_INDIRECT 2

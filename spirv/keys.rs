@@ -40,9 +40,10 @@ keys! {
     Trace { hit: Hit, search: Search, traced: Option<Traced>, }
     LightRaysEmit { }
     LightRaysShade { phasors: bool, brdf: Brdf, surface: Surface, instanced: bool, }
+    LightRaysSurfaces { phasors: bool, brdf: Brdf, }
     FinalGatherEmit { receiver: Receiver, }
     FinalGatherDraw { phasors: bool, receiver: Receiver, }
-    FinalGatherShade { phasors: bool, receiver: Receiver, surface: Surface, instanced: bool, }
+    FinalGatherShade { phasors: bool, receiver: Receiver, surface: Surface, instanced: bool, emissive: bool, }
     FinalGatherSum { phasors: bool, receiver: Receiver, }
     SampleCounts { phasors: bool, brdf: Brdf, }
     Predict { phasors: bool, brdf: Brdf, noisy: bool, range: bool, }
@@ -52,8 +53,8 @@ keys! {
     SmoothResiduals { phasors: bool, brdf: Brdf, }
     Resolve { phasors: bool, brdf: Brdf, noisy: bool, }
     Stderr { }
-    AreaLightMerge { surfaces: bool, }
-    AreaLightAdd { phasors: bool, surfaces: bool, }
+    AreaLightMerge { }
+    AreaLightAdd { phasors: bool, }
     RangeWeights { }
     ErrorEstimate { phasors: bool, brdf: Brdf, noisy: bool, range: bool, }
 }

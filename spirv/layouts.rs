@@ -48,7 +48,8 @@ structs! {
         is_pilot: u32,
         result_offset: u32,
         seed: u32,
-        _pad0: [u32; 3],
+        emission_density: f32,
+        _pad0: [u32; 2],
     }
     GatherParameters 48 {
         camera_position: [f32; 3],

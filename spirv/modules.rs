@@ -25,6 +25,12 @@ bindings! {
         9 "mesh_ends" STORAGE_BUFFER, 10 "position_instance" STORAGE_IMAGE, 11 "normal_geometric" STORAGE_IMAGE,
         12 "kd_material" STORAGE_IMAGE, 13 "lobe_parameters" STORAGE_IMAGE,
     ];
+    PRIMARY_RAYS_EMISSIVE_BINDINGS = [
+        0 "view" UNIFORM_BUFFER, 1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE,
+        3 "vertex_values" SAMPLED_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
+        6 "triangle_shading" STORAGE_IMAGE, 7 "lens_rays" STORAGE_BUFFER, 8 "hits" STORAGE_BUFFER,
+        9 "emission" STORAGE_IMAGE,
+    ];
     SHADOW_BINDINGS = [
         0 "view" UNIFORM_BUFFER, 1 "instances" SAMPLED_IMAGE, 2 "positions" STORAGE_BUFFER,
         3 "indices" STORAGE_BUFFER,
@@ -125,8 +131,8 @@ bindings! {
         8 "receivers" STORAGE_BUFFER, 9 "results" STORAGE_BUFFER, 10 "sample_ranges" STORAGE_BUFFER,
     ];
     SENSOR_BINDINGS = [
-        0 "direct_radiance" SAMPLED_IMAGE, 1 "indirect_radiance" SAMPLED_IMAGE, 2 "position_instance" SAMPLED_IMAGE,
-        3 "footprint" SAMPLED_IMAGE, 4 "energy" STORAGE_IMAGE,
+        0 "direct_radiance" SAMPLED_IMAGE, 1 "indirect_radiance" SAMPLED_IMAGE, 2 "emission" SAMPLED_IMAGE,
+        3 "position_instance" SAMPLED_IMAGE, 4 "footprint" SAMPLED_IMAGE, 5 "energy" STORAGE_IMAGE,
     ];
     TRACE_ANY_KERNEL_BINDINGS = [
         0 "instances" SAMPLED_IMAGE, 1 "ray_triangles" STORAGE_IMAGE, 2 "texels" STORAGE_IMAGE,
@@ -152,6 +158,9 @@ bindings! {
         6 "triangle_shading" STORAGE_IMAGE, 8 "modulation" UNIFORM_BUFFER, 9 "ray_cells" STORAGE_IMAGE,
         10 "rays" STORAGE_BUFFER, 11 "light_ray_cells" STORAGE_BUFFER, 12 "hits" STORAGE_BUFFER,
         13 "drawn_vpls" STORAGE_IMAGE,
+    ];
+    LIGHT_RAYS_SURFACES_BINDINGS = [
+        0 "lights" STORAGE_IMAGE, 10 "drawn_vpls" STORAGE_IMAGE,
     ];
     FINAL_GATHER_EMIT_BINDINGS = [
         1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
@@ -292,11 +301,13 @@ modules! {
     GBUFFER_SPECULAR_MICROFACET: Key::Gbuffer { brdf: Brdf::SpecularMicrofacet, .. } =>
         "gbuffer_specular_microfacet" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     PRIMARY_RAYS_EMIT: Key::PrimaryRaysEmit { .. } =>
-        "primary_rays_emit" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_EMIT_BINDINGS ["lens"] [];
+        "primary_rays_emit" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_EMIT_BINDINGS ["lens"] [];
     PRIMARY_RAYS_PEEL: Key::PrimaryRaysPeel { .. } =>
         "primary_rays_peel" "primary_rays" c"compute_main" [64, 1, 1] 8 PRIMARY_RAYS_PEEL_BINDINGS ["instanced"] [];
     PRIMARY_RAYS_SHADE: Key::PrimaryRaysShade { .. } =>
-        "primary_rays_shade" "primary_rays" c"compute_main" [8, 8, 1] 32 PRIMARY_RAYS_SHADE_BINDINGS ["lens", "lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [];
+        "primary_rays_shade" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_SHADE_BINDINGS ["lens", "lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [];
+    PRIMARY_RAYS_EMISSIVE: Key::PrimaryRaysEmissive { .. } =>
+        "primary_rays_emissive" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_EMISSIVE_BINDINGS ["lens", "flat", "textured", "smooth", "detailed", "instanced"] [];
     SHADOW: Key::Shadow { .. } =>
         "shadow" "shadow" c"fragment_main" [0, 0, 0] 80 SHADOW_BINDINGS [] [];
     RSM_LAMBERT: Key::Rsm { brdf: Brdf::Lambert, .. } =>
@@ -408,7 +419,7 @@ modules! {
     PIXEL_FILTER_GATHERED_PHASORS: Key::PixelFilterGathered { phasors: true, .. } =>
         "pixel_filter_gathered_phasors" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     SENSOR: Key::Sensor { .. } =>
-        "sensor" "sensor" c"compute_main" [8, 8, 1] 32 SENSOR_BINDINGS ["indirect", "aperture", "sampled"] [];
+        "sensor" "sensor" c"compute_main" [8, 8, 1] 32 SENSOR_BINDINGS ["indirect", "emissive", "aperture", "sampled"] [];
     TRACE_ANY_KERNEL: Key::Trace { hit: Hit::Any, search: Search::Kernel, .. } =>
         "trace_any_kernel" "trace" c"compute_main" [64, 1, 1] 8 TRACE_ANY_KERNEL_BINDINGS ["cutout", "instanced"] [];
     TRACE_ANY_QUERY: Key::Trace { hit: Hit::Any, search: Search::Query, .. } =>
@@ -423,6 +434,10 @@ modules! {
         "light_rays_shade" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
     LIGHT_RAYS_SHADE_PHASORS: Key::LightRaysShade { phasors: true, .. } =>
         "light_rays_shade_phasors" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SHADE_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
+    LIGHT_RAYS_SURFACES: Key::LightRaysSurfaces { phasors: false, .. } =>
+        "light_rays_surfaces" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SURFACES_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
+    LIGHT_RAYS_SURFACES_PHASORS: Key::LightRaysSurfaces { phasors: true, .. } =>
+        "light_rays_surfaces_phasors" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SURFACES_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
     FINAL_GATHER_EMIT: Key::FinalGatherEmit { .. } =>
         "final_gather_emit" "final_gather_emit" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_EMIT_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_DRAW: Key::FinalGatherDraw { phasors: false, .. } =>
@@ -430,9 +445,9 @@ modules! {
     FINAL_GATHER_DRAW_PHASORS: Key::FinalGatherDraw { phasors: true, .. } =>
         "final_gather_draw_phasors" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8)];
     FINAL_GATHER_SHADE: Key::FinalGatherShade { phasors: false, .. } =>
-        "final_gather_shade" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
+        "final_gather_shade" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced", "emissive"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_SHADE_PHASORS: Key::FinalGatherShade { phasors: true, .. } =>
-        "final_gather_shade_phasors" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
+        "final_gather_shade_phasors" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced", "emissive"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     FINAL_GATHER_SUM: Key::FinalGatherSum { phasors: false, .. } =>
         "final_gather_sum" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_SUM_PHASORS: Key::FinalGatherSum { phasors: true, .. } =>

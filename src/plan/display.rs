@@ -13,9 +13,10 @@ impl fmt::Display for Plan {
         match self.has_primary_rays {
             false => writeln!(f, "  gbuffer    {width} x {height} px, {brdf}")?,
             true => {
-                let why = match self.has_distortion {
-                    true => "the lens distorts the image",
-                    false => "the device's rasteriser is coarse",
+                let why = match (self.has_distortion, self.is_emissive) {
+                    (true, _) => "the lens distorts the image",
+                    (false, true) => "surfaces emit light",
+                    (false, false) => "the device's rasteriser is coarse",
                 };
                 writeln!(f, "  primary_rays  {width} x {height} px, {brdf}: {why}")?;
             }
@@ -25,6 +26,14 @@ impl fmt::Display for Plan {
         }
         for (index, light) in self.lights.iter().enumerate() {
             let LightPlan { kind, faces, .. } = light;
+            if light.emission_points > 0 {
+                let points = light.emission_points;
+                writeln!(
+                    f,
+                    "  light {index}    surfaces that emit, by {points} points"
+                )?;
+                continue;
+            }
             let map = |size| format!("light {index} ({kind}): {faces} x {size}² texels");
             if let Some(size) = self.rsm_size() {
                 writeln!(f, "  rsm        {}", map(size))?;

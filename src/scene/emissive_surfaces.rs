@@ -15,7 +15,7 @@ const LEVELS: u32 = 24;
 
 /// The triangles that emit, in world space.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EmissiveSurfaces {
+pub(crate) struct EmissiveSurfaces {
     triangles: Vec<EmissiveTriangle>,
 }
 
@@ -133,7 +133,7 @@ impl EmissiveSurfaces {
 
     /// Points drawn in proportion to what they emit, all bands together. Neighbours in the list are neighbours on the surfaces, so any
     /// even choice of them covers the surfaces evenly. Another seed gives other points.
-    pub(crate) fn points(&self, count: u32, seed: u32) -> Vec<EmissionPoint> {
+    pub fn points(&self, count: u32, seed: u32) -> Vec<EmissionPoint> {
         if self.triangles.iter().all(|t| t.texture.is_none()) {
             return self.drawn_by_power(count, seed);
         }

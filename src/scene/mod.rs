@@ -42,8 +42,8 @@ pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::{Carrier, PlacedLight};
 pub use cone::ConeIntegral;
 pub use distortion::Distortion;
-pub(crate) use emissive_surfaces::EmissionPoint;
-pub use emissive_surfaces::EmissiveSurfaces;
+pub(crate) use emissive_surfaces::{EmissionPoint, EmissiveSurfaces};
+
 pub use indirect::*;
 pub use instance::Instance;
 pub use lens_lights::LensLights;

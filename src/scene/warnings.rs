@@ -59,6 +59,14 @@ impl Scene {
         {
             warnings.push("no light is modulated, so time of flight has no range".into());
         }
+        let is_gathered = self
+            .indirect
+            .is_some_and(|indirect| indirect.gather().is_some());
+        if self.has_emission() && !is_gathered {
+            warnings.push(
+                "surfaces that emit light are seen, but light nothing: that takes the estimator final-gather".into(),
+            );
+        }
         if self.lights.is_empty() && !self.has_emission() {
             warnings.push("there is no light, so every frame is black".into());
         }
