@@ -43,7 +43,15 @@ def dielectric(ior: float, specular: float) -> float:
     return specular * ((ior - 1.0) / (ior + 1.0)) ** 2
 
 
+def refuse_light_and_sides(emission, is_one_sided: bool):
+    if any(value != 0.0 for value in bands(emission)):
+        raise Unsupported("a material emits light, which the peers do not know")
+    if is_one_sided:
+        raise Unsupported("a material is one-sided, which the peers do not know")
+
+
 def of_scene_file(keys: dict) -> Material:
+    refuse_light_and_sides(keys.get("emission_w_sr_m2", 0.0), keys.get("one_sided", False))
     if any(key.endswith("_texture") for key in keys):
         raise Unsupported("a material of the scene file has a texture, which the peers know from MTL and glTF files alone")
     if "base_color" not in keys:
@@ -57,6 +65,7 @@ def of_mtl(properties: dict) -> Material:
     for what in ("a map of normals", "cut-outs", "a map of roughness or metallic"):
         if what in properties:
             raise Unsupported(f"a material has {what}, which the peers do not know")
+    refuse_light_and_sides(properties.get("Ke", 0.0), False)
     kd = properties.get("Kd", [1.0, 1.0, 1.0])
     ks = properties.get("Ks", [0.0, 0.0, 0.0])
     facets = None
@@ -69,6 +78,8 @@ def of_gltf(properties: dict, image) -> Material:
     """`image` gives the content of a texture's image."""
     if properties.get("alphaMode", "OPAQUE") == "MASK":
         raise Unsupported("a material has cut-outs, which the peers do not know")
+    # Seen from their fronts, one-sided surfaces are as others.
+    refuse_light_and_sides(properties.get("emissiveFactor", 0.0), False)
     surface = properties.get("pbrMetallicRoughness", {})
     extensions = properties.get("extensions", {})
     ior = extensions.get("KHR_materials_ior", {}).get("ior", 1.5)

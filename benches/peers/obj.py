@@ -1,4 +1,4 @@
-"""Reads OBJ and MTL files like camlux: polygons as fans of triangles; Kd, Ks, Ns, Pr, Pm and map_Kd. Everything else is ignored."""
+"""Reads OBJ and MTL files like camlux: polygons as fans of triangles; Kd, Ks, Ke, Ns, Pr, Pm and map_Kd. Everything else is ignored."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -104,13 +104,13 @@ def fan(corners: list, path: Path):
 
 
 def read_mtl(path: Path) -> dict[str, dict]:
-    """The given properties of each material: Kd, Ks, Ns, Pr, Pm, map_Kd (a path), and which maps it has that the peers do not know."""
+    """The given properties of each material: Kd, Ks, Ke, Ns, Pr, Pm, map_Kd (a path), and which maps it has that the peers do not know."""
     materials: dict[str, dict] = {}
     properties: dict = {}
     for keyword, rest in statements(path):
         if keyword == "newmtl":
             properties = materials.setdefault(rest, {})
-        elif keyword in ("Kd", "Ks"):
+        elif keyword in ("Kd", "Ks", "Ke"):
             values = numbers(rest)
             properties[keyword] = values * 3 if len(values) == 1 else values
         elif keyword in ("Ns", "Pr", "Pm"):
