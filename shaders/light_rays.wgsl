@@ -28,9 +28,6 @@ struct LightRayParameters {
     end_in_list: u32,
 }
 
-// Points of emissive surfaces are VPLs, too, which need no rays: `ray` then counts points.
-
-
 // Lists in images, like ray_triangles in hit_triangle.wgsl. The cells of the lights: start and size in the light's cumulative probability, as
 // whole numbers; index of the tile among the light's tiles; index of the cell in Morton order in that tile + 256 · the tile's level.
 var ray_cells: texture_storage_2d<rgba32float, read>;
@@ -140,6 +137,7 @@ fn curve_point(along: f32, seed: u32) -> vec2<f32> {
 const RAYS_AT_ONCE: u32 = 8u;
 
 #if SURFACES
+// Points of emissive surfaces are VPLs, too, which need no rays.
 @compute @workgroup_size(64)
 fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let index = 64u * (group.x + 65535u * group.y) + local;

@@ -58,9 +58,13 @@ impl EmissiveSides {
         (!sides.is_empty()).then_some(EmissiveSides(sides))
     }
 
-    /// A point of a side, drawn in proportion to what the sides emit without textures, as a lamp that stands for all of them.
+    /// A point of a side, drawn in proportion to what the sides emit without textures, as a lamp that stands for all of them. `None` in a
+    /// hole of a cut-out.
     pub fn at_point(&self, place: [f64; 2], surfaces: &Surfaces) -> Option<Emitter> {
         let (hit, side, normal) = self.drawn(place, surfaces)?;
+        if !surfaces.is_at(&hit) {
+            return None;
+        }
         let density = self.density(side.triangle);
         Some(Emitter::Lamp {
             position: surfaces.at(&hit, -normal).position,
@@ -79,7 +83,8 @@ impl EmissiveSides {
     ) -> Option<Surface> {
         let (hit, _, normal) = self.drawn(place, surfaces)?;
         let surface = surfaces.at(&hit, -normal);
-        (normal.dot(viewer - surface.position) > 0.0).then_some(surface)
+        let is_facing = normal.dot(viewer - surface.position) > 0.0;
+        (is_facing && surfaces.is_at(&hit)).then_some(surface)
     }
 
     /// The density of points on each side of a triangle, per square unit; 0 if it emits nothing.

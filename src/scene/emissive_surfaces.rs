@@ -26,12 +26,14 @@ pub(crate) struct EmissiveTriangle {
     pub corners_m: [DVec3; 3],
     /// W/(sr·m²), without the texture.
     pub radiance: Bands,
-    pub texture: Option<EmissiveTexture>,
+    pub texture: Option<TriangleTexture>,
+    /// Where it is cut out: the alpha texture, and the cutoff.
+    pub alpha: Option<(TriangleTexture, f64)>,
 }
 
-/// What multiplies the radiance of a triangle.
+/// A texture on a triangle.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct EmissiveTexture {
+pub(crate) struct TriangleTexture {
     texture: Shared<Texture>,
     lookup: TextureLookup,
     /// Of the corners, in the texture's coordinates.
@@ -87,16 +89,20 @@ impl EmissiveSurfaces {
                 if !material.is_emissive() || area_m2(corners_m) == 0.0 {
                     continue;
                 }
-                let lookup = material.emission_texture;
-                let lookup = lookup.filter(|lookup| mesh.shows(lookup));
-                let front = EmissiveTriangle {
-                    corners_m,
-                    radiance: material.emission_w_sr_m2,
-                    texture: lookup.map(|lookup| EmissiveTexture {
+                let texture_of = |lookup: Option<TextureLookup>| {
+                    let lookup = lookup.filter(|lookup| mesh.shows(lookup))?;
+                    Some(TriangleTexture {
                         texture: scene.textures[lookup.texture].clone(),
                         lookup,
                         texcoords: corners.map(|corner| mesh.texcoord(&lookup, corner)),
-                    }),
+                    })
+                };
+                let alpha = texture_of(material.alpha_texture);
+                let front = EmissiveTriangle {
+                    corners_m,
+                    radiance: material.emission_w_sr_m2,
+                    texture: texture_of(material.emission_texture),
+                    alpha: alpha.map(|alpha| (alpha, material.alpha_cutoff)),
                 };
                 if !material.is_one_sided {
                     triangles.push(front.turned());
@@ -134,7 +140,8 @@ impl EmissiveSurfaces {
     /// Points drawn in proportion to what they emit, all bands together. Neighbours in the list are neighbours on the surfaces, so any
     /// even choice of them covers the surfaces evenly. Another seed gives other points.
     pub fn points(&self, count: u32, seed: u32) -> Vec<EmissionPoint> {
-        if self.triangles.iter().all(|t| t.texture.is_none()) {
+        let is_even = |t: &EmissiveTriangle| t.texture.is_none() && t.alpha.is_none();
+        if self.triangles.iter().all(is_even) {
             return self.drawn_by_power(count, seed);
         }
         // Each weighs as much as its texel is bright.
@@ -153,7 +160,10 @@ impl EmissiveSurfaces {
             }
             let candidate = candidates[index];
             EmissionPoint {
-                density_per_m2: brightness(&candidate) / mean,
+                density_per_m2: match mean {
+                    0.0 => 0.0,
+                    mean => brightness(&candidate) / mean,
+                },
                 ..candidate
             }
         });
@@ -184,7 +194,8 @@ impl EmissiveTriangle {
     fn turned(&self) -> EmissiveTriangle {
         let mut turned = self.clone();
         turned.corners_m.swap(1, 2);
-        if let Some(texture) = &mut turned.texture {
+        let alpha = turned.alpha.as_mut().map(|(alpha, _)| alpha);
+        for texture in turned.texture.as_mut().into_iter().chain(alpha) {
             texture.texcoords.swap(1, 2);
         }
         turned
@@ -204,7 +215,11 @@ impl EmissiveTriangle {
     /// of all weights.
     fn point(&self, weights: [f64; 3], total: f64) -> EmissionPoint {
         let texture = self.texture.as_ref();
-        let texel = texture.map_or([1.0; 3], |texture| texture.at(weights));
+        let is_hole = |(alpha, cutoff): &(TriangleTexture, f64)| alpha.at(weights)[0] < *cutoff;
+        let texel = match self.alpha.as_ref().is_some_and(is_hole) {
+            true => [0.0; 3],
+            false => texture.map_or([1.0; 3], |texture| texture.at(weights)),
+        };
         let [a, b, c] = self.corners_m;
         EmissionPoint {
             position_m: weights[0] * a + weights[1] * b + weights[2] * c,
@@ -215,7 +230,7 @@ impl EmissiveTriangle {
     }
 }
 
-impl EmissiveTexture {
+impl TriangleTexture {
     /// As `shaders/shared/texels.wgsl` looks it up.
     fn at(&self, weights: [f64; 3]) -> Bands {
         let along = |axis: usize| {

@@ -11,8 +11,8 @@ use camlux::{
     metrics::{Comparison, Pixels},
     output::{Frame, Layer, TofQuantity},
     scene::{
-        Encoding, IndirectLight, Instance, Light, Material, Mesh, PixelFilter, PixelSampling,
-        Shared, Texels, Texture,
+        Encoding, IndirectLight, Instance, Light, Material, Mesh, MetallicRoughness, PixelFilter,
+        PixelSampling, Shared, Texels, Texture,
     },
 };
 use glam::{DAffine3, DMat3, DVec3};
@@ -89,7 +89,7 @@ fn bulbs() -> Scene {
     scene
 }
 
-/// A screen with an image, which shines to both sides.
+/// A screen with an image and a hole, which shines to both sides.
 fn screen() -> Scene {
     let mut scene = demo_scene("cornell", [24, 24]);
     let material = add_emissive(&mut scene, [80.0; 3], false);
@@ -111,6 +111,16 @@ fn screen() -> Scene {
         .into(),
     );
     scene.materials[material as usize].emission_texture = Some((scene.textures.len() - 1).into());
+    let alpha = [255, 255, 0, 255, 255, 255].map(|alpha| [alpha; 3]);
+    scene.textures.push(
+        Texture {
+            name: "alpha".into(),
+            size_px: [3, 2],
+            texels: Texels::U8(alpha.to_vec(), Encoding::Linear),
+        }
+        .into(),
+    );
+    scene.materials[material as usize].alpha_texture = Some((scene.textures.len() - 1).into());
     let mut screen = quad(
         "screen",
         DVec3::new(-0.5, 0.9, 0.6),
@@ -124,14 +134,21 @@ fn screen() -> Scene {
     scene
 }
 
-/// A glowing sphere on a floor, in a room of metal: it touches what it lights.
+/// A glowing sphere on a floor, in a room of rough facets: it touches what it lights.
 fn contact() -> Scene {
-    let mut scene = demo_scene("metals", [20, 20]);
+    let mut scene = demo_scene("cornell", [24, 24]);
+    for material in &mut scene.materials {
+        material.microfacets = Some(MetallicRoughness {
+            roughness: 0.6,
+            metallic: 0.5,
+            ..MetallicRoughness::DEFAULT
+        });
+    }
     let material = add_emissive(&mut scene, BANDS, true);
     let bulb = Shared::from(sphere(6, material));
     scene
         .meshes
-        .push(placed(&bulb, 0.25, DVec3::new(0.1, 0.25, 0.8), 1.0));
+        .push(placed(&bulb, 0.25, DVec3::new(-0.1, 0.25, 0.7), 1.0));
     scene.lights.clear();
     scene
 }
