@@ -261,7 +261,7 @@ fn check_ids(output: &OutputFile, ids: &[u32]) -> Result<()> {
 
 fn sample_type(layer: Layer, half: bool) -> SampleType {
     let may_be_half = match layer {
-        Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Normal => half,
+        Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Emission | Layer::Normal => half,
         _ => false,
     };
     match layer.is_id() {

@@ -106,7 +106,9 @@ fn assert_table_is_checked_in(mark: &str, is_listed: &dyn Fn(Layer) -> bool) {
                 " In a reference image, and in a render with [`stderr_layer`](scene.md#indirect-light)."
             }
             LayerNeed::Samples => " With [samples](scene.md#pixels).",
-            LayerNeed::Emission => " With a [material that emits](scene.md#materials).",
+            LayerNeed::Emission => {
+                " With a [material that emits](scene.md#surfaces-that-emit-light-and-one-sided-surfaces)."
+            }
             LayerNeed::Reference => " In a reference image only.",
             LayerNeed::Nothing | LayerNeed::Tof | LayerNeed::Sequence => "",
         };

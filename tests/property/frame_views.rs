@@ -94,6 +94,10 @@ fn preview_shows_the_panels_in_one_exposure() {
     radiance[4] = 0.0;
     radiance[5] = 0.0;
     set(&mut frame, Layer::Radiance, radiance);
+    let mut emission = vec![0.0; values];
+    // A surface that emits must not, either.
+    emission[0] = 1e9;
+    set(&mut frame, Layer::Emission, emission);
 
     let view = PngView::for_frame(&frame);
     let preview = write_png(OutputFile::create(&path).unwrap(), &frame, view).unwrap();
