@@ -11,12 +11,13 @@ use super::{
     light_rays::LightRays,
     packets::{Chunk, ChunkLimits, chunks},
     random::hash,
+    ray_table::RayTable,
     receivers::{ListedReceivers, ReceiverRange},
     refinement::RefinementImages,
     sample_counts::PACKET_SAMPLES,
     trace::{Find, no_list},
     unoccluded,
-    vpl_sampler::{Pilot, RayTable, VplSampler},
+    vpl_sampler::{Pilot, VplSampler},
 };
 use crate::{
     Error, LocalSpace, Result, lattice,

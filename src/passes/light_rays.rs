@@ -5,9 +5,10 @@ use super::{
     gatherer::{LightRaySets, MAX_LIGHT_RAYS},
     hits::HitScene,
     light::DeviceLight,
+    ray_table::RayTable,
     trace::{Find, no_list},
     vpl::vpl_layers,
-    vpl_sampler::{POINTS_PER_RAY, RayTable},
+    vpl_sampler::POINTS_PER_RAY,
 };
 use crate::{
     Result,

@@ -39,6 +39,7 @@ pub(crate) mod predict;
 pub(crate) mod primary_rays;
 pub(crate) mod random;
 pub(crate) mod range_weights;
+pub(crate) mod ray_table;
 pub(crate) mod rays;
 pub(crate) mod receivers;
 pub(crate) mod refinement;

@@ -5,14 +5,14 @@
 
 use super::{
     light::DeviceLight,
-    random::{hash, unit},
+    ray_table::{RayTable, RaysOfLight},
     sample_counts::PACKET_SAMPLES,
 };
 use crate::{
     Result,
     metrics::LOCAL_FLOOR,
     scene::ErrorNorm,
-    vulkan::{Allocate, CommandPool, Resource, TexelList, shaders::PilotSample},
+    vulkan::{CommandPool, TexelList, shaders::PilotSample},
 };
 
 /// Share of the rays that is distributed to the cells by their light alone, so that cells that the pilot missed get some too.
@@ -37,7 +37,7 @@ const PACKET_RAYS: u32 = 64;
 /// Points of emissive surfaces for each ray from lights. They are VPLs, too.
 pub(super) const POINTS_PER_RAY: f64 = 0.5;
 /// Most cells beyond those that are whole tiles: half of them where samples were, half next to those.
-const MAX_SMALL_CELLS: usize = 1 << 15;
+pub(super) const MAX_SMALL_CELLS: usize = 1 << 15;
 
 /// The distribution of the samples over the maps of all lights.
 pub(crate) struct VplSampler {
@@ -101,31 +101,6 @@ impl Around {
         self.cells[at] = cell;
         self.count += 1;
     }
-}
-
-/// The rays of a light in a set, and its cells in the list.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct RaysOfLight {
-    pub first_ray: u32,
-    pub ray_count: u32,
-    pub first_cell: u32,
-    pub cell_count: u32,
-    /// The light's probability per ray, in units of its cells' bounds.
-    pub stride: u32,
-}
-
-/// Which rays of a set go through which cell.
-pub(crate) struct RayTable {
-    /// Rays of all lights together, and then points of emissive surfaces.
-    pub set_size: u32,
-    /// These points.
-    pub point_count: u32,
-    requested_set_size: u32,
-    pub lights: Vec<RaysOfLight>,
-    /// The cells with rays: where each begins in the light's probability, its share, and its place among all cells.
-    cells: Vec<(u32, u32, usize)>,
-    cell_list: TexelList,
-    densities: TexelList,
 }
 
 impl VplSampler {
@@ -515,49 +490,6 @@ impl Tile {
     /// Samples per area of a tile, from those of a cell.
     fn density(&self, of_cell: f64) -> f64 {
         of_cell * f64::from(self.cells_per_edge().pow(2))
-    }
-}
-
-impl RayTable {
-    /// The points' share of the set.
-    pub fn point_share(&self) -> f64 {
-        f64::from(self.point_count) / f64::from(self.set_size.max(1))
-    }
-
-    /// Where a ray goes: the cell, the fraction along its Morton curve, and the cell's probability. `None` if there is no such ray.
-    fn place(&self, ray: u32, seed: u32) -> Option<(usize, f64, f64)> {
-        if ray >= self.set_size - self.point_count {
-            return None;
-        }
-        let light = self.lights.iter().rfind(|light| light.first_ray <= ray)?;
-        let jitter = unit(hash(seed ^ hash(ray))) * light.stride as f32;
-        let at = (ray - light.first_ray) * light.stride + jitter as u32;
-        let cells = &self.cells[light.first_cell as usize..][..light.cell_count as usize];
-        let next = cells.partition_point(|&(begin, ..)| begin <= at);
-        let &(begin, share, cell) = cells.get(next.checked_sub(1)?)?;
-        let along = f64::from(at - begin) / f64::from(share);
-        let of_light = f64::from(share) / f64::from(light.stride);
-        (along < 1.0).then_some((cell, along, of_light / f64::from(self.set_size)))
-    }
-
-    /// Whether the table was made for this requested number of rays.
-    pub fn is_for(&self, set_size: u32) -> bool {
-        self.requested_set_size == set_size
-    }
-
-    /// Declares the memory for tables of up to this many tiles.
-    pub fn declare(allocate: &impl Allocate, tiles: u64) -> Result<()> {
-        let cells = tiles + MAX_SMALL_CELLS as u64;
-        TexelList::declare(allocate, "cells of the lights' rays", cells)?;
-        TexelList::declare(allocate, "densities of VPLs", tiles + cells)
-    }
-
-    /// The images with their names in the shaders.
-    pub fn resources(&self) -> [(&'static str, Resource<'_>); 2] {
-        [
-            ("ray_cells", self.cell_list.resource()),
-            ("vpl_densities", self.densities.resource()),
-        ]
     }
 }
 

@@ -179,7 +179,7 @@ fn emissive_surfaces_light_as_in_the_reference() {
             println!(
                 "{name}: {error:.4}, noise of the reference {noise:.4}, below {upper:.4}; direct {direct:.1e}, emission {emission:.1e}"
             );
-            assert!(noise < 0.06 && error < 1.1 * target, "{error} {noise}");
+            assert!(noise < 0.03 && error < 1.1 * target, "{error} {noise}");
             assert!(direct < 0.02 && emission < 1e-5, "{direct} {emission}");
             assert!(values(&frame, Layer::Emission).iter().any(|&e| e > 1.0));
         }
