@@ -594,6 +594,21 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 /** Gaussian weights with a standard deviation of 0.5 pixels, cut off 1.5 pixels from the pixel's centre. */
 #define CAMLUX_FILTER_GAUSSIAN 1
 
+/** Pixels have no colour filters. */
+#define CAMLUX_BAYER_NONE 0
+
+/** Colour filters, row by row from the upper left pixel: R G, G B. */
+#define CAMLUX_BAYER_RGGB 1
+
+/** Colour filters: G R, B G. */
+#define CAMLUX_BAYER_GRBG 2
+
+/** Colour filters: G B, R G. */
+#define CAMLUX_BAYER_GBRG 3
+
+/** Colour filters: B G, G R. */
+#define CAMLUX_BAYER_BGGR 4
+
 /** Final gathering by rays from both ends. Converges to the true single bounce, and meets a target error. */
 #define CAMLUX_ESTIMATOR_FINAL_GATHER 0
 
@@ -703,8 +718,8 @@ typedef struct camlux_sensor {
   /** Fraction of the exposure in which the signal is on, 0 to 1. */
   double duty_cycle;
   /**
-   * Wavelength with which time of flight counts photons (camlux_scene_set_tof), nanometres. 0, with quantum_efficiency 0: the sensor has no
-   * photodetector for time of flight.
+   * Wavelength with which electrons are counted, nanometres: by time of flight (camlux_scene_set_tof), with noise
+   * (camlux_scene_set_sensor_noise), and with bayer or monochrome. 0, with quantum_efficiency 0: electrons are not counted.
    */
   double wavelength_nm;
   /** Electrons per photon, above 0 and up to 1. */
@@ -714,6 +729,12 @@ typedef struct camlux_sensor {
    * angle to the axis. 0: the irradiance is numerically the radiance. Not with CAMLUX_LENS_FISHEYE.
    */
   double f_number;
+  /** Factors of quantum_efficiency for light in the bands R, G and B. Time of flight has its own. */
+  double band_weights[3];
+  /** CAMLUX_BAYER_NONE, or the colour filters: each pixel then counts the electrons of one band, CAMLUX_LAYER_RAW_ELECTRONS. */
+  int32_t bayer;
+  /** 1: a pixel counts the electrons of all bands together, CAMLUX_LAYER_RAW_ELECTRONS; otherwise 0. */
+  int32_t monochrome;
 } camlux_sensor;
 
 /** How the single bounce is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02. */
@@ -828,13 +849,36 @@ camlux_status camlux_scene_set_camera(camlux_scene *scene,
 camlux_status camlux_scene_get_camera(camlux_scene *scene, camlux_camera *camera);
 
 /**
- * Sets the sensor. Frames then have the layer CAMLUX_LAYER_ENERGY.
+ * Sets the sensor. Frames then have the layer CAMLUX_LAYER_ENERGY. The noise of the sensor before stays (camlux_scene_set_sensor_noise).
  *
- * \param sensor NULL: none, the default.
+ * \param sensor NULL: none, the default, and no noise.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
  * \threads any; calls on the same scene are serialised.
  */
-camlux_status camlux_scene_set_sensor(camlux_scene *scene, const camlux_sensor *sensor);
+camlux_status camlux_scene_set_sensor(camlux_scene *scene,
+                                      const camlux_sensor *sensor);
+
+/**
+ * Sets the noise of the sensor. Frames then have the layers CAMLUX_LAYER_ELECTRONS and CAMLUX_LAYER_DN; with bayer or monochrome of
+ * camlux_sensor CAMLUX_LAYER_RAW_ELECTRONS and CAMLUX_LAYER_RAW_DN. Time of flight has its own noise, in camlux_tof.
+ *
+ * \param noise NULL: none, the default.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also without a sensor; CAMLUX_ERROR_SCENE for values out of range, and
+ * for a sensor without wavelength_nm and quantum_efficiency.
+ * \threads any; calls on the same scene are serialised.
+ */
+camlux_status camlux_scene_set_sensor_noise(camlux_scene *scene,
+                                            const camlux_tof_noise *noise);
+
+/**
+ * Reads the noise of the sensor.
+ *
+ * \param noise initialise with CAMLUX_TOF_NOISE_INIT. Unchanged if there is none.
+ * \param is_set receives 1, or 0 if there is none.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_scene_get_sensor_noise(camlux_scene *scene, camlux_tof_noise *noise, int32_t *is_set);
 
 /**
  * Reads the sensor.
@@ -902,8 +946,9 @@ camlux_status camlux_scene_set_direct(camlux_scene *scene, const camlux_direct *
 #define CAMLUX_CHARGE_DN 1
 
 /**
- * The noise of a sensor (EMVA 1288), and its conversion of electrons to digital numbers. Each tap is a separate well. Initialise with
- * CAMLUX_TOF_NOISE_INIT, and set at least full_well_e. Defaults: 12 bits, 1 DN per electron, shot noise only.
+ * The noise of a sensor (EMVA 1288), with or without time of flight, and its conversion of electrons to digital numbers. Each value of a
+ * pixel is a separate well: for time of flight, each tap. Initialise with CAMLUX_TOF_NOISE_INIT, and set at least full_well_e. Defaults: 12
+ * bits, 1 DN per electron, shot noise only.
  */
 typedef struct camlux_tof_noise {
   /** Set by CAMLUX_TOF_NOISE_INIT. */
@@ -912,16 +957,26 @@ typedef struct camlux_tof_noise {
   uint32_t bits;
   /** Seed of the noise. The noise also differs for each frame_index and seed of camlux_render_options, and for each camera. */
   uint64_t seed;
-  /** Dark current of a tap, electrons per second. */
+  /** Dark current of a well, electrons per second. */
   double dark_e_per_s;
   /** Standard deviation of the read noise, electrons. */
   double read_noise_e;
-  /** Largest number of electrons that a tap holds. */
+  /** Largest number of electrons that a well holds. */
   double full_well_e;
   /** DN per electron. */
   double gain_dn_per_e;
   /** DN for 0 electrons. */
   double black_level_dn;
+  /**
+   * Dark signal non-uniformity (DSNU), electrons: standard deviation over the pixels of what a pixel adds to every reading. It depends on
+   * the seed, and stays from frame to frame.
+   */
+  double dsnu_e;
+  /**
+   * Photo response non-uniformity (PRNU), 0 to 1: standard deviation over the pixels of the factor of their quantum efficiency. It stays
+   * like dsnu_e.
+   */
+  double prnu;
 } camlux_tof_noise;
 
 /**
@@ -1894,6 +1949,30 @@ camlux_status camlux_job_wait(camlux_job *job,
 #define CAMLUX_LAYER_EMISSION 15
 
 /**
+ * Electrons that the pixel counts in each band, noise included.
+ * Values: electrons, channels R, G, B; with camlux_scene_set_sensor_noise.
+ */
+#define CAMLUX_LAYER_ELECTRONS 16
+
+/**
+ * Digital number of these electrons.
+ * Values: DN, channels R, G, B; with camlux_scene_set_sensor_noise.
+ */
+#define CAMLUX_LAYER_DN 17
+
+/**
+ * Electrons that the pixel counts through its colour filter, or of all bands; noise included.
+ * Values: electrons; with bayer or monochrome of camlux_sensor.
+ */
+#define CAMLUX_LAYER_RAW_ELECTRONS 18
+
+/**
+ * Digital number of these electrons: the raw image.
+ * Values: DN; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise.
+ */
+#define CAMLUX_LAYER_RAW_DN 19
+
+/**
  * Phasor Z of all modulated light, a sum over paths.
  * Values: W/sr/m^2, channels re, im.
  */
@@ -2407,9 +2486,9 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_CAMERA_INIT { CAMLUX_INITIALISED + sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0 }
 
-#define CAMLUX_SENSOR_INIT { CAMLUX_INITIALISED + sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
+#define CAMLUX_SENSOR_INIT { CAMLUX_INITIALISED + sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0, {1.0, 1.0, 1.0}, 0, 0 }
 
-#define CAMLUX_TOF_NOISE_INIT { CAMLUX_INITIALISED + sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
+#define CAMLUX_TOF_NOISE_INIT { CAMLUX_INITIALISED + sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0 }
 
 #define CAMLUX_TOF_INIT { CAMLUX_INITIALISED + sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
 

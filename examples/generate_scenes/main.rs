@@ -7,6 +7,7 @@
 //! - `cargo run --release --example generate_scenes -- knot TRIANGLES FOLDER`: the knot with about TRIANGLES triangles.
 //! - `cargo run --release --example generate_scenes -- knots COUNT TRIANGLES FOLDER`: COUNT instances of it.
 
+mod gray_code;
 mod knot;
 mod leaves;
 mod meshes;
@@ -56,5 +57,12 @@ fn checked_in_files() -> Result<(), Box<dyn Error>> {
     textures::brick_heights().save(scenes.join("brick_heights.png"))?;
     textures::leaf().save(scenes.join("leaf.png"))?;
     textures::stripes().save(scenes.join("stripes.png"))?;
+    let patterns = Path::new("examples/structured_light/patterns");
+    fs::create_dir_all(patterns)?;
+    gray_code::white().save(patterns.join("white.png"))?;
+    for bit in 0..8 {
+        gray_code::bit(bit, false).save(patterns.join(format!("{bit}.png")))?;
+        gray_code::bit(bit, true).save(patterns.join(format!("{bit}_inverse.png")))?;
+    }
     Ok(())
 }

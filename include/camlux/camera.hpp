@@ -53,17 +53,16 @@ struct camera {
     pixel_filter filter = pixel_filter::box;
 };
 
-/** camlux_sensor. */
-struct sensor {
-    std::array<double, 2> pixel_pitch_um = {0, 0};
-    double exposure_time_s = 0;
-    double duty_cycle = 1;
-    double wavelength_nm = 0;
-    double quantum_efficiency = 0;
-    double f_number = 0;
+/** The colour filters of four pixels: the upper two, then the lower two. */
+enum class bayer_pattern : std::int32_t {
+    none = CAMLUX_BAYER_NONE,
+    rggb = CAMLUX_BAYER_RGGB,
+    grbg = CAMLUX_BAYER_GRBG,
+    gbrg = CAMLUX_BAYER_GBRG,
+    bggr = CAMLUX_BAYER_BGGR,
 };
 
-/** camlux_tof_noise. */
+/** camlux_tof_noise: of a sensor with or without time of flight. */
 struct tof_noise {
     std::uint32_t bits = 12;
     std::uint64_t seed = 0;
@@ -72,6 +71,23 @@ struct tof_noise {
     double full_well_e = 0;
     double gain_dn_per_e = 1;
     double black_level_dn = 0;
+    double dsnu_e = 0;
+    double prnu = 0;
+};
+
+/** camlux_sensor. */
+struct sensor {
+    std::array<double, 2> pixel_pitch_um = {0, 0};
+    double exposure_time_s = 0;
+    double duty_cycle = 1;
+    double wavelength_nm = 0;
+    double quantum_efficiency = 0;
+    double f_number = 0;
+    rgb band_weights = {1, 1, 1};
+    bayer_pattern bayer = bayer_pattern::none;
+    bool monochrome = false;
+    /** std::nullopt: layers hold expected values. */
+    std::optional<tof_noise> noise = std::nullopt;
 };
 
 /** camlux_tof. */
@@ -149,6 +165,9 @@ inline camlux_sensor raw_of(const sensor &from) noexcept
     to.wavelength_nm = from.wavelength_nm;
     to.quantum_efficiency = from.quantum_efficiency;
     to.f_number = from.f_number;
+    set(to.band_weights, from.band_weights);
+    to.bayer = number(from.bayer);
+    to.monochrome = from.monochrome ? 1 : 0;
     return to;
 }
 
@@ -161,6 +180,9 @@ inline sensor sensor_of(const camlux_sensor &from) noexcept
     to.wavelength_nm = from.wavelength_nm;
     to.quantum_efficiency = from.quantum_efficiency;
     to.f_number = from.f_number;
+    to.band_weights = rgb_of(from.band_weights);
+    to.bayer = static_cast<bayer_pattern>(from.bayer);
+    to.monochrome = from.monochrome != 0;
     return to;
 }
 
@@ -174,6 +196,8 @@ inline camlux_tof_noise raw_of(const tof_noise &from) noexcept
     to.full_well_e = from.full_well_e;
     to.gain_dn_per_e = from.gain_dn_per_e;
     to.black_level_dn = from.black_level_dn;
+    to.dsnu_e = from.dsnu_e;
+    to.prnu = from.prnu;
     return to;
 }
 
@@ -207,6 +231,8 @@ inline tof_noise noise_of(const camlux_tof_noise &from) noexcept
     to.full_well_e = from.full_well_e;
     to.gain_dn_per_e = from.gain_dn_per_e;
     to.black_level_dn = from.black_level_dn;
+    to.dsnu_e = from.dsnu_e;
+    to.prnu = from.prnu;
     return to;
 }
 

@@ -64,8 +64,16 @@ public:
     void set_sensor(const std::optional<camlux::sensor> &sensor) { try_set_sensor(sensor).value(); }
     result<void> try_set_sensor(const std::optional<camlux::sensor> &sensor)
     {
+        // The noise that is set may not go together with another sensor.
+        camlux_status status = camlux_scene_set_sensor_noise(get(), nullptr);
         const camlux_sensor raw = detail::raw_of(sensor.value_or(camlux::sensor()));
-        return detail::ended(camlux_scene_set_sensor(get(), sensor ? &raw : nullptr));
+        if (status == CAMLUX_OK)
+            status = camlux_scene_set_sensor(get(), sensor ? &raw : nullptr);
+        if (status == CAMLUX_OK && sensor && sensor->noise) {
+            const camlux_tof_noise noise = detail::raw_of(*sensor->noise);
+            status = camlux_scene_set_sensor_noise(get(), &noise);
+        }
+        return detail::ended(status);
     }
 
     std::optional<camlux::sensor> sensor() const { return try_sensor().value(); }
@@ -73,8 +81,16 @@ public:
     {
         camlux_sensor raw = CAMLUX_SENSOR_INIT;
         std::int32_t is_set = 0;
-        const camlux_status status = camlux_scene_get_sensor(get(), &raw, &is_set);
-        return detail::ended(status, is_set ? std::optional(detail::sensor_of(raw)) : std::nullopt);
+        camlux_status status = camlux_scene_get_sensor(get(), &raw, &is_set);
+        std::optional<camlux::sensor> found;
+        if (is_set)
+            found = detail::sensor_of(raw);
+        camlux_tof_noise noise = CAMLUX_TOF_NOISE_INIT;
+        if (status == CAMLUX_OK)
+            status = camlux_scene_get_sensor_noise(get(), &noise, &is_set);
+        if (found && is_set)
+            found->noise = detail::noise_of(noise);
+        return detail::ended(status, found);
     }
 
     /** \param tof std::nullopt: no time of flight. It needs a sensor with wavelength_nm and quantum_efficiency. */

@@ -353,36 +353,20 @@ class MetallicRoughness(Fields):
 
 
 @dataclass(slots=True, eq=False)
-class Sensor(Fields):
-    """Converts the radiance that a pixel sees to energy: Q_C = E_C · pixel area · duty cycle · exposure time.
-
-    pixel_pitch_um: width and height of a pixel, micrometres. Limits: 0.01 to 1e6.
-    exposure_time_s: of an image, or of each phase image of time of flight, seconds.
-    duty_cycle: share of the exposure in which the signal is on. Limits: 0 to 1.
-    wavelength_nm: λ of the light, nanometres. Time of flight needs it, together with `quantum_efficiency`. Limits: 1 to 1e6.
-    quantum_efficiency: η, electrons per photon. Limits: above 0, up to 1.
-    f_number: focal length divided by the diameter of the aperture. Without it, E_C equals the radiance in number, as in the model.
-    """
-
-    pixel_pitch_um: Numbers
-    exposure_time_s: Number
-    duty_cycle: Number = 1.0
-    wavelength_nm: Number | None = None
-    quantum_efficiency: Number | None = None
-    f_number: Number | None = None
-
-
-@dataclass(slots=True, eq=False)
 class SensorNoise(Fields):
-    """The noise of a time-of-flight sensor, and its conversion of electrons to digital numbers (DN). Each tap of a phase image is a separate well.
+    """The noise of a sensor, and its conversion of electrons to digital numbers (DN), after EMVA 1288. Each value of a pixel is a well of its own: for time of flight, each tap of a phase image.
 
-    full_well_e: the most electrons that a tap holds.
-    dark_e_per_s: dark current of a tap, electrons per second.
+    full_well_e: the most electrons that a well holds.
+    dark_e_per_s: dark current of a well, electrons per second.
     read_noise_e: σ_r, the standard deviation of the read noise, electrons.
     gain_dn_per_e: DN per electron.
     black_level_dn: the DN of 0 electrons.
     bits: DN are from 0 to 2^bits − 1. Limits: 1 to 24.
     seed: each seed gives different noise.
+    dsnu_e: dark signal non-uniformity (DSNU), electrons: standard deviation over the pixels of what a pixel adds to every reading. It
+        depends on the seed, and stays from frame to frame.
+    prnu: photo response non-uniformity (PRNU): standard deviation over the pixels of the factor of their quantum efficiency. It stays
+        like `dsnu_e`. Limits: 0 to 1.
     """
 
     full_well_e: Number
@@ -392,6 +376,37 @@ class SensorNoise(Fields):
     black_level_dn: Number = 0.0
     bits: Whole = 12
     seed: Whole = 0
+    dsnu_e: Number = 0.0
+    prnu: Number = 0.0
+
+
+@dataclass(slots=True, eq=False)
+class Sensor(Fields):
+    """Converts the radiance that a pixel sees to energy: Q_C = E_C · pixel area · duty cycle · exposure time.
+
+    pixel_pitch_um: width and height of a pixel, micrometres. Limits: 0.01 to 1e6.
+    exposure_time_s: of an image, or of each phase image of time of flight, seconds.
+    duty_cycle: share of the exposure in which the signal is on. Limits: 0 to 1.
+    wavelength_nm: λ of the light, nanometres. Electrons are counted with it and `quantum_efficiency`: time of flight and `noise` need
+        both. Limits: 1 to 1e6.
+    quantum_efficiency: η, electrons per photon. Limits: above 0, up to 1.
+    f_number: focal length divided by the diameter of the aperture. Without it, E_C equals the radiance in number, as in the model.
+    band_weights: factors of `quantum_efficiency` for light in the bands R, G and B. Time of flight has its own. Limits: 0 to 1e6.
+    bayer: colour filters of the pixels, row by row from the upper left one: each pixel then counts the electrons of one band.
+    monochrome: whether a pixel counts the electrons of all bands together.
+    noise: how electrons are counted; None: layers hold expected values.
+    """
+
+    pixel_pitch_um: Numbers
+    exposure_time_s: Number
+    duty_cycle: Number = 1.0
+    wavelength_nm: Number | None = None
+    quantum_efficiency: Number | None = None
+    f_number: Number | None = None
+    band_weights: Bands = (1.0, 1.0, 1.0)
+    bayer: Literal["RGGB", "GRBG", "GBRG", "BGGR"] | None = None
+    monochrome: bool = False
+    noise: SensorNoise | None = None
 
 
 # End of sensor.

@@ -156,6 +156,7 @@ impl<'py> Part<'py> {
             ParameterKind::Pair => {
                 ParameterValue::Pair(self.need(name, "give width and height, micrometres")?)
             }
+            ParameterKind::Bands => ParameterValue::Bands(self.bands(name)?),
             ParameterKind::Count if is_optional => {
                 let count: u32 = self.need(name, "give a whole number, or None")?;
                 ParameterValue::Count(count.into())

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use camlux::scene::{
     self, Camera, Carrier, Distortion, Lens, Material, Parameter, ParameterValue, Parameters,
-    PlacedLight, Profile, Shadow, Shared, TextureLookup, TimeOfFlight,
+    PlacedLight, Profile, Sensor, Shadow, Shared, TextureLookup, TimeOfFlight,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -70,7 +70,7 @@ impl<'py> Classes<'py> {
             meshes: PyList::new(py, meshes(py, &scene.meshes)?)?,
             materials: self.materials(&scene.materials, scene.textures.clone())?,
             indirect: scene.indirect.map(|indirect| self.parameters(indirect.parameters())).transpose()?,
-            sensor: scene.sensor.map(|sensor| self.parameters(&sensor)).transpose()?,
+            sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
         )
@@ -234,6 +234,14 @@ impl<'py> Classes<'py> {
         )
     }
 
+    fn sensor(&self, sensor: &Sensor) -> PyResult<Bound<'py, PyAny>> {
+        let made = self.parameters(sensor)?;
+        if let Some(noise) = &sensor.noise {
+            made.setattr("noise", self.parameters(noise)?)?;
+        }
+        Ok(made)
+    }
+
     /// An object of the class whose fields are these parameters.
     fn parameters(&self, parameters: &dyn Parameters) -> PyResult<Bound<'py, PyAny>> {
         let fields = PyDict::new(self.0.py());
@@ -242,6 +250,7 @@ impl<'py> Classes<'py> {
                 None => fields.set_item(name, None::<f64>)?,
                 Some(ParameterValue::Number(number)) => fields.set_item(name, number)?,
                 Some(ParameterValue::Pair([a, b])) => fields.set_item(name, (a, b))?,
+                Some(ParameterValue::Bands(bands)) => fields.set_item(name, triple(bands))?,
                 Some(ParameterValue::Count(count)) => fields.set_item(name, count)?,
                 Some(ParameterValue::Name(word)) => fields.set_item(name, word)?,
                 Some(ParameterValue::Flag(flag)) => fields.set_item(name, flag)?,

@@ -35,7 +35,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     });
     let mut scene = camlux::Scene {
         camera,
-        sensor: part.parameters("sensor", Sensor::DEFAULT)?,
+        sensor: part.part("sensor")?.map(|sensor| sensor_from(&sensor)).transpose()?,
         tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
         lights: lights.iter().map(placed_from).collect::<PyResult<_>>()?,
         meshes: meshes.collect::<PyResult<_>>()?,
@@ -292,6 +292,15 @@ impl<'py> Textures<'py> {
             is_one_sided: part.flag("one_sided")?,
         })
     }
+}
+
+fn sensor_from(part: &Part) -> PyResult<Sensor> {
+    let mut sensor = Sensor {
+        noise: part.parameters("noise", SensorNoise::DEFAULT)?,
+        ..Sensor::DEFAULT
+    };
+    part.read(&mut sensor)?;
+    Ok(sensor)
 }
 
 fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {

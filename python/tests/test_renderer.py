@@ -96,6 +96,25 @@ def test_layers_that_are_wanted_come_alone(renderer, scene):
         renderer.render(scene, layers=["tof0.range"])
 
 
+def test_a_sensor_counts_electrons(device, scene):
+    scene.indirect = None
+    scene.sensor = camlux.Sensor((3, 3), 1e-3, wavelength_nm=550, quantum_efficiency=0.6, bayer="GRBG")
+    renderer = camlux.Renderer(device)
+    expected = renderer.render(scene)
+    assert expected["raw_electrons"].shape == expected["depth"].shape and expected.units["raw_electrons"] == "e-"
+    assert "raw_dn" not in expected and "electrons" not in expected
+    per_joule = 0.6 * 550e-9 / (6.62607015e-34 * 299792458)
+    np.testing.assert_allclose(expected["raw_electrons"][1::2, ::2], expected["energy"][1::2, ::2, 2] * per_joule, rtol=1e-6)
+    scene.sensor.noise = camlux.SensorNoise(1e4, dark_e_per_s=1e5, read_noise_e=2, gain_dn_per_e=0.5, prnu=0.01)
+    raw = renderer.render(scene, layers=["raw_dn"])
+    assert raw.units["raw_dn"] == "DN" and (raw["raw_dn"] == np.round(raw["raw_dn"])).all()
+    scene.sensor.bayer = None
+    assert renderer.render(scene)["dn"].shape[-1] == 3
+    scene.sensor.bayer = "RGBG"
+    with pytest.raises(camlux.SceneError, match="RGGB"):
+        renderer.render(scene)
+
+
 def with_time_of_flight(scene):
     scene.indirect = None
     scene.sensor = camlux.Sensor((10, 10), exposure_time_s=1e-3, duty_cycle=0.5, wavelength_nm=850, quantum_efficiency=0.5)

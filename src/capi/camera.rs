@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{Camera, Distortion, Intrinsics, Lens, PixelFilter, PixelSampling, Sensor};
+use crate::scene::{
+    BayerPattern, Camera, Distortion, Intrinsics, Lens, PixelFilter, PixelSampling, Sensor,
+};
 
 /// Lens given by `fov_y_deg`.
 pub const CAMLUX_LENS_FOV_Y: i32 = 0;
@@ -18,6 +20,17 @@ pub const CAMLUX_LENS_FISHEYE: i32 = 3;
 pub const CAMLUX_FILTER_BOX: i32 = 0;
 /// Gaussian weights with a standard deviation of 0.5 pixels, cut off 1.5 pixels from the pixel's centre.
 pub const CAMLUX_FILTER_GAUSSIAN: i32 = 1;
+
+/// Pixels have no colour filters.
+pub const CAMLUX_BAYER_NONE: i32 = 0;
+/// Colour filters, row by row from the upper left pixel: R G, G B.
+pub const CAMLUX_BAYER_RGGB: i32 = 1;
+/// Colour filters: G R, B G.
+pub const CAMLUX_BAYER_GRBG: i32 = 2;
+/// Colour filters: G B, R G.
+pub const CAMLUX_BAYER_GBRG: i32 = 3;
+/// Colour filters: B G, G R.
+pub const CAMLUX_BAYER_BGGR: i32 = 4;
 
 /// A camera. Initialise with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with +y up, 45 degrees.
 ///
@@ -73,14 +86,20 @@ pub struct camlux_sensor {
     pub exposure_time_s: f64,
     /// Fraction of the exposure in which the signal is on, 0 to 1.
     pub duty_cycle: f64,
-    /// Wavelength with which time of flight counts photons (camlux_scene_set_tof), nanometres. 0, with quantum_efficiency 0: the sensor has no
-    /// photodetector for time of flight.
+    /// Wavelength with which electrons are counted, nanometres: by time of flight (camlux_scene_set_tof), with noise
+    /// (camlux_scene_set_sensor_noise), and with bayer or monochrome. 0, with quantum_efficiency 0: electrons are not counted.
     pub wavelength_nm: f64,
     /// Electrons per photon, above 0 and up to 1.
     pub quantum_efficiency: f64,
     /// Focal length divided by the diameter of the aperture. The irradiance on a pixel is its radiance times (pi/4) / f_number^2 * cos^4 of the
     /// angle to the axis. 0: the irradiance is numerically the radiance. Not with CAMLUX_LENS_FISHEYE.
     pub f_number: f64,
+    /// Factors of quantum_efficiency for light in the bands R, G and B. Time of flight has its own.
+    pub band_weights: [f64; 3],
+    /// CAMLUX_BAYER_NONE, or the colour filters: each pixel then counts the electrons of one band, CAMLUX_LAYER_RAW_ELECTRONS.
+    pub bayer: i32,
+    /// 1: a pixel counts the electrons of all bands together, CAMLUX_LAYER_RAW_ELECTRONS; otherwise 0.
+    pub monochrome: i32,
 }
 
 c_struct!(
@@ -93,7 +112,11 @@ c_struct!(
     samples: 1,
 );
 
-c_struct!(camlux_sensor, 40, duty_cycle: 1.0);
+c_struct!(
+    camlux_sensor, 40,
+    duty_cycle: Sensor::DEFAULT.duty_cycle,
+    band_weights: Sensor::DEFAULT.band_weights,
+);
 
 /// Sets the camera. Lights with CAMLUX_RELATIVE_TO_CAMERA move with it. Until then a created scene has the camera of CAMLUX_CAMERA_INIT.
 ///
@@ -132,9 +155,9 @@ pub unsafe extern "C" fn camlux_scene_get_camera(
     })
 }
 
-/// Sets the sensor. Frames then have the layer CAMLUX_LAYER_ENERGY.
+/// Sets the sensor. Frames then have the layer CAMLUX_LAYER_ENERGY. The noise of the sensor before stays (camlux_scene_set_sensor_noise).
 ///
-/// \param sensor NULL: none, the default.
+/// \param sensor NULL: none, the default, and no noise.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range.
 /// \threads any; calls on the same scene are serialised.
 #[unsafe(no_mangle)]
@@ -147,8 +170,64 @@ pub unsafe extern "C" fn camlux_scene_set_sensor(
         // SAFETY: the caller guarantees it.
         let sensor = unsafe { args::read_optional(sensor) }?;
         let sensor = sensor.map(sensor_from_c).transpose()?;
-        object.lock_to_change().scene.sensor = sensor;
+        let mut object = object.lock_to_change();
+        let noise = object.scene.sensor.and_then(|before| before.noise);
+        let sensor = sensor.map(|sensor| Sensor { noise, ..sensor });
+        sensor.map_or(Ok(()), |sensor| sensor.validate())?;
+        object.scene.sensor = sensor;
         Ok(())
+    })
+}
+
+/// Sets the noise of the sensor. Frames then have the layers CAMLUX_LAYER_ELECTRONS and CAMLUX_LAYER_DN; with bayer or monochrome of
+/// camlux_sensor CAMLUX_LAYER_RAW_ELECTRONS and CAMLUX_LAYER_RAW_DN. Time of flight has its own noise, in camlux_tof.
+///
+/// \param noise NULL: none, the default.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also without a sensor; CAMLUX_ERROR_SCENE for values out of range, and
+/// for a sensor without wavelength_nm and quantum_efficiency.
+/// \threads any; calls on the same scene are serialised.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_sensor_noise(
+    scene: *mut camlux_scene,
+    noise: *const camlux_tof_noise,
+) -> camlux_status {
+    ffi_guard("camlux_scene_set_sensor_noise", || {
+        let object = handle::get(scene)?;
+        // SAFETY: the caller guarantees it.
+        let noise = unsafe { args::read_optional(noise) }?.map(noise_from_c);
+        let mut object = object.lock_to_change();
+        match object.scene.sensor {
+            Some(sensor) => {
+                let sensor = Sensor { noise, ..sensor };
+                sensor.validate()?;
+                object.scene.sensor = Some(sensor);
+                Ok(())
+            }
+            None if noise.is_none() => Ok(()),
+            None => Err(Failure::argument(
+                "there is no sensor that has noise; call camlux_scene_set_sensor first",
+            )),
+        }
+    })
+}
+
+/// Reads the noise of the sensor.
+///
+/// \param noise initialise with CAMLUX_TOF_NOISE_INIT. Unchanged if there is none.
+/// \param is_set receives 1, or 0 if there is none.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_get_sensor_noise(
+    scene: *mut camlux_scene,
+    noise: *mut camlux_tof_noise,
+    is_set: *mut i32,
+) -> camlux_status {
+    ffi_guard("camlux_scene_get_sensor_noise", || {
+        let sensor = handle::get(scene)?.lock().scene.sensor;
+        let found = sensor.and_then(|sensor| sensor.noise);
+        // SAFETY: the caller guarantees it.
+        unsafe { args::write_optional(noise, is_set, found.as_ref().map(noise_to_c)) }
     })
 }
 
@@ -254,6 +333,13 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
 fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
     args::reserved(camlux_sensor::NAME, sensor.reserved)?;
     let given = |value: f64| (value != 0.0).then_some(value);
+    let patterns = args::choices![
+        CAMLUX_BAYER_NONE => None,
+        CAMLUX_BAYER_RGGB => Some(BayerPattern::Rggb),
+        CAMLUX_BAYER_GRBG => Some(BayerPattern::Grbg),
+        CAMLUX_BAYER_GBRG => Some(BayerPattern::Gbrg),
+        CAMLUX_BAYER_BGGR => Some(BayerPattern::Bggr),
+    ];
     let sensor = Sensor {
         pixel_pitch_um: sensor.pixel_pitch_um,
         exposure_time_s: sensor.exposure_time_s,
@@ -261,6 +347,10 @@ fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
         wavelength_nm: given(sensor.wavelength_nm),
         quantum_efficiency: given(sensor.quantum_efficiency),
         f_number: given(sensor.f_number),
+        band_weights: sensor.band_weights,
+        bayer: args::one_of("bayer", sensor.bayer, &patterns)?,
+        monochrome: args::flag("monochrome", sensor.monochrome)?,
+        noise: None,
     };
     sensor.validate()?;
     Ok(sensor)
@@ -274,6 +364,15 @@ fn sensor_to_c(sensor: &Sensor) -> camlux_sensor {
         wavelength_nm: sensor.wavelength_nm.unwrap_or(0.0),
         quantum_efficiency: sensor.quantum_efficiency.unwrap_or(0.0),
         f_number: sensor.f_number.unwrap_or(0.0),
+        band_weights: sensor.band_weights,
+        bayer: match sensor.bayer {
+            None => CAMLUX_BAYER_NONE,
+            Some(BayerPattern::Rggb) => CAMLUX_BAYER_RGGB,
+            Some(BayerPattern::Grbg) => CAMLUX_BAYER_GRBG,
+            Some(BayerPattern::Gbrg) => CAMLUX_BAYER_GBRG,
+            Some(BayerPattern::Bggr) => CAMLUX_BAYER_BGGR,
+        },
+        monochrome: sensor.monochrome.into(),
         ..Default::default()
     }
 }

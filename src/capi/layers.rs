@@ -67,6 +67,22 @@ pub const CAMLUX_LAYER_CAMERA_POSITION: i32 = 14;
 /// Values: W/sr/m^2, channels R, G, B; with emission_w_sr_m2 of a camlux_material.
 pub const CAMLUX_LAYER_EMISSION: i32 = 15;
 
+/// Electrons that the pixel counts in each band, noise included.
+/// Values: electrons, channels R, G, B; with camlux_scene_set_sensor_noise.
+pub const CAMLUX_LAYER_ELECTRONS: i32 = 16;
+
+/// Digital number of these electrons.
+/// Values: DN, channels R, G, B; with camlux_scene_set_sensor_noise.
+pub const CAMLUX_LAYER_DN: i32 = 17;
+
+/// Electrons that the pixel counts through its colour filter, or of all bands; noise included.
+/// Values: electrons; with bayer or monochrome of camlux_sensor.
+pub const CAMLUX_LAYER_RAW_ELECTRONS: i32 = 18;
+
+/// Digital number of these electrons: the raw image.
+/// Values: DN; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise.
+pub const CAMLUX_LAYER_RAW_DN: i32 = 19;
+
 /// Phasor Z of all modulated light, a sum over paths.
 /// Values: W/sr/m^2, channels re, im.
 pub const CAMLUX_LAYER_TOF_PHASOR: i32 = 64;

@@ -12,8 +12,9 @@ pub const CAMLUX_CHARGE_ELECTRONS: i32 = 0;
 /// Charges are digital numbers, DN, computed with the gain of camlux_tof_noise.
 pub const CAMLUX_CHARGE_DN: i32 = 1;
 
-/// The noise of a sensor (EMVA 1288), and its conversion of electrons to digital numbers. Each tap is a separate well. Initialise with
-/// CAMLUX_TOF_NOISE_INIT, and set at least full_well_e. Defaults: 12 bits, 1 DN per electron, shot noise only.
+/// The noise of a sensor (EMVA 1288), with or without time of flight, and its conversion of electrons to digital numbers. Each value of a
+/// pixel is a separate well: for time of flight, each tap. Initialise with CAMLUX_TOF_NOISE_INIT, and set at least full_well_e. Defaults: 12
+/// bits, 1 DN per electron, shot noise only.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_tof_noise {
@@ -23,16 +24,22 @@ pub struct camlux_tof_noise {
     pub bits: u32,
     /// Seed of the noise. The noise also differs for each frame_index and seed of camlux_render_options, and for each camera.
     pub seed: u64,
-    /// Dark current of a tap, electrons per second.
+    /// Dark current of a well, electrons per second.
     pub dark_e_per_s: f64,
     /// Standard deviation of the read noise, electrons.
     pub read_noise_e: f64,
-    /// Largest number of electrons that a tap holds.
+    /// Largest number of electrons that a well holds.
     pub full_well_e: f64,
     /// DN per electron.
     pub gain_dn_per_e: f64,
     /// DN for 0 electrons.
     pub black_level_dn: f64,
+    /// Dark signal non-uniformity (DSNU), electrons: standard deviation over the pixels of what a pixel adds to every reading. It depends on
+    /// the seed, and stays from frame to frame.
+    pub dsnu_e: f64,
+    /// Photo response non-uniformity (PRNU), 0 to 1: standard deviation over the pixels of the factor of their quantum efficiency. It stays
+    /// like dsnu_e.
+    pub prnu: f64,
 }
 
 /// A time-of-flight camera (AMCW): its pixels correlate light with the modulation of the source. Initialise with CAMLUX_TOF_INIT: four
@@ -175,7 +182,7 @@ fn tof_to_c(tof: &TimeOfFlight) -> camlux_tof {
     made
 }
 
-fn noise_to_c(noise: &SensorNoise) -> camlux_tof_noise {
+pub(super) fn noise_to_c(noise: &SensorNoise) -> camlux_tof_noise {
     camlux_tof_noise {
         bits: noise.bits,
         seed: noise.seed,
@@ -184,6 +191,8 @@ fn noise_to_c(noise: &SensorNoise) -> camlux_tof_noise {
         full_well_e: noise.full_well_e,
         gain_dn_per_e: noise.gain_dn_per_e,
         black_level_dn: noise.black_level_dn,
+        dsnu_e: noise.dsnu_e,
+        prnu: noise.prnu,
         ..Default::default()
     }
 }
@@ -227,7 +236,7 @@ unsafe fn tof_from_c(tof: camlux_tof) -> Outcome<TimeOfFlight> {
     Ok(tof)
 }
 
-fn noise_from_c(noise: camlux_tof_noise) -> SensorNoise {
+pub(super) fn noise_from_c(noise: camlux_tof_noise) -> SensorNoise {
     SensorNoise {
         seed: noise.seed,
         dark_e_per_s: noise.dark_e_per_s,
@@ -236,5 +245,7 @@ fn noise_from_c(noise: camlux_tof_noise) -> SensorNoise {
         gain_dn_per_e: noise.gain_dn_per_e,
         black_level_dn: noise.black_level_dn,
         bits: noise.bits,
+        dsnu_e: noise.dsnu_e,
+        prnu: noise.prnu,
     }
 }

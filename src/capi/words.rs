@@ -1,7 +1,7 @@
 //! The library names values as scene files do. This table says what they are in C.
 
 /// What messages of the library contain, and what it is in C. A phrase stands before those that it contains.
-const WORDS: [(&str, &str); 30] = [
+const WORDS: [(&str, &str); 33] = [
     // Hints.
     (
         "give the sensor a wavelength_nm and a quantum_efficiency",
@@ -36,6 +36,18 @@ const WORDS: [(&str, &str); 30] = [
     ),
     // Layers.
     ("give the scene a sensor", "call camlux_scene_set_sensor"),
+    (
+        "give the sensor noise, and neither bayer nor monochrome",
+        "call camlux_scene_set_sensor_noise, and set neither bayer nor monochrome of camlux_sensor",
+    ),
+    (
+        "give the sensor noise, and bayer or monochrome",
+        "call camlux_scene_set_sensor_noise, and set bayer or monochrome of camlux_sensor",
+    ),
+    (
+        "give the sensor bayer or monochrome",
+        "set bayer or monochrome of camlux_sensor",
+    ),
     (
         "set stderr_layer of its indirect light",
         "set stderr_layer of camlux_indirect",

@@ -89,6 +89,10 @@ impl Scene {
                 sensor.named_values().into_iter().partition(of_lens);
             toml.table("[sensor]");
             toml.parameters(sensor);
+            if let Some(noise) = &self.sensor.and_then(|sensor| sensor.noise) {
+                toml.table("[sensor.noise]");
+                toml.parameters(noise.named_values());
+            }
             if lens.iter().any(|(_, value)| value.is_some()) {
                 toml.table("[lens]");
                 toml.parameters(lens);

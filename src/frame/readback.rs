@@ -7,8 +7,8 @@ use crate::{
     Error, LocalSpace, Result,
     model::Phasor,
     output::{
-        FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, TofCamera, WantedLayers,
-        per_pixel, pixels_of_a_thread,
+        FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, SensorReadout, TofCamera,
+        WantedLayers, per_pixel, pixels_of_a_thread,
     },
     parallel::for_each_at_once,
     passes::Context,
@@ -66,7 +66,7 @@ pub(super) fn image_of(images: &FrameImages, layer: Layer) -> Option<&Image> {
     }
 }
 
-/// Layers that are copies of their images, and that no other layer needs.
+/// Layers that are copies of their images.
 const COPIED: [Layer; 3] = [Layer::StandardError, Layer::Energy, Layer::Normal];
 
 /// The images of a frame that its layers are made from, or those of a list.
@@ -96,7 +96,9 @@ impl<'i> NeededImages<'i> {
         let gbuffer = &images.gbuffer;
         let sampled = images.sampled.as_ref().filter(|_| has_depths);
         let of_light = |layer| image_of(images, layer).filter(|_| has_radiance || is_wanted(layer));
-        let copied = COPIED.into_iter().filter(|&layer| is_wanted(layer));
+        let counts_electrons = is_any_wanted(&SensorReadout::LAYERS);
+        let is_needed = |layer| is_wanted(layer) || layer == Layer::Energy && counts_electrons;
+        let copied = COPIED.into_iter().filter(|&layer| is_needed(layer));
         let phasors = [&images.direct_phasors, &images.indirect_phasors];
         NeededImages {
             position_instance: has_geometry.then_some(&gbuffer.position_instance),
@@ -247,6 +249,18 @@ pub(crate) fn read_layers(
     }
     layers.extend(geometry.into_iter().flat_map(Geometry::layers));
     layers.extend(material_ids.map(|ids| (Layer::MaterialId, LayerData::Id(ids))));
+    if let Some(readout) = SensorReadout::of(description) {
+        let energies = layers.iter().find_map(|(layer, data)| match data {
+            LayerData::Float(values) if *layer == Layer::Energy => Some(&values[..]),
+            _ => None,
+        });
+        let mut wanted = WantedLayers {
+            is_wanted: &is_wanted,
+            floats: &mut |values| pool.floats(values),
+        };
+        let read = readout.layers(energies.unwrap_or_default(), &mut wanted);
+        layers.extend(read);
+    }
     layers.sort_by_key(|(layer, _)| *layer);
     if let (Some(tof), Some(paths)) = (tof, paths) {
         let both: Vec<&Image> = phasors.into_iter().flatten().collect();
@@ -255,6 +269,7 @@ pub(crate) fn read_layers(
         let [direct, indirect] = phasors.map(texels);
         let parts = FrameParts {
             has_sensor: true,
+            counted: None,
             has_indirect: images.indirect.is_some(),
             has_emission: false,
             has_samples: false,

@@ -106,6 +106,7 @@ impl Plan {
     pub fn layer_bytes(&self) -> u64 {
         let parts = FrameParts {
             has_sensor: self.joule_per_irradiance.is_some(),
+            counted: self.counted_electrons,
             has_indirect: self.indirect.is_some(),
             has_emission: self.is_emissive,
             has_samples: self.pixel_sampling.is_some(),

@@ -307,6 +307,7 @@ pub fn with_tof(scene: Scene, frequencies_hz: &[f64]) -> Scene {
             f_number: None,
             wavelength_nm: Some(850.0),
             quantum_efficiency: Some(0.8),
+            ..Sensor::DEFAULT
         }),
         tof: Some(TimeOfFlight {
             frequencies_hz: frequencies_hz.into(),

@@ -185,6 +185,7 @@ fn saturated(exam: &mut Examiner) -> Result<()> {
             gain_dn_per_e: 0.1,
             black_level_dn: 0.0,
             bits: 12,
+            ..SensorNoise::DEFAULT
         });
     }
     let frame = exam.render(&scene)?;

@@ -8,14 +8,42 @@ use rand_distr::{Distribution, Poisson, StandardNormal};
 
 use crate::scene::SensorNoise;
 
-/// One reading of one tap. Random numbers depend only on this and the sensor's seed, not on threads or on what else is rendered.
+/// One reading of one well. Random numbers depend only on this and the sensor's seed, not on threads or on what else is rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     pub frame: FrameKey,
     pub pixel: u32,
+    /// Of time of flight, or [`Reading::NO_FREQUENCY`].
     pub frequency: u8,
     pub phase: u8,
-    pub tap: u8,
+    /// Which of the pixel's wells: a tap of time of flight, or the band.
+    pub well: u8,
+}
+
+impl Reading {
+    /// What a sensor without time of flight has in place of a frequency.
+    pub const NO_FREQUENCY: u8 = u8::MAX;
+
+    /// What tells the readings of a frame apart, and beside them the fixed patterns of the sensor.
+    fn counter(self, is_pattern: bool) -> [u32; 4] {
+        let Reading {
+            frame,
+            pixel,
+            frequency,
+            phase,
+            well,
+        } = self;
+        match is_pattern {
+            false => [
+                0,
+                u32::from_le_bytes([frequency, phase, well, 0]),
+                pixel,
+                frame.index,
+            ],
+            // The same in all readings of the well.
+            true => [0, u32::from_le_bytes([0, 0, well, 1]), pixel, 0],
+        }
+    }
 }
 
 /// What tells the noise of one frame from that of another.
@@ -41,14 +69,33 @@ impl FrameKey {
 }
 
 impl SensorNoise {
-    /// The reading of a tap in which light frees `expected_e` electrons on average, electrons. Read noise may make it negative.
+    /// The reading of a well in which light frees `expected_e` electrons on average, electrons. Read noise may make it negative.
     pub fn electrons(&self, expected_e: f64, exposure_time_s: f64, reading: Reading) -> f64 {
-        let mut random = Philox::new(self.seed ^ reading.frame.mixed(), reading);
-        let mean = expected_e + self.dark_e_per_s * exposure_time_s;
+        let key = self.seed ^ reading.frame.mixed();
+        let mut random = Philox::new(key, reading.counter(false));
+        let (response, offset_e) = self.fixed_pattern(reading);
+        let mean = response * expected_e + self.dark_e_per_s * exposure_time_s;
         // A mean without a distribution frees no electron.
         let freed = Poisson::new(mean).map_or(0.0, |poisson| poisson.sample(&mut random));
         let noise: f64 = StandardNormal.sample(&mut random);
-        freed.min(self.full_well_e) + self.read_noise_e * noise
+        freed.min(self.full_well_e) + offset_e + self.read_noise_e * noise
+    }
+
+    /// What the well of this reading makes of light, as a factor, and the electrons that it adds to each reading.
+    fn fixed_pattern(&self, reading: Reading) -> (f64, f64) {
+        if !self.has_fixed_pattern() {
+            return (1.0, 0.0);
+        }
+        // Each camera is a sensor of its own, whose pattern no seed of a render changes.
+        let camera = FrameKey {
+            camera: reading.frame.camera,
+            ..FrameKey::default()
+        };
+        let mut random = Philox::new(self.seed ^ camera.mixed(), reading.counter(true));
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let (of_response, of_dark) = (normal(), normal());
+        let response = (1.0 + self.prnu * of_response).max(0.0);
+        (response, self.dsnu_e * of_dark)
     }
 
     /// The number that stands for this many electrons.
@@ -68,22 +115,10 @@ struct Philox {
 }
 
 impl Philox {
-    fn new(seed: u64, reading: Reading) -> Philox {
-        let Reading {
-            frame,
-            pixel,
-            frequency,
-            phase,
-            tap,
-        } = reading;
+    fn new(key: u64, counter: [u32; 4]) -> Philox {
         Philox {
-            key: [seed as u32, (seed >> 32) as u32],
-            counter: [
-                0,
-                u32::from_le_bytes([frequency, phase, tap, 0]),
-                pixel,
-                frame.index,
-            ],
+            key: [key as u32, (key >> 32) as u32],
+            counter,
             numbers: [0; 4],
             used: 4,
         }

@@ -10,7 +10,7 @@ use crate::{
     model::{FrameKey, PhaseSampling},
     scene::{
         Camera, Intrinsics, Parameter, ParameterKind, ParameterValue, Parameters, PixelSampling,
-        TimeOfFlight,
+        SensorNoise, TimeOfFlight,
     },
 };
 
@@ -56,6 +56,10 @@ impl From<DVec3> for Attribute {
     }
 }
 
+fn count(value: u32) -> Attribute {
+    Attribute::Int(i32::try_from(value).unwrap_or(i32::MAX))
+}
+
 /// A value of a type that the `exr` crate has no variant for.
 fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
     AttributeValue::Custom {
@@ -96,8 +100,6 @@ pub(super) fn attributes(
         let name = text(&format!("camlux.{name}"));
         header.other.insert(name, value.to_exr());
     };
-    let count = |value: u32| Attribute::Int(i32::try_from(value).unwrap_or(i32::MAX));
-
     add("version", env!("CARGO_PKG_VERSION").into());
     add("scene_hash", scene_hash.as_str().into());
     let stats = &frame.stats;
@@ -169,7 +171,12 @@ pub(super) fn attributes(
         }
     }
     if let Some(sensor) = sensor {
-        for (Parameter { name, .. }, value) in sensor.named_values() {
+        // What only the counting of electrons uses.
+        const OF_COUNTING: [&str; 2] = ["band_weights", "monochrome"];
+        let counts_electrons = sensor.counted_electrons().is_some();
+        let rows = sensor.named_values().into_iter();
+        let rows = rows.filter(|(row, _)| counts_electrons || !OF_COUNTING.contains(&row.name));
+        for (Parameter { name, .. }, value) in rows {
             let part = if *name == "f_number" {
                 "lens"
             } else {
@@ -178,6 +185,9 @@ pub(super) fn attributes(
             let name = format!("{part}.{name}");
             match value {
                 Some(ParameterValue::Pair(numbers)) => add(&name, Attribute::Vector2(numbers)),
+                Some(ParameterValue::Bands(numbers)) => add(&name, Attribute::Vector3(numbers)),
+                Some(ParameterValue::Name(word)) => add(&name, word.into()),
+                Some(ParameterValue::Flag(flag)) => add(&name, Attribute::Int(flag.into())),
                 value => {
                     if let Some(number) = value.and_then(ParameterValue::number) {
                         add(&name, Attribute::Number(number));
@@ -185,18 +195,14 @@ pub(super) fn attributes(
                 }
             }
         }
+        if let Some(noise) = &sensor.noise {
+            sensor_noise("sensor", noise, *key, &mut add);
+        }
     }
     if let Some(tof) = tof {
         time_of_flight(tof, lights.len(), &mut add);
-        if tof.noise.is_some() {
-            let FrameKey {
-                index,
-                camera,
-                seed,
-            } = *key;
-            add("tof.noise.frame", count(index));
-            add("tof.noise.camera", count(camera));
-            add("tof.noise.render_seed", count(seed));
+        if let Some(noise) = &tof.noise {
+            sensor_noise("tof", noise, *key, &mut add);
         }
     }
     let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
@@ -235,7 +241,7 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
         phase_offset_deg,
         ambient_lights: _,
         output,
-        noise,
+        noise: _,
     } = tof;
     for (i, &frequency_hz) in frequencies_hz.iter().enumerate() {
         add(
@@ -254,22 +260,6 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
     add("tof.band_weights", Attribute::Vector3(*band_weights));
     add("tof.phase_offset_deg", Attribute::Number(*phase_offset_deg));
     add("tof.output", output.name().into());
-    if let Some(noise) = noise {
-        for (parameter, value) in noise.named_values() {
-            let name = format!("tof.noise.{}", parameter.name);
-            match value {
-                // An int has only 31 bits.
-                Some(seed) if parameter.kind == ParameterKind::LargeCount => {
-                    add(&name, seed.to_string().as_str().into());
-                }
-                _ => {
-                    if let Some(number) = value.and_then(ParameterValue::number) {
-                        add(&name, Attribute::Number(number));
-                    }
-                }
-            }
-        }
-    }
     for light in 0..light_count {
         let is_modulated = i32::from(tof.is_modulated(light));
         add(
@@ -278,6 +268,37 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
         );
     }
     add("tof.convention", TOF_CONVENTION.into());
+}
+
+/// Adds the noise of a sensor, and what its random numbers depend on.
+fn sensor_noise(
+    of: &str,
+    noise: &SensorNoise,
+    key: FrameKey,
+    add: &mut dyn FnMut(&str, Attribute),
+) {
+    for (parameter, value) in noise.named_values() {
+        let name = format!("{of}.noise.{}", parameter.name);
+        match value {
+            // An int has only 31 bits.
+            Some(seed) if parameter.kind == ParameterKind::LargeCount => {
+                add(&name, seed.to_string().as_str().into());
+            }
+            _ => {
+                if let Some(number) = value.and_then(ParameterValue::number) {
+                    add(&name, Attribute::Number(number));
+                }
+            }
+        }
+    }
+    let FrameKey {
+        index,
+        camera,
+        seed,
+    } = key;
+    add(&format!("{of}.noise.frame"), count(index));
+    add(&format!("{of}.noise.camera"), count(camera));
+    add(&format!("{of}.noise.render_seed"), count(seed));
 }
 
 /// Defines phasors, phase images and the range of time of flight, for readers of files.

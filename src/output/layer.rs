@@ -4,7 +4,9 @@ use std::{collections::HashMap, sync::LazyLock};
 
 use super::layer_table::{Layer, LayerNeed, TofQuantity};
 use crate::error::{Error, Result};
-use crate::scene::{ChargeUnit, IndirectLight, MAX_FREQUENCIES, MAX_PHASES, Scene, TimeOfFlight};
+use crate::scene::{
+    ChargeUnit, CountedElectrons, IndirectLight, MAX_FREQUENCIES, MAX_PHASES, Scene, TimeOfFlight,
+};
 
 /// The names of a layer and of its channels.
 struct Names {
@@ -92,9 +94,9 @@ impl Layer {
 
     /// The unit in a frame of this time-of-flight camera, which may output charges as digital numbers.
     pub fn unit_by(self, tof: Option<&TimeOfFlight>) -> &'static str {
-        match (tof.map(|tof| tof.output), self.unit()) {
-            (Some(ChargeUnit::DigitalNumbers), "e-") => "DN",
-            (_, unit) => unit,
+        match (self, tof.map(|tof| tof.output), self.unit()) {
+            (Layer::Tof(..), Some(ChargeUnit::DigitalNumbers), "e-") => "DN",
+            (_, _, unit) => unit,
         }
     }
 
@@ -143,6 +145,7 @@ impl Layer {
         let gather = scene.indirect.as_ref().and_then(IndirectLight::gather);
         self.is_made_with(FrameParts {
             has_sensor: scene.sensor.is_some(),
+            counted: scene.sensor.and_then(|sensor| sensor.counted_electrons()),
             has_indirect: scene.indirect.is_some(),
             has_emission: scene.has_emission(),
             has_samples: scene.camera.pixel_sampling.is_some(),
@@ -196,6 +199,11 @@ impl Layer {
             && match self.need() {
                 LayerNeed::Nothing => true,
                 LayerNeed::Sensor => parts.has_sensor,
+                LayerNeed::BandElectrons => parts.counted.is_some_and(|counted| !counted.is_raw),
+                LayerNeed::RawElectrons => parts.counted.is_some_and(|counted| counted.is_raw),
+                LayerNeed::RawNoise => parts
+                    .counted
+                    .is_some_and(|counted| counted.is_raw && counted.has_noise),
                 LayerNeed::Indirect => parts.has_indirect,
                 LayerNeed::StderrLayer => parts.has_stderr,
                 LayerNeed::Samples => parts.has_samples,
@@ -210,6 +218,7 @@ impl Layer {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FrameParts {
     pub has_sensor: bool,
+    pub counted: Option<CountedElectrons>,
     pub has_indirect: bool,
     /// Whether surfaces emit.
     pub has_emission: bool,

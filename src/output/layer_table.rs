@@ -6,6 +6,12 @@ pub enum LayerNeed {
     Nothing,
     /// [`Scene::sensor`](crate::Scene::sensor)
     Sensor,
+    /// A sensor with [noise](crate::scene::Sensor::noise), and a value for each band.
+    BandElectrons,
+    /// A sensor with [colour filters](crate::scene::Sensor::bayer), or a monochrome one.
+    RawElectrons,
+    /// Such a sensor, with noise.
+    RawNoise,
     /// [`Scene::indirect`](crate::Scene::indirect)
     Indirect,
     /// `stderr_layer` of [`IndirectLight::FinalGather`](crate::scene::IndirectLight::FinalGather). Reference images need nothing.
@@ -27,6 +33,9 @@ impl LayerNeed {
     pub(super) fn hint(self) -> &'static str {
         match self {
             LayerNeed::Sensor => "give the scene a sensor",
+            LayerNeed::BandElectrons => "give the sensor noise, and neither bayer nor monochrome",
+            LayerNeed::RawElectrons => "give the sensor bayer or monochrome",
+            LayerNeed::RawNoise => "give the sensor noise, and bayer or monochrome",
             LayerNeed::Indirect => "give the scene indirect light",
             LayerNeed::StderrLayer => "set stderr_layer of its indirect light",
             LayerNeed::Samples => "set samples of its camera",
@@ -133,6 +142,14 @@ layers! {
         ///
         /// Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime.
         Energy: "energy" ["R", "G", "B"] "J", Sensor, CAMLUX_LAYER_ENERGY = 3;
+        /// Electrons that the pixel counts in each band, noise included.
+        Electrons: "electrons" ["R", "G", "B"] "e-", BandElectrons, CAMLUX_LAYER_ELECTRONS = 16;
+        /// Digital number of these electrons.
+        DigitalNumber: "dn" ["R", "G", "B"] "DN", BandElectrons, CAMLUX_LAYER_DN = 17;
+        /// Electrons that the pixel counts through its colour filter, or of all bands; noise included.
+        RawElectrons: "raw_electrons" ["Y"] "e-", RawElectrons, CAMLUX_LAYER_RAW_ELECTRONS = 18;
+        /// Digital number of these electrons: the raw image.
+        RawDigitalNumber: "raw_dn" ["Y"] "DN", RawNoise, CAMLUX_LAYER_RAW_DN = 19;
         /// Surface point in the world, rounded to f32: far from the origin it is coarse, and camlux warns.
         ///
         /// P; at 10⁵ m from the origin it has steps of 8 mm. [`Layer::CameraPosition`], `depth` and `range` keep their precision there.

@@ -13,6 +13,7 @@ mod layer_table;
 mod per_pixel;
 mod plain;
 mod png;
+mod readout;
 mod tof;
 
 pub use atomic::OutputFile;
@@ -32,5 +33,6 @@ pub use layer_table::{Layer, LayerNeed, TofQuantity};
 pub(crate) use per_pixel::{per_pixel, pixels_of_a_thread};
 pub use plain::{plain_path, write_exr_files};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
+pub(crate) use readout::SensorReadout;
 pub use tof::Exposure;
 pub(crate) use tof::{PixelPhasors, TofCamera, WantedLayers};

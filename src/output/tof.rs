@@ -265,7 +265,7 @@ impl<'m> Measuring<'m> {
                     pixel: i as u32,
                     frequency: self.frequency as u8,
                     phase: phase as u8,
-                    tap: tap as u8,
+                    well: tap as u8,
                 };
                 camera.read(expected[tap], reading) as f32
             });

@@ -14,8 +14,8 @@ use crate::{
     emission::EmissionDomain,
     geometry::has_shared_meshes,
     scene::{
-        DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Material, Mesh, PixelSampling, PlacedLight,
-        Scene, Shadow, TextureLookup, TextureRole, VplSum,
+        CountedElectrons, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Material, Mesh,
+        PixelSampling, PlacedLight, Scene, Shadow, TextureLookup, TextureRole, VplSum,
     },
     vulkan::{DeviceInfo, DeviceKind, shaders::most_storage_images},
 };
@@ -77,6 +77,8 @@ pub struct Plan {
     /// Sets of images for what lights see: one per light if they fit, else one that the lights use one after the other.
     pub map_sets: u32,
     pub indirect: Option<IndirectPlan>,
+    /// What the host counts of the energy; `None` if nothing.
+    pub counted_electrons: Option<CountedElectrons>,
     /// Joules per W/m² on the pixel; `None` without a sensor.
     pub joule_per_irradiance: Option<f64>,
     /// Irradiance on the pixel over the radiance of light along the axis, sr; `None` without an aperture.
@@ -297,6 +299,7 @@ impl Plan {
             map_sets: 1,
             image_block_rows: device.quirks.image_block_rows,
             indirect,
+            counted_electrons: scene.sensor.and_then(|sensor| sensor.counted_electrons()),
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
             irradiance_per_radiance: scene
                 .sensor

@@ -1,8 +1,8 @@
 //! The hash of a scene, so that an image can state what it was made from.
 
 use super::{
-    Camera, Direct, Distortion, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
-    ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene,
+    BayerPattern, Camera, Direct, Distortion, IndirectLight, Intrinsics, Lens, Light, Material,
+    Mesh, ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene,
     Sensor, SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight,
 };
 
@@ -38,6 +38,10 @@ impl Scene {
                 wavelength_nm: _,
                 quantum_efficiency: _,
                 f_number: _,
+                band_weights: _,
+                bayer: _,
+                monochrome: _,
+                noise: _,
             } = *sensor;
             [width_um, height_um, exposure_time_s, duty_cycle]
         });
@@ -82,14 +86,16 @@ impl Scene {
         // Scenes without time of flight keep their hash from before time of flight existed.
         if let Some(tof) = tof {
             bytes.time_of_flight(tof);
-            let photodetector = sensor.and_then(|sensor| sensor.photodetector());
-            bytes.list(photodetector.as_slice(), |photodetector| {
-                let Photodetector {
-                    wavelength_nm,
-                    quantum_efficiency,
-                } = *photodetector;
-                [wavelength_nm, quantum_efficiency]
-            });
+            bytes.photodetector(*sensor);
+        }
+        // The same for sensors whose electrons are not counted.
+        if let Some(counting) = sensor.filter(|sensor| sensor.counted_electrons().is_some()) {
+            bytes.name("electrons");
+            bytes.photodetector(Some(counting));
+            bytes.numbers(counting.band_weights);
+            bytes.name(counting.bayer.map_or("all", BayerPattern::name));
+            bytes.numbers([f64::from(u8::from(counting.monochrome))]);
+            bytes.noise(counting.noise);
         }
         // The same for cameras whose pixels are points.
         if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
@@ -159,6 +165,7 @@ impl Bytes {
             None => self.numbers([0.0]),
             Some(ParameterValue::Number(number)) => self.numbers([1.0, number]),
             Some(ParameterValue::Pair([a, b])) => self.numbers([1.0, a, b]),
+            Some(ParameterValue::Bands([r, g, b])) => self.numbers([1.0, r, g, b]),
             Some(ParameterValue::Count(count)) => self.numbers([1.0, count as f64]),
             Some(ParameterValue::Name(name)) => self.name(name),
             Some(ParameterValue::Flag(flag)) => self.numbers([1.0, f64::from(flag)]),
@@ -213,6 +220,21 @@ impl Bytes {
         self.numbers([f64::from(*phase_count), *phase_offset_deg]);
         self.numbers(*band_weights);
         self.name(output.name());
+        self.noise(*noise);
+    }
+
+    fn photodetector(&mut self, sensor: Option<Sensor>) {
+        let photodetector = sensor.and_then(|sensor| sensor.photodetector());
+        self.list(photodetector.as_slice(), |photodetector| {
+            let Photodetector {
+                wavelength_nm,
+                quantum_efficiency,
+            } = *photodetector;
+            [wavelength_nm, quantum_efficiency]
+        });
+    }
+
+    fn noise(&mut self, noise: Option<SensorNoise>) {
         self.length(noise.as_slice());
         if let Some(noise) = noise {
             let SensorNoise {
@@ -223,10 +245,17 @@ impl Bytes {
                 gain_dn_per_e,
                 black_level_dn,
                 bits,
-            } = *noise;
+                dsnu_e,
+                prnu,
+            } = noise;
             self.update(&seed.to_le_bytes());
             self.numbers([dark_e_per_s, read_noise_e, full_well_e, gain_dn_per_e]);
             self.numbers([black_level_dn, f64::from(bits)]);
+            // Noise without a fixed pattern keeps its hash from before there was one.
+            if noise.has_fixed_pattern() {
+                self.name("fixed pattern");
+                self.numbers([dsnu_e, prnu]);
+            }
         }
     }
 

@@ -26,6 +26,7 @@ mod pixel_sampling;
 mod profile;
 mod projected_image;
 mod sensor;
+mod sensor_noise;
 mod shared;
 mod texels;
 mod texture_source;
@@ -61,12 +62,13 @@ pub use pattern_integral::PatternIntegral;
 pub use pixel_sampling::{PixelFilter, PixelSampling};
 pub use profile::*;
 pub use projected_image::ProjectedImage;
-pub use sensor::{Photodetector, Sensor};
+pub use sensor::{BayerPattern, CountedElectrons, Photodetector, Sensor};
+pub use sensor_noise::SensorNoise;
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};
 pub use texture_source::{Component, TextureRole, TextureSource, in_their_roles};
 pub(crate) use tof::MAX_PHASES;
-pub use tof::{ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, SensorNoise, TimeOfFlight};
+pub use tof::{ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, TimeOfFlight};
 pub(crate) use validate::Places;
 
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
@@ -76,7 +78,7 @@ pub type Bands = [f64; 3];
 #[derive(Debug, Clone)]
 pub struct Scene {
     pub camera: Camera,
-    /// `None`: frames have no energy layer.
+    /// `None`: frames have no layers `energy`, `electrons` and `dn`.
     pub sensor: Option<Sensor>,
     /// How the camera measures path lengths; needs a sensor with a [`Photodetector`].
     pub tof: Option<TimeOfFlight>,

@@ -1,7 +1,7 @@
 //! Parameters of a scene. Each is declared once, as a row of [`parameters!`]. Scene files, checks, hashes, headers of images, saved scenes,
 //! C and Python read the row.
 
-use super::validate::Part;
+use super::{Bands, validate::Part};
 use crate::Result;
 
 /// What is known of a parameter, whatever its value.
@@ -26,6 +26,8 @@ pub enum ParameterKind {
     Number,
     /// Width and height.
     Pair,
+    /// A number for each band.
+    Bands,
     /// A whole number that fits a `u32`.
     Count,
     /// A whole number that fits a `u64`.
@@ -40,6 +42,7 @@ pub enum ParameterKind {
 pub enum ParameterValue {
     Number(f64),
     Pair([f64; 2]),
+    Bands(Bands),
     Count(u64),
     Name(&'static str),
     Flag(bool),
@@ -95,6 +98,7 @@ impl std::fmt::Display for ParameterValue {
         match self {
             ParameterValue::Number(number) => write!(f, "{number}"),
             ParameterValue::Pair(numbers) => write!(f, "{numbers:?}"),
+            ParameterValue::Bands(numbers) => write!(f, "{numbers:?}"),
             ParameterValue::Count(count) => write!(f, "{count}"),
             ParameterValue::Name(name) => write!(f, "{name}"),
             ParameterValue::Flag(flag) => write!(f, "{flag}"),
@@ -136,6 +140,7 @@ macro_rules! parameter_type {
 parameter_type! {
     f64, ParameterKind::Number, Number;
     [f64; 2], ParameterKind::Pair, Pair;
+    Bands, ParameterKind::Bands, Bands;
     u32, ParameterKind::Count, Count;
     u64, ParameterKind::LargeCount, Count;
     bool, ParameterKind::Flag, Flag;
@@ -205,6 +210,10 @@ pub(super) fn check_limits(part: &Part, parameters: &dyn Parameters) -> Result<(
             ParameterValue::Pair([width, height]) => {
                 [(" width", width), (" height", height)].to_vec()
             }
+            ParameterValue::Bands(bands) => {
+                let names = [" of R", " of G", " of B"];
+                names.into_iter().zip(bands).collect()
+            }
             value => value
                 .number()
                 .map(|number| ("", number))
@@ -220,7 +229,8 @@ pub(super) fn check_limits(part: &Part, parameters: &dyn Parameters) -> Result<(
 }
 
 /// Declares a struct of parameters. A row has documentation, which is the parameter's meaning, name, type and default; then, if there are
-/// any, its limits, and an example of a parameter that every scene must give.
+/// any, its limits, and an example of a parameter that every scene must give. After `with`: fields that are structs of parameters of their
+/// own.
 macro_rules! parameters {
     (
         $(#[doc = $about:literal])+
@@ -228,17 +238,25 @@ macro_rules! parameters {
             $(#[doc = $meaning:literal])+
             $name:ident: $type:ty = $default:expr $(, $limits:expr)? $(; needs $example:literal)?;
         )+}
+        $(with {$(
+            $(#[doc = $of_part:literal])+
+            $part:ident: Option<$part_type:ty>;
+        )+})?
     ) => {
         $(#[doc = $about])+
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct $Struct {$(
             $(#[doc = $meaning])+
             pub $name: $type,
-        )+}
+        )+
+        $($(
+            $(#[doc = $of_part])+
+            pub $part: Option<$part_type>,
+        )+)?}
 
         impl $Struct {
             /// The values where nothing else is given.
-            pub const DEFAULT: Self = $Struct { $($name: $default),+ };
+            pub const DEFAULT: Self = $Struct { $($name: $default,)+ $($($part: None,)+)? };
         }
 
         impl $crate::scene::Parameters for $Struct {

@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_4;
 
 use super::{
-    Limits,
-    parameters::{check_limits, parameters},
+    Bands, Limits, ParameterKind, ParameterValue, SensorNoise,
+    parameters::{ParameterType, check_limits, parameters},
     validate::Part,
 };
 use crate::Result;
@@ -20,13 +20,80 @@ parameters! {
         exposure_time_s: f64 = 0.0, ABOVE_ZERO; needs "exposure_time_s = 1.0e-3";
         /// Share of the exposure in which the signal is on.
         duty_cycle: f64 = 1.0, Limits::between(0.0, 1.0, "give a share from 0 to 1");
-        /// λ of the light, nanometres. Time of flight needs it, together with `quantum_efficiency`.
+        /// λ of the light, nanometres. Electrons are counted with it and `quantum_efficiency`: time of flight and `noise` need both.
         wavelength_nm: Option<f64> = None, Limits::between(1.0, 1e6, "give nanometres from 1 to 1e6");
         /// η, electrons per photon.
         quantum_efficiency: Option<f64> = None, Limits::positive(1.0, "give electrons per photon, above 0 up to 1");
         /// Focal length divided by the diameter of the aperture. Without it, E_C equals the radiance in number, as in the model.
         f_number: Option<f64> = None, ABOVE_ZERO;
+        /// Factors of `quantum_efficiency` for light in the bands R, G and B. Time of flight has its own.
+        band_weights: Bands = [1.0; 3], Limits::between(0.0, 1e6, "give a weight from 0 to 1e6 for each band");
+        /// Colour filters of the pixels, row by row from the upper left one: each pixel then counts the electrons of one band.
+        bayer: Option<BayerPattern> = None;
+        /// Whether a pixel counts the electrons of all bands together.
+        monochrome: bool = false;
     }
+    with {
+        /// How electrons are counted: shot noise, dark current, read noise, full well, gain and bits. `None`: layers hold expected values.
+        noise: Option<SensorNoise>;
+    }
+}
+
+/// The colour filters of four pixels: the upper two, then the lower two.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum BayerPattern {
+    #[default]
+    Rggb,
+    Grbg,
+    Gbrg,
+    Bggr,
+}
+
+impl BayerPattern {
+    /// All patterns, in the order of the documentation.
+    pub const ALL: [BayerPattern; 4] = [
+        BayerPattern::Rggb,
+        BayerPattern::Grbg,
+        BayerPattern::Gbrg,
+        BayerPattern::Bggr,
+    ];
+    const NAMES: [&str; 4] = ["RGGB", "GRBG", "GBRG", "BGGR"];
+
+    /// The name in scene files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    /// The band that the filter of a pixel lets through, by its column and row.
+    pub fn band(self, [x, y]: [usize; 2]) -> usize {
+        match self.name().as_bytes()[2 * (y % 2) + x % 2] {
+            b'R' => 0,
+            b'G' => 1,
+            _ => 2,
+        }
+    }
+}
+
+impl ParameterType for BayerPattern {
+    const KIND: ParameterKind = ParameterKind::Name(&Self::NAMES);
+
+    fn get(&self) -> Option<ParameterValue> {
+        Some(ParameterValue::Name(self.name()))
+    }
+
+    fn set(&mut self, value: ParameterValue) {
+        let mut patterns = Self::ALL.into_iter();
+        let is_named = |pattern: &Self| value == ParameterValue::Name(pattern.name());
+        *self = patterns.find(is_named).unwrap_or(*self);
+    }
+}
+
+/// What the pixels of a sensor count, without time of flight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CountedElectrons {
+    /// Whether a pixel has one value for all bands.
+    pub is_raw: bool,
+    pub has_noise: bool,
 }
 
 /// How a pixel converts light to electrons.
@@ -63,6 +130,15 @@ impl Sensor {
         })
     }
 
+    /// `None` if frames have the energy of the pixels only.
+    pub fn counted_electrons(&self) -> Option<CountedElectrons> {
+        let counted = CountedElectrons {
+            is_raw: self.bayer.is_some() || self.monochrome,
+            has_noise: self.noise.is_some(),
+        };
+        (counted.is_raw || counted.has_noise).then_some(counted)
+    }
+
     pub(crate) fn validate(&self) -> Result<()> {
         let part = Part("sensor".into());
         check_limits(&part, self)?;
@@ -70,6 +146,18 @@ impl Sensor {
             self.wavelength_nm.is_some() == self.quantum_efficiency.is_some(),
             "has only one of wavelength_nm and quantum_efficiency",
             "give both, such as wavelength_nm = 850.0 and quantum_efficiency = 0.8, or neither",
-        )
+        )?;
+        part.require(
+            !(self.bayer.is_some() && self.monochrome),
+            "has both bayer and monochrome",
+            "give one of them: a monochrome sensor has no colour filters",
+        )?;
+        part.require(
+            self.counted_electrons().is_none() || self.photodetector().is_some(),
+            "counts electrons, but its quantum efficiency is not known",
+            "give a wavelength_nm and a quantum_efficiency, such as 550.0 and 0.6",
+        )?;
+        self.noise
+            .map_or(Ok(()), |noise| noise.validate("sensor noise"))
     }
 }

@@ -1,10 +1,6 @@
 //! A time-of-flight camera and what its pixels detect.
 
-use super::{
-    Bands, Limits, PlacedLight, Sensor,
-    parameters::{check_limits, parameters},
-    validate::Part,
-};
+use super::{Bands, PlacedLight, Sensor, SensorNoise, validate::Part};
 use crate::Result;
 
 /// Maximum number of modulation frequencies of a scene.
@@ -56,29 +52,6 @@ impl ChargeUnit {
             ChargeUnit::Electrons => "electrons",
             ChargeUnit::DigitalNumbers => "dn",
         }
-    }
-}
-
-const UP_TO_1E12: Limits = Limits::between(0.0, 1e12, "give a value from 0 to 1e12");
-
-parameters! {
-    /// The noise of a time-of-flight sensor, and its conversion of electrons to digital numbers (DN). Each tap of a phase image is a separate
-    /// well.
-    pub struct SensorNoise {
-        /// The most electrons that a tap holds.
-        full_well_e: f64 = 0.0, Limits::positive(1e15, "give a value above 0, up to 1e15"); needs "full_well_e = 100000, electrons per tap";
-        /// Dark current of a tap, electrons per second.
-        dark_e_per_s: f64 = 0.0, UP_TO_1E12;
-        /// σ_r, the standard deviation of the read noise, electrons.
-        read_noise_e: f64 = 0.0, UP_TO_1E12;
-        /// DN per electron.
-        gain_dn_per_e: f64 = 1.0, Limits::positive(1e12, "give a value above 0, up to 1e12");
-        /// The DN of 0 electrons.
-        black_level_dn: f64 = 0.0, UP_TO_1E12;
-        /// DN are from 0 to 2^bits − 1.
-        bits: u32 = 12, Limits::between(1.0, 24.0, "give 1 to 24");
-        /// Each seed gives different noise.
-        seed: u64 = 0;
     }
 }
 
@@ -158,7 +131,8 @@ impl TimeOfFlight {
             "output is \"dn\", and there is no gain",
             "give the time of flight its noise, which has gain, black level and bits",
         )?;
-        self.noise.map_or(Ok(()), |noise| noise.validate())
+        self.noise
+            .map_or(Ok(()), |noise| noise.validate("tof noise"))
     }
 
     /// Checks whether it goes together with the rest of the scene.
@@ -190,34 +164,5 @@ impl TimeOfFlight {
             )?;
         }
         Ok(())
-    }
-}
-
-impl SensorNoise {
-    /// The reading from which a tap counts as full, or nearly full: read noise may have lowered it.
-    pub(crate) fn full_tap(&self, output: ChargeUnit) -> f64 {
-        let full_e = self.full_well_e - f64::min(3.0 * self.read_noise_e, 0.5 * self.full_well_e);
-        match output {
-            ChargeUnit::Electrons => full_e,
-            ChargeUnit::DigitalNumbers => {
-                let most = f64::from((1_u32 << self.bits) - 1);
-                // A number stands for values from half a unit below it.
-                (self.black_level_dn + self.gain_dn_per_e * full_e - 0.5).min(most)
-            }
-        }
-    }
-
-    fn validate(&self) -> Result<()> {
-        let part = Part("tof noise".into());
-        check_limits(&part, self)?;
-        let most = f64::from((1_u32 << self.bits) - 1);
-        part.require(
-            self.black_level_dn <= most,
-            format_args!(
-                "black_level_dn is {}, but {} bits hold at most {most}",
-                self.black_level_dn, self.bits
-            ),
-            "give more bits, or a lower black level",
-        )
     }
 }

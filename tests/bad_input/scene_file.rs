@@ -135,6 +135,12 @@ fn missing_keys() {
         format!("{CAMERA}{LIGHT}[indirect]\nrsm_size = 64\n") =>
             "scene.toml:11: [indirect] has no \"estimator\"",
             "\"final-gather\" or \"rsm-average\" or \"instant-radiosity\"";
+        format!("{CAMERA}{LIGHT}[sensor]\npixel_pitch_um = [3, 3]\nexposure_time_s = 1e-3\nnoises = 1\n") =>
+            "scene.toml:14: unknown key \"noises\" in [sensor]", "did you mean \"noise\"?";
+        format!("{CAMERA}{LIGHT}[sensor]\npixel_pitch_um = [3, 3]\nexposure_time_s = 1e-3\nbayer = \"RGBG\"\n") =>
+            "scene.toml:14: unknown bayer \"RGBG\" in [sensor]", "did you mean \"RGGB\"?";
+        format!("{CAMERA}{LIGHT}[sensor]\npixel_pitch_um = [3, 3]\nexposure_time_s = 1e-3\n[sensor.noise]\n") =>
+            "scene.toml:14: [sensor.noise] has no \"full_well_e\"", "electrons per well";
         format!("{CAMERA}{LIGHT}[material.clay]\n") =>
             "scene.toml:11: [material.clay] has no \"kd\"", "add kd";
         format!("{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\nks = 0.2\n") =>

@@ -4,9 +4,9 @@ use crate::common::gather::gather;
 use crate::common::rows::rows;
 use crate::common::scene_folder::assert_says;
 use camlux::scene::{
-    AreaShape, Camera, ChargeUnit, Direct, Encoding, IndirectLight, Intrinsics, Lens, Light,
-    Material, Mesh, MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene, Sensor,
-    SensorNoise, Shadow, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
+    AreaShape, BayerPattern, Camera, ChargeUnit, Direct, Encoding, IndirectLight, Intrinsics, Lens,
+    Light, Material, Mesh, MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene,
+    Sensor, SensorNoise, Shadow, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
 
@@ -36,6 +36,7 @@ fn scene() -> Scene {
             f_number: None,
             wavelength_nm: None,
             quantum_efficiency: None,
+            ..Sensor::DEFAULT
         }),
         tof: None,
         lights: vec![Light::point(DVec3::Y, [1.0; 3]).into()],
@@ -96,7 +97,19 @@ fn noise(scene: &mut Scene) -> &mut SensorNoise {
         gain_dn_per_e: 0.04,
         black_level_dn: 0.0,
         bits: 12,
+        ..SensorNoise::DEFAULT
     })
+}
+
+/// Makes the scene's sensor one that counts electrons.
+fn counts(scene: &mut Scene) -> &mut Sensor {
+    detector(scene, 550.0, 0.6);
+    let sensor = scene.sensor.as_mut().unwrap();
+    sensor.noise = Some(SensorNoise {
+        full_well_e: 1e4,
+        ..SensorNoise::DEFAULT
+    });
+    sensor
 }
 
 /// Gives the sensor what time of flight needs.
@@ -234,6 +247,18 @@ fn scenes_from_slices_are_validated() {
             "tof: light 0 (directional) is modulated, but has no position: its paths have no length; list it in ambient_lights";
         |s| detects(s).output = ChargeUnit::DigitalNumbers =>
             "tof: output is \"dn\", and there is no gain; give the time of flight its noise";
+        |s| counts(s).quantum_efficiency = None => "sensor: has only one of wavelength_nm and quantum";
+        |s| {
+            counts(s).quantum_efficiency = None;
+            s.sensor.as_mut().unwrap().wavelength_nm = None;
+        } => "sensor: counts electrons, but its quantum efficiency is not known; give a wavelength_nm";
+        |s| {
+            counts(s).bayer = Some(BayerPattern::Rggb);
+            s.sensor.as_mut().unwrap().monochrome = true;
+        } => "sensor: has both bayer and monochrome; give one of them";
+        |s| counts(s).band_weights[1] = -1.0 => "sensor: band_weights of G is -1; give a weight from 0";
+        |s| counts(s).noise.as_mut().unwrap().prnu = 2.0 => "sensor noise: prnu is 2; give a share";
+        |s| counts(s).noise.as_mut().unwrap().dsnu_e = NAN => "sensor noise: dsnu_e is NaN";
         |s| noise(s).full_well_e = -1.0 => "tof noise: full_well_e is -1";
         |s| noise(s).read_noise_e = NAN => "tof noise: read_noise_e is NaN";
         |s| noise(s).bits = 25 => "tof noise: bits is 25";

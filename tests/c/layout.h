@@ -83,7 +83,7 @@ CHECK(camlux_camera_samples_size, sizeof(((camlux_camera *)0)->samples) == 4);
 CHECK(camlux_camera_filter_offset, offsetof(camlux_camera, filter) == 196);
 CHECK(camlux_camera_filter_size, sizeof(((camlux_camera *)0)->filter) == 4);
 
-CHECK(size_of_camlux_sensor, sizeof(camlux_sensor) == 64);
+CHECK(size_of_camlux_sensor, sizeof(camlux_sensor) == 96);
 CHECK(camlux_sensor_struct_size_offset, offsetof(camlux_sensor, struct_size) == 0);
 CHECK(camlux_sensor_struct_size_size, sizeof(((camlux_sensor *)0)->struct_size) == 4);
 CHECK(camlux_sensor_reserved_offset, offsetof(camlux_sensor, reserved) == 4);
@@ -100,8 +100,14 @@ CHECK(camlux_sensor_quantum_efficiency_offset, offsetof(camlux_sensor, quantum_e
 CHECK(camlux_sensor_quantum_efficiency_size, sizeof(((camlux_sensor *)0)->quantum_efficiency) == 8);
 CHECK(camlux_sensor_f_number_offset, offsetof(camlux_sensor, f_number) == 56);
 CHECK(camlux_sensor_f_number_size, sizeof(((camlux_sensor *)0)->f_number) == 8);
+CHECK(camlux_sensor_band_weights_offset, offsetof(camlux_sensor, band_weights) == 64);
+CHECK(camlux_sensor_band_weights_size, sizeof(((camlux_sensor *)0)->band_weights) == 24);
+CHECK(camlux_sensor_bayer_offset, offsetof(camlux_sensor, bayer) == 88);
+CHECK(camlux_sensor_bayer_size, sizeof(((camlux_sensor *)0)->bayer) == 4);
+CHECK(camlux_sensor_monochrome_offset, offsetof(camlux_sensor, monochrome) == 92);
+CHECK(camlux_sensor_monochrome_size, sizeof(((camlux_sensor *)0)->monochrome) == 4);
 
-CHECK(size_of_camlux_tof_noise, sizeof(camlux_tof_noise) == 56);
+CHECK(size_of_camlux_tof_noise, sizeof(camlux_tof_noise) == 72);
 CHECK(camlux_tof_noise_struct_size_offset, offsetof(camlux_tof_noise, struct_size) == 0);
 CHECK(camlux_tof_noise_struct_size_size, sizeof(((camlux_tof_noise *)0)->struct_size) == 4);
 CHECK(camlux_tof_noise_bits_offset, offsetof(camlux_tof_noise, bits) == 4);
@@ -118,6 +124,10 @@ CHECK(camlux_tof_noise_gain_dn_per_e_offset, offsetof(camlux_tof_noise, gain_dn_
 CHECK(camlux_tof_noise_gain_dn_per_e_size, sizeof(((camlux_tof_noise *)0)->gain_dn_per_e) == 8);
 CHECK(camlux_tof_noise_black_level_dn_offset, offsetof(camlux_tof_noise, black_level_dn) == 48);
 CHECK(camlux_tof_noise_black_level_dn_size, sizeof(((camlux_tof_noise *)0)->black_level_dn) == 8);
+CHECK(camlux_tof_noise_dsnu_e_offset, offsetof(camlux_tof_noise, dsnu_e) == 56);
+CHECK(camlux_tof_noise_dsnu_e_size, sizeof(((camlux_tof_noise *)0)->dsnu_e) == 8);
+CHECK(camlux_tof_noise_prnu_offset, offsetof(camlux_tof_noise, prnu) == 64);
+CHECK(camlux_tof_noise_prnu_size, sizeof(((camlux_tof_noise *)0)->prnu) == 8);
 
 CHECK(size_of_camlux_tof, sizeof(camlux_tof) == 136);
 CHECK(camlux_tof_struct_size_offset, offsetof(camlux_tof, struct_size) == 0);
@@ -581,9 +591,9 @@ static const unsigned char rust_camlux_device_info[] = {128,3,48,202,0,0,0,0,0,0
 static const camlux_camera init_of_camlux_camera = CAMLUX_CAMERA_INIT;
 static const unsigned char rust_camlux_camera[] = {200,0,48,202,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0};
 static const camlux_sensor init_of_camlux_sensor = CAMLUX_SENSOR_INIT;
-static const unsigned char rust_camlux_sensor[] = {64,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_sensor[] = {96,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0};
 static const camlux_tof_noise init_of_camlux_tof_noise = CAMLUX_TOF_NOISE_INIT;
-static const unsigned char rust_camlux_tof_noise[] = {56,0,48,202,12,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_tof_noise[] = {72,0,48,202,12,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_tof init_of_camlux_tof = CAMLUX_TOF_INIT;
 static const unsigned char rust_camlux_tof[] = {136,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_indirect init_of_camlux_indirect = CAMLUX_INDIRECT_INIT;
@@ -630,8 +640,8 @@ static const struct init inits[] = {
     {"camlux_device_options", 24, rust_camlux_device_options, &init_of_camlux_device_options},
     {"camlux_device_info", 896, rust_camlux_device_info, &init_of_camlux_device_info},
     {"camlux_camera", 200, rust_camlux_camera, &init_of_camlux_camera},
-    {"camlux_sensor", 64, rust_camlux_sensor, &init_of_camlux_sensor},
-    {"camlux_tof_noise", 56, rust_camlux_tof_noise, &init_of_camlux_tof_noise},
+    {"camlux_sensor", 96, rust_camlux_sensor, &init_of_camlux_sensor},
+    {"camlux_tof_noise", 72, rust_camlux_tof_noise, &init_of_camlux_tof_noise},
     {"camlux_tof", 136, rust_camlux_tof, &init_of_camlux_tof},
     {"camlux_indirect", 64, rust_camlux_indirect, &init_of_camlux_indirect},
     {"camlux_direct", 8, rust_camlux_direct, &init_of_camlux_direct},

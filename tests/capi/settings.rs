@@ -1,6 +1,6 @@
 //! Settings of a scene that a host reads back, such as those of a scene file.
 
-use std::ptr::null_mut;
+use std::ptr::{null, null_mut};
 
 use crate::host::*;
 use camlux::capi::*;
@@ -92,6 +92,58 @@ fn settings_come_back() {
     // SAFETY: as above; NULL is refused.
     let nowhere = unsafe { camlux_scene_get_sensor(scene.raw(), &mut sensor, null_mut()) };
     fails(nowhere, ARGUMENT, "is_set is NULL");
+    let mut noise = init!(camlux_tof_noise {
+        full_well_e: 1e4,
+        prnu: 0.01,
+        seed: 5
+    });
+    // SAFETY: a struct of its size, for all calls below.
+    let set_noise = |noise| unsafe { camlux_scene_set_sensor_noise(scene.raw(), noise) };
+    fails(
+        set_noise(&noise),
+        ARGUMENT,
+        "call camlux_scene_set_sensor first",
+    );
+    ok(set_noise(null()));
+    let mut sensor = init!(camlux_sensor {
+        pixel_pitch_um: [3.0; 2],
+        exposure_time_s: 1e-3,
+        bayer: CAMLUX_BAYER_GRBG
+    });
+    fails(
+        scene.set_sensor(&sensor),
+        SCENE,
+        "quantum efficiency is not known",
+    );
+    (sensor.wavelength_nm, sensor.quantum_efficiency) = (550.0, 0.6);
+    ok(scene.set_sensor(&sensor));
+    ok(set_noise(&noise));
+    // The noise stays when the sensor changes.
+    sensor.exposure_time_s = 2e-3;
+    ok(scene.set_sensor(&sensor));
+    let mut got = init!(camlux_sensor {});
+    (noise.prnu, noise.seed) = (0.0, 0);
+    // SAFETY: structs of their size, and pointers to a number.
+    unsafe {
+        ok(camlux_scene_get_sensor(scene.raw(), &mut got, &mut is_set));
+        ok(camlux_scene_get_sensor_noise(
+            scene.raw(),
+            &mut noise,
+            &mut is_set,
+        ));
+    }
+    assert_eq!((is_set, noise.prnu, noise.seed), (1, 0.01, 5));
+    assert_eq!((got.bayer, got.exposure_time_s), (CAMLUX_BAYER_GRBG, 2e-3));
+    sensor.wavelength_nm = 0.0;
+    fails(
+        scene.set_sensor(&sensor),
+        SCENE,
+        "only one of wavelength_nm",
+    );
+    ok(set_noise(null()));
+    // SAFETY: as above.
+    ok(unsafe { camlux_scene_get_sensor_noise(scene.raw(), &mut noise, &mut is_set) });
+    assert_eq!(is_set, 0);
     ok(scene.set_direct(&with(|d| d.shadow = CAMLUX_SHADOW_RAYS)));
     // SAFETY: a struct of that size.
     ok(unsafe { camlux_scene_get_direct(scene.raw(), &mut direct) });

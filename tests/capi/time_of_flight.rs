@@ -30,6 +30,7 @@ fn noisy_corner() -> camlux::Scene {
         gain_dn_per_e: 0.5,
         black_level_dn: 3.0,
         bits: 16,
+        ..SensorNoise::DEFAULT
     });
     scene
 }

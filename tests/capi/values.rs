@@ -248,7 +248,7 @@ fn frames_are_checked() {
     for (layer, words) in [
         (CAMLUX_LAYER_ENERGY, "camlux_scene_set_sensor"),
         (CAMLUX_LAYER_TOF_RANGE, "no layer tof0.range"),
-        (16, "layer is 16"),
+        (20, "layer is 20"),
         (-1, "layer is -1"),
     ] {
         let mut view = init!(camlux_view {});
@@ -314,6 +314,14 @@ fn files_of_frames_are_checked() {
         (
             CAMLUX_LAYER_ENERGY,
             "no layer energy; call camlux_scene_set_sensor",
+        ),
+        (
+            CAMLUX_LAYER_DN,
+            "no layer dn; call camlux_scene_set_sensor_noise, and set neither bayer nor monochrome of camlux_sensor",
+        ),
+        (
+            CAMLUX_LAYER_RAW_DN,
+            "no layer raw_dn; call camlux_scene_set_sensor_noise, and set bayer or monochrome of camlux_sensor",
         ),
         (
             CAMLUX_LAYER_TOF_PHASOR,

@@ -119,7 +119,8 @@ fn blurred(change: impl Fn(&str) -> String) -> Jobs {
     "#;
     let jobs = Jobs::new(&change(job));
     let scene = SCENE.replace("[0.5, 1.0, 2.0]", "[0.0, 0.0, 3.0]");
-    let sensor = "[sensor]\npixel_pitch_um = [10, 10]\nexposure_time_s = 0.05\nduty_cycle = 1\n";
+    let sensor = "[sensor]\npixel_pitch_um = [10, 10]\nexposure_time_s = 0.05\nduty_cycle = 1\n\
+                  wavelength_nm = 550\nquantum_efficiency = 0.5\nmonochrome = true\n";
     let indirect = "[indirect]\nestimator = \"final-gather\"\ntarget_error = 0.1\n";
     jobs.write("scene.toml", &format!("{scene}{sensor}{indirect}"));
     jobs.succeed("set", &[]);
@@ -146,6 +147,11 @@ fn a_frame_is_the_mean_over_its_exposure() {
             (Layer::Radiance, due),
             (Layer::Direct, due),
             (Layer::Energy, due * 1e-10 * 0.05),
+            // 0.5·λ/(h·c) electrons of a joule, for three bands.
+            (
+                Layer::RawElectrons,
+                3.0 * due * 1e-10 * 0.05 * 0.5 * 550e-9 / (6.626_070_15e-34 * 299_792_458.0),
+            ),
         ] {
             let value = f64::from(image.values(layer).unwrap()[0]);
             assert!((value / due - 1.0).abs() < 1e-5, "{layer:?} {value} {due}");

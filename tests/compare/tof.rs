@@ -184,6 +184,7 @@ fn full_taps_are_said() {
         gain_dn_per_e: 0.5,
         black_level_dn: 3.0,
         bits: 24,
+        ..SensorNoise::DEFAULT
     };
     for output in ChargeUnit::ALL {
         for (full_well_e, is_full) in [(1e15, false), (10.0, true)] {
@@ -218,6 +219,7 @@ fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
         gain_dn_per_e: 0.5,
         black_level_dn: 32.0,
         bits: 16,
+        ..SensorNoise::DEFAULT
     });
     let mut render = |scene: &Scene, (frame_index, seed, camera_index)| {
         let mut options = RenderOptions {

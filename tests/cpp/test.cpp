@@ -263,7 +263,17 @@ void settings_come_back()
     sensor.quantum_efficiency = 0.25;
     sensor.f_number = 2;
     scene.set_sensor(sensor);
-    CHECK(same(camlux::detail::raw_of(*scene.sensor()), camlux::detail::raw_of(sensor)));
+    CHECK(same(camlux::detail::raw_of(*scene.sensor()), camlux::detail::raw_of(sensor)) && !scene.sensor()->noise);
+    sensor.bayer = camlux::bayer_pattern::bggr;
+    sensor.noise = camlux::tof_noise();
+    sensor.noise->full_well_e = 5e3;
+    sensor.noise->dsnu_e = 0.5;
+    scene.set_sensor(sensor);
+    CHECK(scene.sensor()->bayer == camlux::bayer_pattern::bggr && scene.sensor()->noise->dsnu_e == 0.5);
+    sensor.noise = std::nullopt;
+    sensor.bayer = camlux::bayer_pattern::none;
+    scene.set_sensor(sensor);
+    CHECK(!scene.sensor()->noise);
     camlux::tof tof;
     tof.frequencies = {{20e6, 1}, {100e6, 0.75}};
     tof.ambient_lights = {0, 2};

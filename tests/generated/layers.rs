@@ -33,7 +33,8 @@ pub fn assert_constants_are_checked_in() {
         let unit = match layer.unit() {
             _ if layer.is_id() => "whole numbers, CAMLUX_FORMAT_U32",
             "1" => "plain numbers",
-            "e-" => "electrons or DN",
+            "e-" if matches!(layer, Layer::Tof(..)) => "electrons or DN",
+            "e-" => "electrons",
             unit => unit,
         };
         let channels = match &*channels(layer) {
@@ -42,6 +43,11 @@ pub fn assert_constants_are_checked_in() {
         };
         let need = match layer.need() {
             LayerNeed::Sensor => "; with camlux_scene_set_sensor",
+            LayerNeed::BandElectrons => "; with camlux_scene_set_sensor_noise",
+            LayerNeed::RawElectrons => "; with bayer or monochrome of camlux_sensor",
+            LayerNeed::RawNoise => {
+                "; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise"
+            }
             LayerNeed::Indirect => "; with camlux_scene_set_indirect",
             LayerNeed::StderrLayer => "; with stderr_layer of camlux_indirect",
             LayerNeed::Samples => "; with samples of camlux_camera",
@@ -98,9 +104,21 @@ fn assert_table_is_checked_in(mark: &str, is_listed: &dyn Fn(Layer) -> bool) {
             Layer::Tof(_, TofQuantity::Taps(_)) => "`tof0.phase0` to `tof0.phase7`".into(),
             _ => format!("`{}`", layer.name()),
         };
-        let unit = layer.unit().replace("e-", "e- or DN");
+        let unit = match layer {
+            Layer::Tof(..) => layer.unit().replace("e-", "e- or DN"),
+            _ => layer.unit().into(),
+        };
         let need = match layer.need() {
             LayerNeed::Sensor => " With a `[sensor]`.",
+            LayerNeed::BandElectrons => {
+                " With [noise](scene.md#noise-of-a-sensor), and neither `bayer` nor `monochrome`."
+            }
+            LayerNeed::RawElectrons => {
+                " With [`bayer` or `monochrome`](scene.md#noise-of-a-sensor)."
+            }
+            LayerNeed::RawNoise => {
+                " With [`bayer` or `monochrome`, and noise](scene.md#noise-of-a-sensor)."
+            }
             LayerNeed::Indirect => " With `[indirect]`.",
             LayerNeed::StderrLayer => {
                 " In a reference image, and in a render with [`stderr_layer`](scene.md#indirect-light)."

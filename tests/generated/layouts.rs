@@ -134,10 +134,11 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_sensor {
             reserved, pixel_pitch_um, exposure_time_s, duty_cycle, wavelength_nm,
-            quantum_efficiency, f_number,
+            quantum_efficiency, f_number, band_weights, bayer, monochrome,
         }
         camlux_tof_noise {
             bits, seed, dark_e_per_s, read_noise_e, full_well_e, gain_dn_per_e, black_level_dn,
+            dsnu_e, prnu,
         }
         camlux_tof {
             frequency_count, frequencies_hz, contrasts, band_weights, phase_offset_deg, phase_count,

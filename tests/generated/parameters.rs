@@ -78,6 +78,7 @@ fn python_class(
         let kind = match parameter.kind {
             ParameterKind::Number => "Number".into(),
             ParameterKind::Pair => "Numbers".into(),
+            ParameterKind::Bands => "Bands".into(),
             ParameterKind::Count | ParameterKind::LargeCount => "Whole".into(),
             ParameterKind::Flag => "bool".into(),
             ParameterKind::Name(names) => format!("Literal[\"{}\"]", names.join("\", \"")),
@@ -88,6 +89,7 @@ fn python_class(
             None => " = None".into(),
             Some(ParameterValue::Number(number)) => format!(" = {number:?}"),
             Some(ParameterValue::Pair(numbers)) => format!(" = {numbers:?}"),
+            Some(ParameterValue::Bands([r, g, b])) => format!(" = ({r:?}, {g:?}, {b:?})"),
             Some(ParameterValue::Count(count)) => format!(" = {count}"),
             Some(ParameterValue::Name(word)) => format!(" = \"{word}\""),
             Some(ParameterValue::Flag(flag)) => {
@@ -143,7 +145,12 @@ fn the_python_classes_are_those_of_the_parameters() {
     lights += &union("Light", &classes.replace(" ProjectorLight,", ""));
 
     let microfacets = python_struct(&MetallicRoughness::DEFAULT, "");
-    let sensor = python_struct(&Sensor::DEFAULT, "") + &python_struct(&SensorNoise::DEFAULT, "");
+    let of_noise = [
+        "    noise: how electrons are counted; None: layers hold expected values.\n",
+        "    noise: SensorNoise | None = None\n",
+    ];
+    let sensor = python_class("Sensor", &Sensor::DEFAULT, ["", ""], of_noise);
+    let sensor = python_struct(&SensorNoise::DEFAULT, "") + &sensor;
 
     let estimators = IndirectLight::all();
     let classes = estimators.map(|indirect| indirect.parameters().name());
@@ -236,7 +243,7 @@ fn the_tables_of_scene_files_are_those_of_the_parameters() {
         IndirectLight::all().map(|each| titled(&format!("`{}`", each.name()), each.parameters()));
     for (what, made) in [
         ("lights", profiles.filter_map(of_light).collect()),
-        ("[tof.noise]", keys(&SensorNoise::DEFAULT)),
+        ("[sensor.noise]", keys(&SensorNoise::DEFAULT)),
         ("microfacets", keys(&MetallicRoughness::DEFAULT)),
         ("estimators", estimators.concat()),
     ] {

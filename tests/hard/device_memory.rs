@@ -49,6 +49,7 @@ fn time_of_flight(scene: &mut Scene) {
         f_number: None,
         wavelength_nm: Some(850.0),
         quantum_efficiency: Some(0.8),
+        ..Sensor::DEFAULT
     });
     let is_ambient = |light: &usize| scene.lights[*light].position_m().is_none();
     let ambient_lights = (0..scene.lights.len()).filter(is_ambient).collect();

@@ -168,6 +168,7 @@ fn a_fisheye_has_no_f_number() {
         wavelength_nm: None,
         quantum_efficiency: None,
         f_number: Some(2.0),
+        ..Sensor::DEFAULT
     });
     let mut said = |distortion| {
         distort(&mut scene, distortion);

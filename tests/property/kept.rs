@@ -223,6 +223,7 @@ fn a_frame_of_which_nothing_has_changed_comes_back() {
             gain_dn_per_e: 1.0,
             black_level_dn: 0.0,
             bits: 12,
+            ..SensorNoise::DEFAULT
         });
     }
     let first = repeated(&mut gpu, &scene, 0);

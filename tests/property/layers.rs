@@ -60,6 +60,7 @@ fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
             f_number: None,
             wavelength_nm: None,
             quantum_efficiency: None,
+            ..Sensor::DEFAULT
         });
         if !indirect {
             scene.indirect = None;

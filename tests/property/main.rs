@@ -40,6 +40,7 @@ mod phasor;
 mod plain_exr;
 mod polygons;
 mod projector;
+mod readout;
 mod reference;
 #[cfg(feature = "reference")]
 mod relations;

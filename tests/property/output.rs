@@ -68,6 +68,7 @@ pub fn frame() -> Frame {
                 f_number: None,
                 wavelength_nm: None,
                 quantum_efficiency: None,
+                ..Sensor::DEFAULT
             }),
             tof: None,
             key: Default::default(),
@@ -162,8 +163,8 @@ fn every_layer_comes_back_bit_for_bit() {
     let frame = frame();
     let image = written(&frame, &ExrOptions::default());
     assert_eq!(image.layer_data[0].size.0, WIDTH as usize);
-    // Channels of a frame, of the samples' depths, of the half path, of a sequence, and of four frequencies.
-    assert_eq!(channel_names(&image).len(), 32 + 2 + 1 + 5 + 4 * 29);
+    // Channels of a frame, of its electrons, of the samples' depths, of the half path, of a sequence, and of four frequencies.
+    assert_eq!(channel_names(&image).len(), 32 + 8 + 2 + 1 + 5 + 4 * 29);
     for layer in Layer::all() {
         let names = layer.channel_names();
         for (offset, name) in names.iter().enumerate() {

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use crate::common::scene_folder::assert_says;
 use camlux::scene::{
-    AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, Encoding, ErrorNorm, Filter,
-    FinalGather, IndirectLight, Instance, Intrinsics, Lens, Light, Material, Mesh,
+    AreaShape, BayerPattern, Camera, Carrier, ChargeUnit, Direct, Distortion, Encoding, ErrorNorm,
+    Filter, FinalGather, IndirectLight, Instance, Intrinsics, Lens, Light, Material, Mesh,
     MetallicRoughness, Pattern, PixelFilter, PixelSampling, PlacedLight, ProjectedImage,
     RsmAverage, Scene, Sensor, SensorNoise, Shadow, Shared, SpotCone, Texels, Texture,
     TextureLookup, TimeOfFlight, VplSum, Wrap,
@@ -322,6 +322,15 @@ fn scene() -> Scene {
             wavelength_nm: Some(850.1),
             quantum_efficiency: Some(0.7),
             f_number: Some(2.8),
+            band_weights: [0.3, 1.0, 1.0 / 3.0],
+            bayer: Some(BayerPattern::Gbrg),
+            monochrome: false,
+            noise: Some(SensorNoise {
+                full_well_e: 1e4 / 3.0,
+                dsnu_e: 0.6,
+                prnu: 1.0 / 150.0,
+                ..SensorNoise::DEFAULT
+            }),
         }),
         tof: Some(TimeOfFlight {
             // Products of a million and a number in MHz would be others.
@@ -340,6 +349,7 @@ fn scene() -> Scene {
                 gain_dn_per_e: 0.04,
                 black_level_dn: 3.3,
                 bits: 12,
+                ..SensorNoise::DEFAULT
             }),
         }),
         lights: lights.collect(),

@@ -18,6 +18,8 @@ const NOISE: SensorNoise = SensorNoise {
     gain_dn_per_e: 0.25,
     black_level_dn: 64.0,
     bits: 12,
+    dsnu_e: 0.0,
+    prnu: 0.0,
 };
 
 fn reading(pixel: u32) -> Reading {
@@ -26,7 +28,7 @@ fn reading(pixel: u32) -> Reading {
         pixel,
         frequency: 0,
         phase: 0,
-        tap: 0,
+        well: 0,
     }
 }
 
@@ -57,6 +59,97 @@ fn electrons_are_those_of_poisson_and_gauss() {
         let variance = mean + NOISE.read_noise_e.powi(2);
         assert_moments(&format!("{expected} e-"), &values, mean, variance);
     }
+}
+
+#[test]
+fn pixels_differ_by_their_fixed_pattern() {
+    let noise = SensorNoise {
+        read_noise_e: 0.0,
+        dark_e_per_s: 0.0,
+        dsnu_e: 3.0,
+        prnu: 0.02,
+        full_well_e: 1e12,
+        ..NOISE
+    };
+    // Without light a reading is the pixel's offset alone.
+    let dark = |frame: u32, seed| {
+        move |pixel| {
+            let mut reading = reading(pixel);
+            (reading.frame.index, reading.frame.seed) = (frame, seed);
+            noise.electrons(0.0, EXPOSURE_S, reading)
+        }
+    };
+    let offsets: Vec<f64> = (0..READINGS).map(dark(0, 0)).collect();
+    assert_moments("offsets", &offsets, 0.0, noise.dsnu_e.powi(2));
+    for (frame, seed) in [(1, 0), (0, 1)] {
+        let again: Vec<f64> = (0..READINGS).map(dark(frame, seed)).collect();
+        assert_eq!(offsets, again, "a fixed pattern changes");
+    }
+    // So bright that the responses drown the shot noise.
+    let expected = 1e10;
+    let read = |pixel| noise.electrons(expected, EXPOSURE_S, reading(pixel));
+    let bright: Vec<f64> = (0..READINGS).map(read).collect();
+    let variance = (noise.prnu * expected).powi(2) + expected + noise.dsnu_e.powi(2);
+    assert_moments("responses", &bright, expected, variance);
+    let pairs = bright.iter().zip(&offsets);
+    let products = pairs.map(|(response, offset)| (response - expected) * offset);
+    let scale = f64::from(READINGS) * (variance * noise.dsnu_e.powi(2)).sqrt();
+    let correlation = products.sum::<f64>() / scale;
+    assert!(
+        correlation.abs() < 3.5 / f64::from(READINGS).sqrt(),
+        "{correlation}"
+    );
+    // Another camera and another well have patterns of their own.
+    let mut reading = reading(0);
+    reading.frame.camera = 1;
+    assert_ne!(noise.electrons(0.0, EXPOSURE_S, reading), offsets[0]);
+    reading.frame.camera = 0;
+    reading.well = 1;
+    assert_ne!(noise.electrons(0.0, EXPOSURE_S, reading), offsets[0]);
+}
+
+/// σ² = G·(μ − μ₀) + G²·(dark + σ_r²) + 1/12: the slope of the line through ten exposures is the gain.
+#[test]
+fn the_photon_transfer_curve_has_the_slope_of_the_gain() {
+    let points: Vec<[f64; 2]> = (1..=10_u8)
+        .map(|exposure| {
+            let expected = 1_000.0 * f64::from(exposure);
+            let read = |pixel| {
+                let reading = Reading {
+                    phase: exposure,
+                    ..reading(pixel)
+                };
+                NOISE.digital_number(NOISE.electrons(expected, EXPOSURE_S, reading))
+            };
+            let values: Vec<f64> = (0..READINGS).map(read).collect();
+            let n = f64::from(READINGS);
+            let mean = values.iter().sum::<f64>() / n;
+            let squares = values.iter().map(|value| (value - mean).powi(2));
+            [mean, squares.sum::<f64>() / (n - 1.0)]
+        })
+        .collect();
+    // Least squares with each point's own standard error of the variance, σ²·√(2/n).
+    let weight = |[_, variance]: &[f64; 2]| variance.powi(-2);
+    let total: f64 = points.iter().map(weight).sum();
+    let centre = [0, 1].map(|axis| points.iter().map(|p| weight(p) * p[axis]).sum::<f64>() / total);
+    let spread = points
+        .iter()
+        .map(|p| weight(p) * (p[0] - centre[0]).powi(2));
+    let spread: f64 = spread.sum();
+    let products = points
+        .iter()
+        .map(|p| weight(p) * (p[0] - centre[0]) * (p[1] - centre[1]));
+    let slope = products.sum::<f64>() / spread;
+    let standard_error = (2.0 / f64::from(READINGS) / spread).sqrt();
+    let off = (slope - NOISE.gain_dn_per_e) / standard_error;
+    println!("slope {slope:.5} DN/e-, {off:+.2} standard errors off");
+    assert!(off.abs() < 3.0, "{slope} for {}", NOISE.gain_dn_per_e);
+    let dark_dn2 = NOISE.dark_e_per_s * EXPOSURE_S + NOISE.read_noise_e.powi(2);
+    let black_dn2 = NOISE.gain_dn_per_e.powi(2) * dark_dn2 + 1.0 / 12.0;
+    let dark_dn = NOISE.gain_dn_per_e * NOISE.dark_e_per_s * EXPOSURE_S;
+    let at_black = centre[1] - slope * (centre[0] - NOISE.black_level_dn - dark_dn);
+    let off = (at_black - black_dn2) / (standard_error * (centre[0] - NOISE.black_level_dn));
+    assert!(off.abs() < 3.0, "{at_black} DN² for {black_dn2} DN²");
 }
 
 #[test]
@@ -107,7 +200,7 @@ fn a_range_scatters_as_it_should() {
             let [a, b] = [0, 1].map(|tap: u8| {
                 let reading = Reading {
                     phase,
-                    tap,
+                    well: tap,
                     ..reading(pixel)
                 };
                 noise.electrons(expected[usize::from(tap)], EXPOSURE_S, reading)
@@ -151,7 +244,7 @@ fn readings_are_independent_of_each_other() {
         ("pixel", all(&|reading| reading.pixel += 1)),
         ("frequency", all(&|reading| reading.frequency = 1)),
         ("phase", all(&|reading| reading.phase = 1)),
-        ("tap", all(&|reading| reading.tap = 1)),
+        ("well", all(&|reading| reading.well = 1)),
     ];
     let mean = 400.0 + NOISE.dark_e_per_s * EXPOSURE_S;
     let variance = mean + NOISE.read_noise_e.powi(2);

@@ -14,7 +14,7 @@ use super::mesh::{AsIs, Assets, MeshRequest, Transform};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
 use crate::scene::{
     Carrier, Parameter, ParameterKind, ParameterValue, Parameters, PlacedLight, Places, Scene,
-    in_their_roles,
+    SensorNoise, in_their_roles,
 };
 use crate::{Error, Result};
 
@@ -280,6 +280,13 @@ fn read_parameters(
     })
 }
 
+/// Reads a table of sensor noise.
+fn sensor_noise(keys: Keys) -> Result<SensorNoise> {
+    let mut noise = SensorNoise::DEFAULT;
+    read_parameters(keys, &mut noise, |_| true)?;
+    Ok(noise)
+}
+
 /// The value of a parameter whose key has its name, if the key is there.
 fn value_of(parameter: &Parameter, keys: &mut Keys) -> Result<Option<ParameterValue>> {
     let value = match parameter.example {
@@ -289,6 +296,7 @@ fn value_of(parameter: &Parameter, keys: &mut Keys) -> Result<Option<ParameterVa
     let read = |value: Value| match parameter.kind {
         ParameterKind::Number => value.number().map(ParameterValue::Number),
         ParameterKind::Pair => value.numbers().map(ParameterValue::Pair),
+        ParameterKind::Bands => value.bands().map(ParameterValue::Bands),
         ParameterKind::Count => Ok(ParameterValue::Count(value.count()?.into())),
         ParameterKind::LargeCount => value.large_count().map(ParameterValue::Count),
         ParameterKind::Flag => value.flag().map(ParameterValue::Flag),

@@ -8,11 +8,12 @@ use crate::import::{lamp, mesh::gltf};
 use crate::keys::{Keys, Value};
 use crate::scene::{
     AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Parameter,
-    PatternIntegral, PixelFilter, PixelSampling, Profile, ProjectedImage, Sensor, Shadow, SpotCone,
+    Parameters, PatternIntegral, PixelFilter, PixelSampling, Profile, ProjectedImage, Sensor,
+    Shadow, SpotCone,
 };
 use crate::{Error, Result};
 
-use super::{read_parameters, value_of};
+use super::{read_parameters, sensor_noise, value_of};
 
 pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
     keys.only(&[
@@ -165,9 +166,16 @@ fn distortion(keys: &mut Keys) -> Result<Option<Distortion>> {
 }
 
 /// Reads `[sensor]`, and `[lens]` with the rest of its parameters.
-pub(super) fn sensor(sensor: Keys, lens: Option<Keys>) -> Result<Sensor> {
+pub(super) fn sensor(mut sensor: Keys, lens: Option<Keys>) -> Result<Sensor> {
     let is_of_lens = |parameter: &Parameter| parameter.name == "f_number";
-    let mut read = Sensor::DEFAULT;
+    let known = Sensor::DEFAULT.rows().iter().filter(|row| !is_of_lens(row));
+    let known: Vec<&str> = known.map(|row| row.name).chain(["noise"]).collect();
+    sensor.only(&known)?;
+    let noise = sensor.table("noise")?;
+    let mut read = Sensor {
+        noise: noise.map(sensor_noise).transpose()?,
+        ..Sensor::DEFAULT
+    };
     read_parameters(sensor, &mut read, |parameter| !is_of_lens(parameter))?;
     if let Some(lens) = lens {
         read_parameters(lens, &mut read, is_of_lens)?;

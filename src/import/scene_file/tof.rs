@@ -2,9 +2,9 @@
 
 use crate::Result;
 use crate::keys::{Keys, Value};
-use crate::scene::{Bands, ChargeUnit, SensorNoise, TimeOfFlight};
+use crate::scene::{Bands, ChargeUnit, TimeOfFlight};
 
-use super::read_parameters;
+use super::sensor_noise;
 
 /// Reads the `[tof]` table. `modulated`: the value of this key for each light of the file.
 pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<TimeOfFlight> {
@@ -67,7 +67,7 @@ pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<T
                 word.choice(&ChargeUnit::ALL, ChargeUnit::name)
             })?
             .unwrap_or_default(),
-        noise: noise.map(self::noise).transpose()?,
+        noise: noise.map(sensor_noise).transpose()?,
         ambient_lights: lights.filter(|(_, is)| **is).map(|(i, _)| i).collect(),
     })
 }
@@ -81,10 +81,4 @@ fn band_weights(band: &Value) -> Result<Bands> {
         }
         Err(_) => band.numbers(),
     }
-}
-
-fn noise(keys: Keys) -> Result<SensorNoise> {
-    let mut noise = SensorNoise::DEFAULT;
-    read_parameters(keys, &mut noise, |_| true)?;
-    Ok(noise)
 }

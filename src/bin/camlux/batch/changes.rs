@@ -6,6 +6,7 @@ use camlux::Scene;
 use camlux::keys::{Keys, Value, did_you_mean};
 
 use super::draws::Draws;
+use super::light_images::LightImages;
 use super::materials::{EVERY, JobTextures, MaterialDraws};
 use super::motion::{self, Motion};
 use crate::Failure;
@@ -21,6 +22,7 @@ pub struct Changes {
     pub meshes: Vec<(usize, Motion)>,
     /// One value per frame.
     pub values: Vec<Change>,
+    pub light_images: Vec<LightImages>,
     /// Drawn in each frame.
     pub materials: Vec<MaterialDraws>,
     /// What the materials draw from.
@@ -95,7 +97,13 @@ impl Changes {
     }
 
     fn read_light(&mut self, mut keys: Keys, folder: &Path) -> Result<(), Failure> {
-        let own = ["index", "power_factors", "power_factor_range"];
+        let own = [
+            "index",
+            "power_factors",
+            "power_factor_range",
+            "images",
+            "encoding",
+        ];
         keys.only(&[&own[..], &motion::KEYS].concat())?;
         let index = self.index(keys.need("index", INDEX)?, Named::Light)?;
         let factors = match keys.take_one(&["power_factors", "power_factor_range"])? {
@@ -112,6 +120,8 @@ impl Changes {
         };
         let power = factors.map(|factors| Change::Power(index, factors));
         self.values.extend(power);
+        let images = LightImages::read(&mut keys, index, folder)?;
+        self.light_images.extend(images);
         let motion = Motion::read(&mut keys, folder)?;
         self.lights.extend(motion.map(|motion| (index, motion)));
         Ok(())
@@ -166,6 +176,9 @@ impl Changes {
                 "[[light]] {light} of this job has a motion, but its scene moves it with relative_to; remove one of them"
             ))?;
         }
+        for images in &self.light_images {
+            images.check(scene)?;
+        }
         for drawn in &self.materials {
             let mut materials = scene.materials.iter().filter(|m| drawn.is_of(m));
             materials.try_for_each(|material| drawn.check(material))?;
@@ -195,6 +208,7 @@ impl Changes {
         let mut lists: Vec<usize> = self.values.iter().map(Change::len).collect();
         lists.retain(|&length| length > 0);
         let mut is_random = lists.len() < self.values.len() || !self.materials.is_empty();
+        lists.extend(self.light_images.iter().map(LightImages::len));
         let mut keyed = None;
         for motion in motions {
             match motion {

@@ -113,7 +113,10 @@ impl Engine {
         let mut frame = self.renderer.render(&scene, &mut options)?;
         let mut mean = blur::Mean::default();
         for moment in samples {
-            let scene = moment.scene();
+            let mut scene = moment.scene();
+            if let Some(sensor) = &mut scene.sensor {
+                sensor.noise = None;
+            }
             let sample = self
                 .renderer
                 .render(&scene, &mut RenderOptions::default())?;
@@ -127,6 +130,7 @@ impl Engine {
                 key: frame.description.key,
                 ..FrameDescription::new(&begin, begin.hash())
             };
+            frame.count_electrons();
         }
         let images = &planned.exposed.phase_images;
         for of_frequency in images.chunk_by(|(a, _), (b, _)| a.frequency == b.frequency) {

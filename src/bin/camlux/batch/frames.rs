@@ -135,6 +135,9 @@ impl Frames {
             let textures = job.changes.textures.hasher.finalize();
             shared_hash.update(textures.as_bytes());
         }
+        for images in &job.changes.light_images {
+            shared_hash.update(images.digest().as_bytes());
+        }
         if let Some(timing) = &job.timing {
             shared_hash.update(format!("{timing:?}").as_bytes());
         }
@@ -213,6 +216,9 @@ impl Frames {
         }
         for change in &changes.values {
             change.apply(&mut scene, frame as usize, draws);
+        }
+        for images in &changes.light_images {
+            images.apply(&mut scene, frame as usize);
         }
         for drawn in &changes.materials {
             let materials = scene.materials.iter_mut().filter(|m| drawn.is_of(m));

@@ -10,6 +10,7 @@ mod engine;
 mod flow;
 mod frames;
 mod job;
+mod light_images;
 mod manifest;
 mod materials;
 mod merge;
