@@ -22,11 +22,14 @@ x = (np.arange(raw[0].shape[1]) + 0.5 - camera["cx"]) / camera["fx"]  # of a pix
 disparity = x - (column - CENTRE_PX) / FOCAL_PX
 depth = BASELINE_M / np.where(disparity > 0, disparity, np.nan)
 
-# The projector lights a pixel where one of the images is clearly brighter than its inverse. A code says half a column at best.
+# A pixel is lit by the projector where every image is clearly brighter or darker than its inverse. The true depth is then within the
+# column of the code.
 true = np.asarray(frames[0]["depth"])
-contrast = np.min([abs(a.astype(float) - b) for a, b in zip(raw[::2], raw[1::2])], axis=0)
-seen = (contrast > 15) & np.isfinite(depth)
-bound = true**2 * 0.5 / FOCAL_PX / BASELINE_M
-error = abs(depth - true)[seen] / bound[seen]
-print(f"{seen.mean():.0%} of the pixels; median error {np.median(abs(depth - true)[seen]) * 1e3:.1f} mm")
-print(f"{(error <= 1.05).mean():.1%} within half a column of the code")
+contrast = np.min([abs(a - b) for a, b in zip(raw[::2], raw[1::2])], axis=0)
+lit = (contrast > 60) & (disparity > 0)
+half_column = 0.5 / FOCAL_PX
+is_within = (true > BASELINE_M / (disparity + half_column) * (1 - 1e-5)) & (true < BASELINE_M / (disparity - half_column) * (1 + 1e-5))
+print(f"{lit.mean():.0%} of the pixels are lit; median error {np.median(abs(depth - true)[lit]) * 1e3:.1f} mm")
+print(f"{is_within[lit].mean():.2%} of them are within the column of their code")
+if is_within[lit].mean() < 0.99:
+    sys.exit("the code is not decoded")

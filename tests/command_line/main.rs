@@ -17,6 +17,7 @@ mod exr_attributes;
 mod interrupted;
 mod jobs;
 mod lens;
+mod light_images;
 mod motion;
 mod pairs;
 mod plain;
