@@ -55,7 +55,11 @@ fn wall(exposure_time_s: f64) -> Scene {
 }
 
 /// Mean and variance of two frames of the same wall. Half of their difference's variance has no fixed pattern.
-fn mean_and_variance(renderer: &mut Renderer, scene: &Scene) -> Result<(f64, f64), Box<dyn Error>> {
+fn mean_and_variance(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    first_index: u32,
+) -> camlux::Result<(f64, f64)> {
     let mut frame = |index| {
         let mut options = RenderOptions {
             frame_index: Some(index),
@@ -63,9 +67,9 @@ fn mean_and_variance(renderer: &mut Renderer, scene: &Scene) -> Result<(f64, f64
         };
         let frame = renderer.render(scene, &mut options)?;
         let numbers = frame.values(Layer::RawDigitalNumber).unwrap_or_default();
-        Ok::<_, camlux::Error>(numbers.iter().map(|&dn| f64::from(dn)).collect::<Vec<_>>())
+        Ok::<Vec<f64>, camlux::Error>(numbers.iter().map(|&dn| f64::from(dn)).collect())
     };
-    let (first, second) = (frame(0)?, frame(1)?);
+    let (first, second) = (frame(first_index)?, frame(first_index + 1)?);
     let n = first.len() as f64;
     let mean = (first.iter().sum::<f64>() + second.iter().sum::<f64>()) / (2.0 * n);
     let pairs = first.iter().zip(&second);
@@ -80,10 +84,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let device = Device::open(&DeviceOptions::default())?;
     let mut renderer = Renderer::new(&device)?;
     let mut points = Vec::new();
-    for step in 1..=60 {
+    for step in 1..=60_u32 {
         points.push(mean_and_variance(
             &mut renderer,
             &wall(6e-5 * f64::from(step)),
+            2 * step,
         )?);
     }
     let dark = NOISE.gain_dn_per_e.powi(2) * NOISE.read_noise_e.powi(2) + 1.0 / 12.0;
