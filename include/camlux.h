@@ -582,11 +582,14 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 /** Lens given by `fx_px`, `fy_px`, `cx_px`, `cy_px`. */
 #define CAMLUX_LENS_INTRINSICS 1
 
-/** As CAMLUX_LENS_INTRINSICS, with the distortion of OpenCV's calibrateCamera: k1, k2, p1, p2, k3, k4, k5, k6. */
+/** As CAMLUX_LENS_INTRINSICS, with the distortion of OpenCV's calibrateCamera: k1, k2, p1, p2, k3, k4, k5, k6, and prism_tilt. */
 #define CAMLUX_LENS_RATIONAL 2
 
 /** As CAMLUX_LENS_INTRINSICS, with the distortion of OpenCV's fisheye: k1, k2, k3, k4. */
 #define CAMLUX_LENS_FISHEYE 3
+
+/** Lens given by `fov_x_deg`. */
+#define CAMLUX_LENS_FOV_X 4
 
 /** All samples of a pixel have the same weight. */
 #define CAMLUX_FILTER_BOX 0
@@ -673,7 +676,7 @@ typedef struct camlux_camera {
   uint32_t width_px;
   /** Height of the image, pixels. */
   uint32_t height_px;
-  /** CAMLUX_LENS_FOV_Y or one of CAMLUX_LENS_INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored. */
+  /** One of CAMLUX_LENS_FOV_Y, _FOV_X, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored. */
   int32_t lens;
   /** The camera's centre in world space, m. */
   double position_m[3];
@@ -686,7 +689,7 @@ typedef struct camlux_camera {
    * in the middle.
    */
   double fov_y_deg;
-  /** Focal lengths in pixels, above 0: x_px = fx_px * X / Z + cx_px with X right, Y down, Z forward. */
+  /** Focal lengths in pixels, above 0: x_px = fx_px * X / Z + skew_px * Y / Z + cx_px with X right, Y down, Z forward. */
   double fx_px;
   /** See fx_px. */
   double fy_px;
@@ -700,6 +703,12 @@ typedef struct camlux_camera {
   uint32_t samples;
   /** Weight of the samples: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN. */
   int32_t filter;
+  /** As fov_y_deg, from the left to the right edge: for CAMLUX_LENS_FOV_X. */
+  double fov_x_deg;
+  /** See fx_px; 0 where columns are at a right angle to the rows. */
+  double skew_px;
+  /** Further coefficients of CAMLUX_LENS_RATIONAL: s1, s2, s3, s4 of a thin prism, and the tilt of the sensor tau_x, tau_y, radians. */
+  double prism_tilt[6];
 } camlux_camera;
 
 /**
@@ -2484,7 +2493,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_DEVICE_INFO_INIT { CAMLUX_INITIALISED + sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
-#define CAMLUX_CAMERA_INIT { CAMLUX_INITIALISED + sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0 }
+#define CAMLUX_CAMERA_INIT { CAMLUX_INITIALISED + sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0} }
 
 #define CAMLUX_SENSOR_INIT { CAMLUX_INITIALISED + sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0, {1.0, 1.0, 1.0}, 0, 0 }
 

@@ -276,13 +276,33 @@ impl<'t> Value<'t> {
     }
 
     pub fn counts<const N: usize>(&self) -> Result<[u32; N]> {
-        self.array(count)
+        array(&self.value, count)
             .ok_or_else(|| self.wrong(&format!("an array of {N} whole numbers of 0 or more")))
     }
 
     pub fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
-        self.array(finite_number)
+        array(&self.value, finite_number)
             .ok_or_else(|| self.wrong(&format!("an array of {N} finite numbers")))
+    }
+
+    /// A list of numbers of any length.
+    pub fn number_list(&self) -> Result<Vec<f64>> {
+        let elements = self.value.as_array();
+        let numbers = elements.and_then(|e| e.iter().map(|e| finite_number(e.get_ref())).collect());
+        numbers.ok_or_else(|| self.wrong("an array of finite numbers"))
+    }
+
+    /// The rows of a matrix with N columns.
+    pub fn rows<const N: usize>(&self) -> Result<Vec<[f64; N]>> {
+        let row = |row: &Spanned<DeValue>| array(row.get_ref(), finite_number);
+        let rows = self.value.as_array();
+        let rows = rows.and_then(|rows| rows.iter().map(row).collect());
+        rows.ok_or_else(|| self.wrong(&format!("a list of rows, each of {N} finite numbers")))
+    }
+
+    /// Whether it is an array.
+    pub fn is_list(&self) -> bool {
+        self.value.as_array().is_some()
     }
 
     pub fn vec3(&self) -> Result<DVec3> {
@@ -293,7 +313,7 @@ impl<'t> Value<'t> {
     pub fn bands(&self) -> Result<[f64; 3]> {
         finite_number(&self.value)
             .map(|value| [value; 3])
-            .or_else(|| self.array(finite_number))
+            .or_else(|| array(&self.value, finite_number))
             .ok_or_else(|| self.wrong("one finite number or an array [r, g, b] of three"))
     }
 
@@ -376,16 +396,19 @@ impl<'t> Value<'t> {
         Error::scene(&self.at, problem, hint)
     }
 
-    fn array<T, const N: usize>(&self, read: impl Fn(&DeValue) -> Option<T>) -> Option<[T; N]> {
-        let elements = self.value.as_array()?;
-        let values: Option<Vec<T>> = elements.iter().map(|e| read(e.get_ref())).collect();
-        values?.try_into().ok()
-    }
-
     fn wrong(&self, expected: &str) -> Error {
         let problem = format!("is {}", describe(&self.value));
         self.error(problem, format!("give {expected}"))
     }
+}
+
+fn array<T, const N: usize>(
+    value: &DeValue,
+    read: impl Fn(&DeValue) -> Option<T>,
+) -> Option<[T; N]> {
+    let elements = value.as_array()?;
+    let values: Option<Vec<T>> = elements.iter().map(|e| read(e.get_ref())).collect();
+    values?.try_into().ok()
 }
 
 fn describe(value: &DeValue) -> String {

@@ -55,6 +55,8 @@ pub use error::{Error, Result};
 pub use frame::{DeviceFrame, DeviceImage, Progress};
 /// The vectors that this crate's interface uses.
 pub use glam;
+#[doc(hidden)]
+pub use import::{ImagePoses, image_poses};
 pub use local_space::LocalSpace;
 pub use plan::{
     GatherKernel, GatherPlan, IndirectPlan, LightPlan, Plan, RefinementPlan, ShadowPlan, TofPlan,

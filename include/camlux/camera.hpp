@@ -34,14 +34,15 @@ enum class pixel_filter : std::int32_t {
     gaussian = CAMLUX_FILTER_GAUSSIAN,
 };
 
-/** The lens of a camera: focal lengths and principal point, in pixels, and OpenCV's coefficients. */
+/** The lens of a camera: focal lengths, principal point and skew, in pixels, and OpenCV's coefficients in its order. */
 struct intrinsics {
     double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
     lens_model model = lens_model::pinhole;
-    std::array<double, 8> distortion = {};
+    std::array<double, 14> distortion = {};
+    double skew_px = 0;
 };
 
-/** camlux_camera. If `lens` is set, fov_y_deg is ignored. */
+/** camlux_camera. If `fov_x_deg` is set, fov_y_deg is ignored; if `lens` is set, both are. */
 struct camera {
     std::uint32_t width_px = 640, height_px = 480;
     vec3 position_m = {};
@@ -51,6 +52,7 @@ struct camera {
     std::optional<intrinsics> lens = std::nullopt;
     std::uint32_t samples = 1;
     pixel_filter filter = pixel_filter::box;
+    std::optional<double> fov_x_deg = std::nullopt;
 };
 
 /** The colour filters of four pixels: the upper two, then the lower two. */
@@ -124,13 +126,20 @@ inline camlux_camera raw_of(const camera &from) noexcept
     set(to.look_at_m, from.look_at_m);
     set(to.up, from.up);
     to.fov_y_deg = from.fov_y_deg;
+    if (from.fov_x_deg) {
+        to.lens = CAMLUX_LENS_FOV_X;
+        to.fov_x_deg = *from.fov_x_deg;
+    }
     if (from.lens) {
         to.lens = static_cast<std::int32_t>(from.lens->model);
         to.fx_px = from.lens->fx_px;
         to.fy_px = from.lens->fy_px;
         to.cx_px = from.lens->cx_px;
         to.cy_px = from.lens->cy_px;
-        std::copy(from.lens->distortion.begin(), from.lens->distortion.end(), to.distortion);
+        to.skew_px = from.lens->skew_px;
+        const auto prism_tilt = from.lens->distortion.begin() + 8;
+        std::copy(from.lens->distortion.begin(), prism_tilt, to.distortion);
+        std::copy(prism_tilt, from.lens->distortion.end(), to.prism_tilt);
     }
     to.samples = from.samples;
     to.filter = static_cast<std::int32_t>(from.filter);
@@ -146,9 +155,13 @@ inline camera camera_of(const camlux_camera &from)
     to.look_at_m = vec3_of(from.look_at_m);
     to.up = vec3_of(from.up);
     to.fov_y_deg = from.fov_y_deg;
-    if (from.lens != CAMLUX_LENS_FOV_Y) {
+    if (from.lens == CAMLUX_LENS_FOV_X) {
+        to.fov_x_deg = from.fov_x_deg;
+    } else if (from.lens != CAMLUX_LENS_FOV_Y) {
         to.lens = intrinsics{from.fx_px, from.fy_px, from.cx_px, from.cy_px, static_cast<lens_model>(from.lens)};
-        std::copy(std::begin(from.distortion), std::end(from.distortion), to.lens->distortion.begin());
+        const auto prism_tilt = std::copy(std::begin(from.distortion), std::end(from.distortion), to.lens->distortion.begin());
+        std::copy(std::begin(from.prism_tilt), std::end(from.prism_tilt), prism_tilt);
+        to.lens->skew_px = from.skew_px;
     }
     to.samples = from.samples;
     to.filter = static_cast<pixel_filter>(from.filter);

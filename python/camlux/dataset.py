@@ -137,7 +137,7 @@ class DatasetFrame(Mapping[str, npt.NDArray[Any]]):
     def intrinsics(self) -> npt.NDArray[np.float64]:
         """Intrinsics, 3 x 3, pixels; the centre of the first pixel is at (0.5, 0.5)."""
         k = self.line["camera"]["intrinsics_px"]
-        return np.array([[k["fx"], 0, k["cx"]], [0, k["fy"], k["cy"]], [0, 0, 1]])
+        return np.array([[k["fx"], k.get("skew", 0), k["cx"]], [0, k["fy"], k["cy"]], [0, 0, 1]])
 
     def points(self) -> Points:
         """The surface points that the pixels show, with their colours. It needs the layers P and radiance."""

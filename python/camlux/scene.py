@@ -40,21 +40,25 @@ class Intrinsics(Fields):
 
     fx, fy: focal lengths, pixels.
     cx, cy: principal point, pixels.
+    skew: by how much a point one focal length lower is farther right, pixels.
     """
 
     fx: Number
     fy: Number
     cx: Number
     cy: Number
+    skew: Number = 0.0
 
 
 @dataclass(slots=True, eq=False)
 class RationalDistortion(Fields):
-    """The rational lens model of OpenCV.
+    """The rational lens model of OpenCV. `RationalDistortion(*vector)` takes OpenCV's vector of 4, 5, 8, 12 or 14 numbers.
 
     k1, k2, k3: radial coefficients.
     p1, p2: tangential coefficients.
     k4, k5, k6: radial coefficients of the denominator.
+    s1, s2, s3, s4: coefficients of a thin prism.
+    tau_x, tau_y: tilt of the sensor, radians.
     """
 
     k1: Number = 0.0
@@ -65,6 +69,12 @@ class RationalDistortion(Fields):
     k4: Number = 0.0
     k5: Number = 0.0
     k6: Number = 0.0
+    s1: Number = 0.0
+    s2: Number = 0.0
+    s3: Number = 0.0
+    s4: Number = 0.0
+    tau_x: Number = 0.0
+    tau_y: Number = 0.0
 
 
 @dataclass(slots=True, eq=False)
@@ -82,14 +92,16 @@ class FisheyeDistortion(Fields):
 
 @dataclass(slots=True, eq=False)
 class Camera(Fields):
-    """A camera by position and target, or by `Camera.from_matrix`, with a lens by either `fov_y_deg` or `intrinsics_px`.
+    """A camera by position and target, or by `Camera.from_matrix`, with a lens by one of `fov_x_deg`, `fov_y_deg` and
+    `intrinsics_px`.
 
     resolution_px: width, height, pixels.
     position_m: position, m.
     look_at_m: a point in the middle of the view, m.
     up: a direction that the image shows upwards; of any length.
-    fov_y_deg: full angle of view from top to bottom, degrees.
-    intrinsics_px: focal lengths and principal point, pixels.
+    fov_y_deg: full angle of view from top to bottom, degrees. Pixels are square.
+    fov_x_deg: likewise from left to right.
+    intrinsics_px: focal lengths, principal point and skew, pixels.
     distortion: of the lens; it needs `intrinsics_px`.
     samples: number of points of a pixel over which light is averaged, up to 4096; 1: a pixel shows what is at its centre.
     filter: weights these points; None: box.
@@ -104,6 +116,7 @@ class Camera(Fields):
     distortion: RationalDistortion | FisheyeDistortion | None = None
     samples: Whole = 1
     filter: Literal["box", "gaussian"] | None = None
+    fov_x_deg: Number | None = None
 
     @staticmethod
     @knows_its_arguments
@@ -120,7 +133,7 @@ class Camera(Fields):
         """A camera from a pose and an intrinsic matrix.
 
         camera_to_world: 4 x 4 or 3 x 4, for column vectors, metres. Give the inverse of an extrinsic matrix (world to camera).
-        intrinsics: 3 x 3, pixels: [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]. The centre of the first pixel is at (0.5, 0.5); OpenCV has it
+        intrinsics: 3 x 3, pixels: [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]. The centre of the first pixel is at (0.5, 0.5); OpenCV has it
             at (0, 0), so add 0.5 to cx and cy of a calibration by OpenCV.
         axes: of the camera. opencv (COLMAP, Open3D): x right, y down, z forward. opengl (Blender, nerfstudio): x right, y up, z backward.
 
@@ -136,8 +149,8 @@ class Camera(Fields):
         # A larger deviation is not a rounding error of f32.
         if np.abs(rotation.T @ rotation - np.eye(3)).max() > 1e-3 or np.linalg.det(rotation) < 0:
             raise SceneError(f"camera: camera_to_world begins with {rotation.tolist()}, which is not a rotation; give a pose without scale or mirror")
-        if k[0, 1] != 0 or k[1, 0] != 0 or not np.array_equal(k[2], [0, 0, 1]):
-            raise SceneError(f"camera: intrinsics is {k.tolist()}; give [[fx, 0, cx], [0, fy, cy], [0, 0, 1]], without skew")
+        if k[1, 0] != 0 or not np.array_equal(k[2], [0, 0, 1]):
+            raise SceneError(f"camera: intrinsics is {k.tolist()}; give [[fx, skew, cx], [0, fy, cy], [0, 0, 1]]")
         # Of OpenCV's axes.
         down, forward = rotation[:, 1:].T if axes == "opencv" else -rotation[:, 1:].T
         position = pose[:3, 3]
@@ -146,7 +159,7 @@ class Camera(Fields):
             position_m=_triple(position),
             look_at_m=_triple(position + forward),
             up=_triple(-down),
-            intrinsics_px=Intrinsics(*map(float, (k[0, 0], k[1, 1], k[0, 2], k[1, 2]))),
+            intrinsics_px=Intrinsics(*map(float, (k[0, 0], k[1, 1], k[0, 2], k[1, 2], k[0, 1]))),
             distortion=distortion,
             samples=samples,
             filter=filter,

@@ -93,14 +93,20 @@ impl Frame {
 
     /// Intrinsics, 3 x 3, pixels; the centre of the first pixel is at (0.5, 0.5).
     fn intrinsics<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let Intrinsics { fx, fy, cx, cy } = slf
+        let Intrinsics {
+            fx,
+            fy,
+            cx,
+            cy,
+            skew,
+        } = slf
             .as_super()
             .get()
             .frame()?
             .description
             .camera
             .intrinsics_px();
-        let rows = [vec![fx, 0.0, cx], vec![0.0, fy, cy], vec![0.0, 0.0, 1.0]];
+        let rows = [vec![fx, skew, cx], vec![0.0, fy, cy], vec![0.0, 0.0, 1.0]];
         Ok(PyArray2::from_vec2(slf.py(), &rows)?)
     }
 

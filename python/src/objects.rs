@@ -77,12 +77,14 @@ impl<'py> Classes<'py> {
     }
 
     fn camera(&self, camera: &Camera) -> PyResult<Bound<'py, PyAny>> {
-        let (fov_y_deg, intrinsics) = match camera.lens {
-            Lens::FovY { fov_y_deg } => (Some(fov_y_deg), None),
-            Lens::Intrinsics(k) | Lens::Distorted { intrinsics: k, .. } => (None, Some(k)),
+        let (fov_x_deg, fov_y_deg, intrinsics) = match camera.lens {
+            Lens::FovX { fov_x_deg } => (Some(fov_x_deg), None, None),
+            Lens::FovY { fov_y_deg } => (None, Some(fov_y_deg), None),
+            Lens::Intrinsics(k) | Lens::Distorted { intrinsics: k, .. } => (None, None, Some(k)),
         };
-        let intrinsics =
-            intrinsics.map(|k| object!(self, "Intrinsics", fx: k.fx, fy: k.fy, cx: k.cx, cy: k.cy));
+        let intrinsics = intrinsics.map(
+            |k| object!(self, "Intrinsics", fx: k.fx, fy: k.fy, cx: k.cx, cy: k.cy, skew: k.skew),
+        );
         let distortion = camera.distortion().map(|distortion| {
             let (class, names) = match distortion {
                 Distortion::Rational(_) => ("RationalDistortion", &Distortion::RATIONAL[..]),
@@ -100,6 +102,7 @@ impl<'py> Classes<'py> {
             position_m: triple(camera.position_m),
             look_at_m: triple(camera.look_at_m),
             up: triple(camera.up),
+            fov_x_deg: fov_x_deg,
             fov_y_deg: fov_y_deg,
             intrinsics_px: intrinsics.transpose()?,
             distortion: distortion.transpose()?,

@@ -343,6 +343,7 @@ impl ProjectedImage {
             fy: length(fy, "fy")?,
             cx: length(cx, "cx")?,
             cy: length(cy, "cy")?,
+            skew: 0.0,
         };
         let array = as_array(&needed(values, "values")?)?;
         let &[height, width] = array.shape() else {
@@ -366,7 +367,7 @@ impl ProjectedImage {
         let [width, height] = image.size_px.map(|px| px as usize);
         let values = array(py, image.values.clone(), &[height, width])?;
         let keywords = PyDict::new(py);
-        let Intrinsics { fx, fy, cx, cy } = image.intrinsics;
+        let Intrinsics { fx, fy, cx, cy, .. } = image.intrinsics;
         for (name, value) in [("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)] {
             keywords.set_item(name, value)?;
         }

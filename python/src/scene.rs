@@ -79,17 +79,20 @@ fn camera_from(part: &Part) -> PyResult<Camera> {
     let intrinsics = intrinsics.map(|k| intrinsics_from(&k)).transpose()?;
     let distortion = part.part("distortion")?;
     let distortion = distortion.map(|d| distortion_from(&d)).transpose()?;
-    let lens = match (part.optional_number("fov_y_deg")?, intrinsics, distortion) {
-        (Some(fov_y_deg), None, None) => Lens::FovY { fov_y_deg },
-        (None, Some(intrinsics), None) => Lens::Intrinsics(intrinsics),
-        (None, Some(intrinsics), Some(distortion)) => Lens::Distorted {
+    let fov_deg = ["fov_x_deg", "fov_y_deg"].map(|name| part.optional_number(name));
+    let [fov_x_deg, fov_y_deg] = fov_deg;
+    let lens = match (fov_x_deg?, fov_y_deg?, intrinsics, distortion) {
+        (Some(fov_x_deg), None, None, None) => Lens::FovX { fov_x_deg },
+        (None, Some(fov_y_deg), None, None) => Lens::FovY { fov_y_deg },
+        (None, None, Some(intrinsics), None) => Lens::Intrinsics(intrinsics),
+        (None, None, Some(intrinsics), Some(distortion)) => Lens::Distorted {
             intrinsics,
             distortion,
         },
         _ => {
             return Err(part.error(
                 "the lens is missing or ambiguous",
-                "give one of fov_y_deg and intrinsics_px; distortion needs intrinsics_px",
+                "give one of fov_x_deg, fov_y_deg and intrinsics_px; distortion needs intrinsics_px",
             ));
         }
     };
@@ -115,6 +118,7 @@ fn intrinsics_from(part: &Part) -> PyResult<Intrinsics> {
         fy: part.number("fy")?,
         cx: part.number("cx")?,
         cy: part.number("cy")?,
+        skew: part.number("skew")?,
     })
 }
 

@@ -20,12 +20,14 @@ ahead = offsets[:, 2] > 0.02 * numpy.linalg.norm(offsets, axis=1)
 rows, columns, offsets = rows[ahead], columns[ahead], offsets[ahead].reshape(-1, 1, 3)
 
 (fx, fy), (cx, cy) = header["camlux.camera.focal_px"], header["camlux.camera.principal_point_px"]
-# In OpenCV, pixel centres have integer coordinates.
-matrix = numpy.array([[fx, 0, cx - 0.5], [0, fy, cy - 0.5], [0, 0, 1]])
+skew = header.get("camlux.camera.skew_px", 0)
 coefficients = numpy.array(json.loads(header["camlux.camera.distortion"]))
 is_fisheye = header["camlux.camera.distortion_model"] == "fisheye"
 project = cv2.fisheye.projectPoints if is_fisheye else cv2.projectPoints
 still = numpy.zeros(3)
-pixels = project(offsets, still, still, matrix, coefficients)[0].reshape(-1, 2)
+# OpenCV does not use the skew of its matrix, so that only the distortion is left to it.
+x, y = project(offsets, still, still, numpy.eye(3), coefficients)[0].reshape(-1, 2).T
+# In OpenCV, pixel centres have integer coordinates.
+pixels = numpy.stack([fx * x + skew * y + cx - 0.5, fy * y + cy - 0.5], axis=1)
 off_px = numpy.hypot(pixels[:, 0] - columns, pixels[:, 1] - rows)
 print(f"{len(off_px)} points within {off_px.max():.2e} px")

@@ -20,7 +20,7 @@ def rotation(rng):
 
 def test_a_camera_is_made_from_matrices(renderer, scene):
     rng = np.random.default_rng(1)
-    k = np.array([[30, 0, 15.5], [0, 31, 12.25], [0, 0, 1]])
+    k = np.array([[30, 0.25, 15.5], [0, 31, 12.25], [0, 0, 1]])
     for _ in range(3):
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = rotation(rng), rng.normal(size=3)
@@ -36,13 +36,24 @@ def test_a_camera_is_made_from_matrices(renderer, scene):
         assert camlux.Camera.from_matrix(opengl[:3].tolist(), k.tolist(), (32, 24), axes="opengl") == camera
 
 
+def test_a_lens_by_fov_x_and_by_the_vector_of_opencv(renderer, scene):
+    vector = np.array([[-0.2, 0.05, 0.002, -0.001, 0.01, 0, 0, 0, 0.01, -0.002, 0.003, 0, 0.05, -0.03]])
+    lens = camlux.RationalDistortion(*vector.ravel())
+    assert (lens.k3, lens.s1, lens.tau_y) == (0.01, 0.01, -0.03)
+    scene.camera.resolution_px, scene.camera.fov_y_deg, scene.camera.fov_x_deg = (32, 16), None, 90
+    k = renderer.render(scene, layers=["depth"]).intrinsics()
+    np.testing.assert_allclose(k, [[16, 0, 16], [0, 16, 8], [0, 0, 1]], rtol=1e-15)
+    scene.camera.fov_x_deg, scene.camera.intrinsics_px, scene.camera.distortion = None, camlux.Intrinsics(16, 16, 16, 8, 2), lens
+    assert renderer.render(scene, layers=["depth"]).intrinsics()[0, 1] == 2
+
+
 @pytest.mark.parametrize(("arguments", "message"), [
     ((np.eye(3), np.eye(3)), "camera_to_world is .* give 4 x 4 or 3 x 4 finite numbers"),
     ((np.eye(4), np.eye(4)), "intrinsics is .* give 3 x 3"),
     ((2 * np.eye(4) - np.diag([0, 0, 0, 1]), np.eye(3)), "is not a rotation; give a pose without scale or mirror"),
     ((np.diag([1, 1, -1, 1]), np.eye(3)), "is not a rotation"),
     ((np.eye(4) + np.eye(4, k=-3), np.eye(3)), "the last row of camera_to_world is .* for column vectors"),
-    ((np.eye(4), [[1, 0.1, 0], [0, 1, 0], [0, 0, 1]]), "without skew"),
+    ((np.eye(4), [[1, 0, 0], [0.1, 1, 0], [0, 0, 1]]), "give .*skew"),
     ((np.full((4, 4), np.nan), np.eye(3)), "finite numbers"),
     (("pose", np.eye(3)), "give a matrix of numbers"),
 ])  # fmt: skip

@@ -38,8 +38,8 @@ def everything(scene):
         camlux.PatternLight((0, 1, 0), (0, -1, 0), (0, 0, -1), image, 5),
         camlux.AreaLight((0, 1, 0), (0, -1, 0), power_w=5, radius_m=0.01),
     ]
-    scene.camera.distortion, scene.camera.fov_y_deg = camlux.FisheyeDistortion(0.01), None
-    scene.camera.intrinsics_px = camlux.Intrinsics(20, 20, 16, 12)
+    scene.camera.distortion, scene.camera.fov_y_deg = camlux.RationalDistortion(0.01, s1=0.002, tau_y=0.03), None
+    scene.camera.intrinsics_px = camlux.Intrinsics(20, 20, 16, 12, skew=0.5)
     scene.sensor = camlux.Sensor((3, 3), 1e-3, wavelength_nm=850, quantum_efficiency=0.4)
     scene.tof = camlux.TimeOfFlight([20e6], [1], 1.0, noise=camlux.SensorNoise(full_well_e=1e5, read_noise_e=1))
     scene.validate()

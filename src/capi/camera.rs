@@ -11,10 +11,12 @@ use crate::scene::{
 pub const CAMLUX_LENS_FOV_Y: i32 = 0;
 /// Lens given by `fx_px`, `fy_px`, `cx_px`, `cy_px`.
 pub const CAMLUX_LENS_INTRINSICS: i32 = 1;
-/// As CAMLUX_LENS_INTRINSICS, with the distortion of OpenCV's calibrateCamera: k1, k2, p1, p2, k3, k4, k5, k6.
+/// As CAMLUX_LENS_INTRINSICS, with the distortion of OpenCV's calibrateCamera: k1, k2, p1, p2, k3, k4, k5, k6, and prism_tilt.
 pub const CAMLUX_LENS_RATIONAL: i32 = 2;
 /// As CAMLUX_LENS_INTRINSICS, with the distortion of OpenCV's fisheye: k1, k2, k3, k4.
 pub const CAMLUX_LENS_FISHEYE: i32 = 3;
+/// Lens given by `fov_x_deg`.
+pub const CAMLUX_LENS_FOV_X: i32 = 4;
 
 /// All samples of a pixel have the same weight.
 pub const CAMLUX_FILTER_BOX: i32 = 0;
@@ -44,7 +46,7 @@ pub struct camlux_camera {
     pub width_px: u32,
     /// Height of the image, pixels.
     pub height_px: u32,
-    /// CAMLUX_LENS_FOV_Y or one of CAMLUX_LENS_INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored.
+    /// One of CAMLUX_LENS_FOV_Y, _FOV_X, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored.
     pub lens: i32,
     /// The camera's centre in world space, m.
     pub position_m: [f64; 3],
@@ -55,7 +57,7 @@ pub struct camlux_camera {
     /// Full angle from the upper to the lower edge, degrees above 0 and below 180. Pixels are square, and the principal point is
     /// in the middle.
     pub fov_y_deg: f64,
-    /// Focal lengths in pixels, above 0: x_px = fx_px * X / Z + cx_px with X right, Y down, Z forward.
+    /// Focal lengths in pixels, above 0: x_px = fx_px * X / Z + skew_px * Y / Z + cx_px with X right, Y down, Z forward.
     pub fx_px: f64,
     /// See fx_px.
     pub fy_px: f64,
@@ -69,6 +71,12 @@ pub struct camlux_camera {
     pub samples: u32,
     /// Weight of the samples: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN.
     pub filter: i32,
+    /// As fov_y_deg, from the left to the right edge: for CAMLUX_LENS_FOV_X.
+    pub fov_x_deg: f64,
+    /// See fx_px; 0 where columns are at a right angle to the rows.
+    pub skew_px: f64,
+    /// Further coefficients of CAMLUX_LENS_RATIONAL: s1, s2, s3, s4 of a thin prism, and the tilt of the sensor tau_x, tau_y, radians.
+    pub prism_tilt: [f64; 6],
 }
 
 /// A sensor, which turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Initialise with
@@ -256,25 +264,36 @@ pub(super) fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
         fy: camera.fy_px,
         cx: camera.cx_px,
         cy: camera.cy_px,
+        skew: camera.skew_px,
     };
     let distorted = |distortion| Lens::Distorted {
         intrinsics,
         distortion,
     };
-    let coefficients = camera.distortion;
-    let [k1, k2, k3, k4, ..] = coefficients;
+    let [k1, k2, k3, k4, ..] = camera.distortion;
     let is_distorted = [CAMLUX_LENS_RATIONAL, CAMLUX_LENS_FISHEYE].contains(&camera.lens);
-    if !is_distorted && coefficients != [0.0; 8] {
+    if !is_distorted && camera.distortion != [0.0; 8] {
         return Err(Failure::argument(
             "lens has no distortion, but distortion is given; set lens to CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE",
         ));
     }
+    if camera.lens != CAMLUX_LENS_RATIONAL && camera.prism_tilt != [0.0; 6] {
+        return Err(Failure::argument(
+            "lens has no thin prism and no tilt, but prism_tilt is given; set lens to CAMLUX_LENS_RATIONAL",
+        ));
+    }
+    let mut rational = [0.0; 14];
+    rational[..8].copy_from_slice(&camera.distortion);
+    rational[8..].copy_from_slice(&camera.prism_tilt);
     let lenses = args::choices![
         CAMLUX_LENS_FOV_Y => Lens::FovY {
             fov_y_deg: camera.fov_y_deg,
         },
+        CAMLUX_LENS_FOV_X => Lens::FovX {
+            fov_x_deg: camera.fov_x_deg,
+        },
         CAMLUX_LENS_INTRINSICS => Lens::Intrinsics(intrinsics),
-        CAMLUX_LENS_RATIONAL => distorted(Distortion::Rational(coefficients)),
+        CAMLUX_LENS_RATIONAL => distorted(Distortion::Rational(rational)),
         CAMLUX_LENS_FISHEYE => distorted(Distortion::Fisheye([k1, k2, k3, k4])),
     ];
     let filters = args::choices![
@@ -309,17 +328,32 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
             PixelFilter::Gaussian => CAMLUX_FILTER_GAUSSIAN,
         };
     }
-    if let Lens::FovY { fov_y_deg } = camera.lens {
-        found.fov_y_deg = fov_y_deg;
-        return found;
+    match camera.lens {
+        Lens::FovY { fov_y_deg } => {
+            found.fov_y_deg = fov_y_deg;
+            return found;
+        }
+        Lens::FovX { fov_x_deg } => {
+            (found.lens, found.fov_x_deg) = (CAMLUX_LENS_FOV_X, fov_x_deg);
+            return found;
+        }
+        Lens::Intrinsics(_) | Lens::Distorted { .. } => {}
     }
-    let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
+    let Intrinsics {
+        fx,
+        fy,
+        cx,
+        cy,
+        skew,
+    } = camera.intrinsics_px();
     (found.fx_px, found.fy_px) = (fx, fy);
     (found.cx_px, found.cy_px) = (cx, cy);
+    found.skew_px = skew;
     found.lens = match camera.distortion() {
         None => CAMLUX_LENS_INTRINSICS,
         Some(Distortion::Rational(coefficients)) => {
-            found.distortion = coefficients;
+            found.distortion.copy_from_slice(&coefficients[..8]);
+            found.prism_tilt.copy_from_slice(&coefficients[8..]);
             CAMLUX_LENS_RATIONAL
         }
         Some(Distortion::Fisheye(coefficients)) => {

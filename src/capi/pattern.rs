@@ -170,6 +170,7 @@ unsafe fn image_from_c(raw: camlux_projected_image) -> Outcome<ProjectedImage> {
             fy: raw.fy_px,
             cx: raw.cx_px,
             cy: raw.cy_px,
+            skew: 0.0,
         }),
     ];
     let lens = args::one_of("lens", raw.lens, &lenses)?;

@@ -1,7 +1,7 @@
 //! The library names values as scene files do. This table says what they are in C.
 
 /// What messages of the library contain, and what it is in C. A phrase stands before those that it contains.
-const WORDS: [(&str, &str); 33] = [
+const WORDS: [(&str, &str); 34] = [
     // Hints.
     (
         "give the sensor a wavelength_nm and a quantum_efficiency",
@@ -78,6 +78,7 @@ const WORDS: [(&str, &str); 33] = [
     (": fx is", ": fx_px is"),
     (": fy is", ": fy_px is"),
     ("cx, cy are", "cx_px, cy_px are"),
+    (": skew is", ": skew_px is"),
     ("focal lengths fx, fy", "focal lengths fx_px, fy_px"),
     ("the weights of the bands are", "band_weights is"),
     ("the vertical angles", "gammas_deg"),

@@ -13,7 +13,7 @@ pub(super) fn projected_face(
     let grid = Grid::new(size, half_extent);
     let sums = sums_over(image);
     let [columns, rows] = image.size_px.map(|size| size as usize);
-    let Intrinsics { fx, fy, cx, cy } = image.intrinsics;
+    let Intrinsics { fx, fy, cx, cy, .. } = image.intrinsics;
     // ∫∫ of the image from its upper left corner to a point of the screen. It is bilinear within each pixel.
     let within = |u: f64, v: f64| {
         let place = |pixels: f64, count: usize| {

@@ -70,14 +70,11 @@ impl Scene {
         toml.numbers("up", &up.to_array());
         toml.lens(&self.camera.lens);
         if let Some(distortion) = self.camera.distortion() {
-            match distortion {
-                Distortion::Rational(values) => {
-                    toml.named("distortion", Distortion::RATIONAL, &values);
-                }
-                Distortion::Fisheye(values) => {
-                    toml.named("fisheye", Distortion::FISHEYE, &values);
-                }
-            }
+            let (key, names) = match distortion {
+                Distortion::Rational(_) => ("distortion", &Distortion::RATIONAL[..]),
+                Distortion::Fisheye(_) => ("fisheye", &Distortion::FISHEYE[..]),
+            };
+            toml.named(key, names, distortion.coefficients());
         }
         if let Some(sampling) = pixel_sampling {
             toml.count("samples", sampling.samples.into());

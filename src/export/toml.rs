@@ -60,7 +60,7 @@ impl Toml {
     }
 
     /// An inline table of numbers.
-    pub fn named<const N: usize>(&mut self, key: &str, names: [&str; N], values: &[f64; N]) {
+    pub fn named(&mut self, key: &str, names: &[&str], values: &[f64]) {
         let pairs = names.iter().zip(values);
         let pairs: Vec<String> = pairs.map(|(name, v)| format!("{name} = {v:?}")).collect();
         self.line(key, &format!("{{ {} }}", pairs.join(", ")));
@@ -84,6 +84,7 @@ impl Toml {
     pub fn lens(&mut self, lens: &Lens) {
         match lens {
             Lens::FovY { fov_y_deg } => self.number("fov_y_deg", *fov_y_deg),
+            Lens::FovX { fov_x_deg } => self.number("fov_x_deg", *fov_x_deg),
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
                 self.intrinsics(intrinsics);
             }
@@ -91,8 +92,21 @@ impl Toml {
     }
 
     pub fn intrinsics(&mut self, intrinsics: &Intrinsics) {
-        let Intrinsics { fx, fy, cx, cy } = *intrinsics;
-        self.named("intrinsics_px", ["fx", "fy", "cx", "cy"], &[fx, fy, cx, cy]);
+        let Intrinsics {
+            fx,
+            fy,
+            cx,
+            cy,
+            skew,
+        } = *intrinsics;
+        let values = [fx, fy, cx, cy, skew];
+        // Most lenses have no skew.
+        let count = if skew == 0.0 { 4 } else { 5 };
+        self.named(
+            "intrinsics_px",
+            &["fx", "fy", "cx", "cy", "skew"],
+            &values[..count],
+        );
     }
 
     pub fn lookup(&mut self, key: &str, lookup: &TextureLookup) {

@@ -363,6 +363,7 @@ fn odd_images(exam: &mut Examiner) -> Result<()> {
             fy: 20.0,
             cx: 0.4 * f64::from(width),
             cy: 0.6 * f64::from(height),
+            skew: 0.0,
         });
         exam.all(&format!("{width} x {height}"), &scene)?;
     }
@@ -372,6 +373,7 @@ fn odd_images(exam: &mut Examiner) -> Result<()> {
         fy: 15.0,
         cx: -30.0,
         cy: 9.0,
+        skew: 0.0,
     });
     exam.all("oblong pixels", &scene)
 }

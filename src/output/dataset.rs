@@ -84,7 +84,13 @@ pub fn describe_frame(
     rotation: DQuat,
     mesh_poses: &[(usize, DVec3, DQuat)],
 ) -> Map<String, Value> {
-    let Intrinsics { fx, fy, cx, cy } = scene.camera.intrinsics_px();
+    let Intrinsics {
+        fx,
+        fy,
+        cx,
+        cy,
+        skew,
+    } = scene.camera.intrinsics_px();
     let meshes = mesh_poses.iter().map(|(mesh, position_m, rotation)| {
         json!({
             "index": mesh,
@@ -106,7 +112,7 @@ pub fn describe_frame(
             "look_at_m": scene.camera.look_at_m.to_array(),
             "up": scene.camera.up.to_array(),
             "resolution_px": scene.camera.resolution_px,
-            "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy },
+            "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy, "skew": skew },
             "samples": scene.camera.pixel_sampling.map_or(1, |sampling| sampling.samples),
             "filter": scene.camera.pixel_sampling.map(|sampling| sampling.filter.name()),
             "distortion": scene.camera.distortion().map(|distortion| json!({

@@ -205,9 +205,18 @@ pub(super) fn attributes(
             sensor_noise("tof", noise, *key, &mut add);
         }
     }
-    let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
+    let Intrinsics {
+        fx,
+        fy,
+        cx,
+        cy,
+        skew,
+    } = camera.intrinsics_px();
     add("camera.focal_px", Attribute::Vector2([fx, fy]));
     add("camera.principal_point_px", Attribute::Vector2([cx, cy]));
+    if skew != 0.0 {
+        add("camera.skew_px", Attribute::Number(skew));
+    }
     if let Some(distortion) = camera.distortion() {
         add("camera.distortion_model", distortion.model().into());
         let coefficients = format!("{:?}", distortion.coefficients());
@@ -313,12 +322,19 @@ fn world_to_camera(camera: &Camera) -> DMat4 {
 /// The OpenEXR attribute `worldToNDC`: x and y go from 0 at the left and bottom edge of the image to 1 at the right and top edge. Column
 /// vectors.
 fn world_to_ndc(camera: &Camera) -> DMat4 {
-    let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
+    let Intrinsics {
+        fx,
+        fy,
+        cx,
+        cy,
+        skew,
+    } = camera.intrinsics_px();
     let [width, height] = camera.resolution_px.map(f64::from);
-    // x = (fx·X/Z + cx)/width, y = 1 − (cy − fy·Y/Z)/height. The format does not use z; 1/Z keeps the matrix invertible.
+    // x = (fx·X/Z + skew·Y/Z + cx)/width, y = 1 − (cy − fy·Y/Z)/height. The format does not use z; 1/Z keeps the matrix invertible.
     let ndc_from_camera = DMat4::from_cols(
         DVec4::new(fx / width, 0.0, 0.0, 0.0),
-        DVec4::new(0.0, fy / height, 0.0, 0.0),
+        // Y points up here.
+        DVec4::new(-skew / width, fy / height, 0.0, 0.0),
         DVec4::new(cx / width, 1.0 - cy / height, 0.0, 1.0),
         DVec4::new(0.0, 0.0, 1.0, 0.0),
     );

@@ -189,7 +189,7 @@ fn pattern_numbers(profile: &Profile) -> Vec<f32> {
             values.map(|&value| value as f32).collect()
         }
         Profile::Projected(image) => {
-            let Intrinsics { fx, fy, cx, cy } = image.intrinsics;
+            let Intrinsics { fx, fy, cx, cy, .. } = image.intrinsics;
             let lens = [fx, fy, cx, cy].map(|number| number as f32);
             [&lens, &image.values[..]].concat()
         }

@@ -17,17 +17,19 @@ pub(crate) fn of_camera(camera: &Camera, space: &LocalSpace, offset_px: DVec2) -
     let [width, height] = camera.resolution_px.map(f64::from);
     let intrinsics = camera.intrinsics_px();
     let basis = camera.basis();
-    let (fx, fy) = (intrinsics.fx, intrinsics.fy);
+    let (fx, fy, skew) = (intrinsics.fx, intrinsics.fy, intrinsics.skew);
     let (cx, cy) = (intrinsics.cx - offset_px.x, intrinsics.cy - offset_px.y);
-    let row_x = basis.right * (2.0 * fx / width) + basis.forward * (2.0 * cx / width - 1.0);
+    let row_x = basis.right * (2.0 * fx / width)
+        + basis.down * (2.0 * skew / width)
+        + basis.forward * (2.0 * cx / width - 1.0);
     let row_y = basis.down * (2.0 * fy / height) + basis.forward * (2.0 * cy / height - 1.0);
     // If the lens distorts the image, its rays are listed in these axes.
     let ray_direction = match camera.distortion() {
         Some(_) => [basis.forward, basis.right, basis.down],
         None => [
-            basis.forward - basis.right * (cx / fx) - basis.down * (cy / fy),
+            basis.forward - basis.right * ((cx - skew * cy / fy) / fx) - basis.down * (cy / fy),
             basis.right / fx,
-            basis.down / fy,
+            basis.down / fy - basis.right * (skew / fx / fy),
         ],
     };
     View {

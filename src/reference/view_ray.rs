@@ -10,14 +10,24 @@ pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
     let right = forward.cross(camera.up).normalize();
     let down = forward.cross(right);
     let [width, height] = camera.resolution_px.map(f64::from);
-    let in_focal_lengths =
-        |lens: Intrinsics| [(x_px - lens.cx) / lens.fx, (y_px - lens.cy) / lens.fy];
+    let in_focal_lengths = |lens: Intrinsics| {
+        let y = (y_px - lens.cy) / lens.fy;
+        [(x_px - lens.cx - lens.skew * y) / lens.fx, y]
+    };
     let [x, y, z] = match camera.lens {
         Lens::FovY { fov_y_deg } => {
             let half_height = (0.5 * fov_y_deg.to_radians()).tan();
             [
                 (2.0 * x_px - width) / height * half_height,
                 (2.0 * y_px - height) / height * half_height,
+                1.0,
+            ]
+        }
+        Lens::FovX { fov_x_deg } => {
+            let half_width = (0.5 * fov_x_deg.to_radians()).tan();
+            [
+                (2.0 * x_px - width) / width * half_width,
+                (2.0 * y_px - height) / width * half_width,
                 1.0,
             ]
         }
@@ -41,7 +51,7 @@ const HALVINGS: u32 = 60;
 const ROUNDS: u32 = 50;
 
 /// The direction that a lens shows at an image point. Bisection inverts the radial part and needs no derivatives. Iterations remove the
-/// small tangential part.
+/// small tangential part and the thin prism.
 fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
     match distortion {
         Distortion::Fisheye([k1, k2, k3, k4]) => {
@@ -55,7 +65,9 @@ fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
             let per_radius = if radius > 0.0 { sin / radius } else { 0.0 };
             [x * per_radius, y * per_radius, cos]
         }
-        Distortion::Rational([k1, k2, p1, p2, k3, k4, k5, k6]) => {
+        Distortion::Rational(coefficients) => {
+            let [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, tau_x, tau_y] = coefficients;
+            let [x, y] = untilted([x, y], [tau_x, tau_y]);
             let shown_at = |r: f64| {
                 let above = 1.0 + k1 * r.powi(2) + k2 * r.powi(4) + k3 * r.powi(6);
                 r * above / (1.0 + k4 * r.powi(2) + k5 * r.powi(4) + k6 * r.powi(6))
@@ -65,8 +77,8 @@ fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
                 let [u, v] = found;
                 let r2 = u * u + v * v;
                 let radially = [
-                    x - 2.0 * p1 * u * v - p2 * (r2 + 2.0 * u * u),
-                    y - 2.0 * p2 * u * v - p1 * (r2 + 2.0 * v * v),
+                    x - 2.0 * p1 * u * v - p2 * (r2 + 2.0 * u * u) - s1 * r2 - s2 * r2.powi(2),
+                    y - 2.0 * p2 * u * v - p1 * (r2 + 2.0 * v * v) - s3 * r2 - s4 * r2.powi(2),
                 ];
                 let radius = radially[0].hypot(radially[1]);
                 let share = match radius {
@@ -83,6 +95,17 @@ fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
             [found[0], found[1], 1.0]
         }
     }
+}
+
+/// Takes a point from a tilted sensor to the plane across the axis, by undoing OpenCV's formula step by step.
+fn untilted([x, y]: [f64; 2], [tau_x, tau_y]: [f64; 2]) -> [f64; 2] {
+    let ((sin_x, cos_x), (sin_y, cos_y)) = (tau_x.sin_cos(), tau_y.sin_cos());
+    // The third column of R(τx, τy), where the axis meets the sensor.
+    let [axis_x, axis_y, axis_z] = [-sin_y * cos_x, sin_x, cos_y * cos_x];
+    let [x, y] = [(x + axis_x) / axis_z, (y + axis_y) / axis_z];
+    let [x, z] = [cos_y * x + sin_y, cos_y - sin_y * x];
+    let [y, z] = [cos_x * y - sin_x * z, sin_x * y + cos_x * z];
+    [x / z, y / z]
 }
 
 /// The first point at which an increasing function that begins at 0 reaches a value. It searches in small steps, and then bisects the last

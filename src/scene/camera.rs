@@ -23,6 +23,8 @@ pub struct Camera {
 pub enum Lens {
     /// Full vertical field of view, square pixels, principal point in the middle.
     FovY { fov_y_deg: f64 },
+    /// As [`Lens::FovY`], with the full horizontal field of view.
+    FovX { fov_x_deg: f64 },
     /// Measured intrinsics.
     Intrinsics(Intrinsics),
     /// Measured intrinsics of a lens with distortion.
@@ -32,13 +34,34 @@ pub enum Lens {
     },
 }
 
-/// Pinhole intrinsics in pixels: x_px = fx·X/Z + cx, y_px = fy·Y/Z + cy with X right, Y down, Z forward.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Pinhole intrinsics in pixels: x_px = fx·X/Z + skew·Y/Z + cx, y_px = fy·Y/Z + cy with X right, Y down, Z forward.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Intrinsics {
     pub fx: f64,
     pub fy: f64,
     pub cx: f64,
     pub cy: f64,
+    pub skew: f64,
+}
+
+impl Intrinsics {
+    /// The pixel of a point of the image plane, which is given in focal lengths from the principal point.
+    pub fn pixel(&self, point: DVec2) -> DVec2 {
+        let Intrinsics {
+            fx,
+            fy,
+            cx,
+            cy,
+            skew,
+        } = *self;
+        DVec2::new(fx * point.x + skew * point.y + cx, fy * point.y + cy)
+    }
+
+    /// The inverse of [`Intrinsics::pixel`].
+    pub fn point(&self, x_px: f64, y_px: f64) -> DVec2 {
+        let y = (y_px - self.cy) / self.fy;
+        DVec2::new((x_px - self.cx - self.skew * y) / self.fx, y)
+    }
 }
 
 /// The camera's axes, unit vectors in world space.
@@ -61,17 +84,22 @@ impl Lens {
     pub fn intrinsics_px(&self, resolution_px: [u32; 2]) -> Intrinsics {
         match *self {
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => intrinsics,
-            Lens::FovY { fov_y_deg } => {
-                let [width, height] = resolution_px.map(f64::from);
-                let f = 0.5 * height / (0.5 * fov_y_deg.to_radians()).tan();
-                Intrinsics {
-                    fx: f,
-                    fy: f,
-                    cx: 0.5 * width,
-                    cy: 0.5 * height,
-                }
-            }
+            Lens::FovY { fov_y_deg } => square_pixels(resolution_px, 1, fov_y_deg),
+            Lens::FovX { fov_x_deg } => square_pixels(resolution_px, 0, fov_x_deg),
         }
+    }
+}
+
+/// The intrinsics of square pixels whose image has this field of view along an axis.
+fn square_pixels(resolution_px: [u32; 2], axis: usize, fov_deg: f64) -> Intrinsics {
+    let size_px = resolution_px.map(f64::from);
+    let f = 0.5 * size_px[axis] / (0.5 * fov_deg.to_radians()).tan();
+    Intrinsics {
+        fx: f,
+        fy: f,
+        cx: 0.5 * size_px[0],
+        cy: 0.5 * size_px[1],
+        skew: 0.0,
     }
 }
 
@@ -81,8 +109,8 @@ impl Camera {
         self.lens.intrinsics_px(self.resolution_px)
     }
 
-    /// The camera at another resolution. A field of view stays as it is. Measured intrinsics are scaled with the width (fx, cx) and the height
-    /// (fy, cy), so that the frame shows the same part of the scene.
+    /// The camera at another resolution. A field of view stays as it is. Measured intrinsics are scaled with the width (fx, cx, skew) and the
+    /// height (fy, cy), so that the frame shows the same part of the scene.
     pub fn resized(&self, resolution_px: [u32; 2]) -> Camera {
         let scale =
             |axis: usize| f64::from(resolution_px[axis]) / f64::from(self.resolution_px[axis]);
@@ -91,14 +119,21 @@ impl Camera {
             ..*self
         };
         match &mut resized.lens {
-            Lens::FovY { .. } => {}
+            Lens::FovY { .. } | Lens::FovX { .. } => {}
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
-                let Intrinsics { fx, fy, cx, cy } = *intrinsics;
+                let Intrinsics {
+                    fx,
+                    fy,
+                    cx,
+                    cy,
+                    skew,
+                } = *intrinsics;
                 *intrinsics = Intrinsics {
                     fx: fx * scale(0),
                     fy: fy * scale(1),
                     cx: cx * scale(0),
                     cy: cy * scale(1),
+                    skew: skew * scale(0),
                 };
             }
         }
@@ -132,7 +167,7 @@ impl Camera {
     pub fn distortion(&self) -> Option<Distortion> {
         match self.lens {
             Lens::Distorted { distortion, .. } => Some(distortion),
-            Lens::FovY { .. } | Lens::Intrinsics(_) => None,
+            Lens::FovY { .. } | Lens::FovX { .. } | Lens::Intrinsics(_) => None,
         }
     }
 
@@ -146,7 +181,7 @@ impl Camera {
 
     /// The position of a point in the image, pixels; `None` if the lens does not see it. It may be outside the image.
     pub fn project(&self, point_m: DVec3) -> Option<DVec2> {
-        let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
+        let intrinsics = self.intrinsics_px();
         let CameraBasis {
             right,
             down,
@@ -154,7 +189,7 @@ impl Camera {
         } = self.basis();
         let offset_m = point_m - self.position_m;
         let direction = DVec3::from([right, down, forward].map(|axis| offset_m.dot(axis)));
-        let on_pixels = |point: DVec2| point * DVec2::new(fx, fy) + DVec2::new(cx, cy);
+        let on_pixels = |point| intrinsics.pixel(point);
         let Some(distortion) = self.distortion() else {
             let is_ahead = direction.z > 0.0;
             return is_ahead.then(|| on_pixels(direction.truncate() / direction.z));
@@ -172,8 +207,7 @@ impl Camera {
 
     /// Like [`Camera::ray_direction`], in the camera's axes; `None` if the distorted image [folds over](Distortion::unproject).
     pub(crate) fn unproject(&self, x_px: f64, y_px: f64) -> Option<DVec3> {
-        let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
-        let point = DVec2::new((x_px - cx) / fx, (y_px - cy) / fy);
+        let point = self.intrinsics_px().point(x_px, y_px);
         match self.distortion() {
             None => Some(point.extend(1.0)),
             Some(distortion) => distortion.unproject(point),

@@ -1,7 +1,7 @@
 //! The hash of a scene, so that an image can state what it was made from.
 
 use super::{
-    BayerPattern, Camera, Direct, Distortion, IndirectLight, Intrinsics, Lens, Light, Material,
+    BayerPattern, Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material,
     Mesh, ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene,
     Sensor, SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight,
 };
@@ -188,17 +188,37 @@ impl Bytes {
         }
         match lens {
             Lens::FovY { fov_y_deg } => self.numbers([0.0, fov_y_deg]),
-            Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => self.numbers([1.0, fx, fy, cx, cy]),
+            Lens::FovX { fov_x_deg } => self.numbers([3.0, fov_x_deg]),
+            Lens::Intrinsics(intrinsics) => self.intrinsics(1.0, intrinsics),
             Lens::Distorted {
-                intrinsics: Intrinsics { fx, fy, cx, cy },
+                intrinsics,
                 distortion,
             } => {
-                self.numbers([2.0, fx, fy, cx, cy]);
-                match distortion {
-                    Distortion::Rational(coefficients) => self.numbers(coefficients),
-                    Distortion::Fisheye(coefficients) => self.numbers(coefficients),
+                self.intrinsics(2.0, intrinsics);
+                let coefficients = distortion.coefficients();
+                let (first, prism_tilt) = coefficients.split_at(coefficients.len().min(8));
+                first.iter().for_each(|&value| self.numbers([value]));
+                // Lenses without these keep their hash from before there were any.
+                if !prism_tilt.is_empty() {
+                    self.name("prism and tilt");
+                    prism_tilt.iter().for_each(|&value| self.numbers([value]));
                 }
             }
+        }
+    }
+
+    fn intrinsics(&mut self, kind: f64, intrinsics: Intrinsics) {
+        let Intrinsics {
+            fx,
+            fy,
+            cx,
+            cy,
+            skew,
+        } = intrinsics;
+        self.numbers([kind, fx, fy, cx, cy]);
+        if skew != 0.0 {
+            self.name("skew");
+            self.numbers([skew]);
         }
     }
 
@@ -331,7 +351,15 @@ pub(super) fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
 pub(super) fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
     let ProjectedImage {
         size_px,
-        intrinsics: Intrinsics { fx, fy, cx, cy },
+        intrinsics:
+            Intrinsics {
+                fx,
+                fy,
+                cx,
+                cy,
+                // Refused by `ProjectedImage::check`.
+                skew: _,
+            },
         values,
     } = image;
     let mut bytes = Bytes::default();

@@ -6,6 +6,7 @@
 mod area;
 mod bounds;
 mod camera;
+mod camera_pose;
 mod carrier;
 mod cone;
 mod distortion;
@@ -40,6 +41,8 @@ use std::collections::HashSet;
 pub use area::AreaShape;
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
+pub use camera_pose::CameraAxes;
+pub(crate) use camera_pose::point_ahead;
 pub use carrier::{Carrier, PlacedLight};
 pub use cone::ConeIntegral;
 pub use distortion::Distortion;

@@ -20,7 +20,13 @@ impl ProjectedImage {
     /// Checks that the image is valid; the error says what is wrong.
     pub(super) fn check(&self) -> std::result::Result<(), String> {
         let [width, height] = self.size_px.map(|size| size as usize);
-        let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
+        let Intrinsics {
+            fx,
+            fy,
+            cx,
+            cy,
+            skew,
+        } = self.intrinsics;
         let is_positive = |value: f64| value.is_finite() && value > 0.0;
         for (is_right, problem) in [
             (
@@ -36,6 +42,7 @@ impl ProjectedImage {
                 is_positive(fx) && is_positive(fy) && cx.is_finite() && cy.is_finite(),
                 "the focal lengths fx, fy are not above 0, or cx, cy are not finite",
             ),
+            (skew == 0.0, "the lens of a projector has no skew"),
         ] {
             if !is_right {
                 return Err(problem.into());
@@ -54,7 +61,7 @@ impl ProjectedImage {
     /// The image's edges on a screen at distance 1: left and right, upper and lower, measured from the axis to the right and downwards.
     pub(crate) fn edges(&self) -> [[f64; 2]; 2] {
         let [width, height] = self.size_px.map(f64::from);
-        let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
+        let Intrinsics { fx, fy, cx, cy, .. } = self.intrinsics;
         [
             [-cx / fx, (width - cx) / fx],
             [-cy / fy, (height - cy) / fy],
@@ -73,7 +80,7 @@ impl ProjectedImage {
             return 0.0;
         }
         let (u, v) = (right / along, down / along);
-        let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
+        let Intrinsics { fx, fy, cx, cy, .. } = self.intrinsics;
         let [x, y] = [fx * u + cx, fy * v + cy].map(f64::floor);
         let [width, height] = self.size_px.map(f64::from);
         if !(0.0..width).contains(&x) || !(0.0..height).contains(&y) {

@@ -297,6 +297,11 @@ impl Camera {
                 format_args!("fov_y_deg is {fov_y_deg}"),
                 "give degrees between 0 and 180, both excluded",
             ),
+            Lens::FovX { fov_x_deg } => part.require(
+                fov_x_deg > 0.0 && fov_x_deg < 180.0,
+                format_args!("fov_x_deg is {fov_x_deg}"),
+                "give degrees between 0 and 180, both excluded",
+            ),
             Lens::Intrinsics(intrinsics) => intrinsics.validate(&part),
             Lens::Distorted { intrinsics, .. } => {
                 intrinsics.validate(&part)?;
@@ -329,13 +334,24 @@ impl Camera {
 
 impl Intrinsics {
     fn validate(&self, part: &Part) -> Result<()> {
-        let Intrinsics { fx, fy, cx, cy } = *self;
+        let Intrinsics {
+            fx,
+            fy,
+            cx,
+            cy,
+            skew,
+        } = *self;
         part.require_above_zero("fx", fx)?;
         part.require_above_zero("fy", fy)?;
         part.require(
             cx.is_finite() && cy.is_finite(),
             format_args!("cx, cy are {cx}, {cy}"),
             "give the finite pixel coordinates of the principal point",
+        )?;
+        part.require(
+            skew.is_finite(),
+            format_args!("skew is {skew}"),
+            "give finite pixels, 0 for columns at a right angle to the rows",
         )
     }
 }

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod calibration;
 mod gltf_file;
 mod image_file;
 mod mesh_file;

@@ -61,7 +61,7 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
         // The message suggests no key: "position" is already present, and no other key is similar.
         camera_with("look_at", "positions") =>
             "scene.toml:4: unknown key \"positions\" in [camera]",
-            "keys not used yet: look_at, intrinsics_px, distortion, fisheye";
+            "keys not used yet: look_at, camera_to_world, world_to_camera, axes, fov_x_deg";
         format!("{CAMERA}{}", LIGHT.replace("power_w", "intensity")) =>
             "scene.toml:10: unknown key \"intensity\" in [[light]]", "; keys not used yet: power_w";
         camera_with("fov_y_deg", "filter = \"box\"\nfov_y_deg") =>

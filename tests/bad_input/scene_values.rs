@@ -181,6 +181,7 @@ fn scenes_from_slices_are_validated() {
             fy,
             cx,
             cy: 3.0,
+            skew: 0.0,
         })
     };
     let down = -DVec3::Y;

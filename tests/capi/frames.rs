@@ -10,7 +10,10 @@ use crate::host::*;
 use camlux::{
     capi::*,
     glam::{DQuat, DVec3},
-    scene::{AreaShape, Distortion, Encoding, Lens, Light, PixelFilter, PixelSampling, Texels},
+    scene::{
+        AreaShape, Distortion, Encoding, Intrinsics, Lens, Light, PixelFilter, PixelSampling,
+        Texels,
+    },
 };
 
 const SIZE_PX: [u32; 2] = [24, 20];
@@ -55,7 +58,10 @@ fn a_measured_lamp_comes_with_its_scene() {
 fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
     let device = Device::open();
     let renderer = device.renderer();
-    let rational = [-0.2, 0.05, 0.002, -0.001, 0.01, 0.02, 0.003, 0.004];
+    let rational = [
+        -0.2, 0.05, 0.002, -0.001, 0.01, 0.02, 0.003, 0.004, 0.01, -0.002, 0.003, 0.004, 0.05,
+        -0.03,
+    ];
     let mut images = Vec::new();
     for distortion in [
         Distortion::Rational(rational),
@@ -73,7 +79,10 @@ fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
             material.alpha_texture = Some(0.into());
         }
         expected.camera.lens = Lens::Distorted {
-            intrinsics: expected.camera.intrinsics_px(),
+            intrinsics: Intrinsics {
+                skew: 1.5,
+                ..expected.camera.intrinsics_px()
+            },
             distortion,
         };
         let is_fisheye = matches!(distortion, Distortion::Fisheye(_));
@@ -93,8 +102,10 @@ fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
             (1, CAMLUX_FILTER_BOX)
         };
         assert_eq!(sampling, due);
+        let found = [&camera.distortion[..], &camera.prism_tilt].concat();
         let coefficients = distortion.coefficients();
-        assert_eq!(camera.distortion[..coefficients.len()], *coefficients);
+        assert_eq!(found[..coefficients.len()], *coefficients);
+        assert_eq!(camera.skew_px, 1.5);
     }
     assert!(images[0] != images[1]);
 }

@@ -132,6 +132,9 @@ pub fn from_arrays(scene: &camlux::Scene) -> Scene {
     });
     match camera.lens {
         Lens::FovY { fov_y_deg } => c_camera.fov_y_deg = fov_y_deg,
+        Lens::FovX { fov_x_deg } => {
+            (c_camera.lens, c_camera.fov_x_deg) = (CAMLUX_LENS_FOV_X, fov_x_deg);
+        }
         Lens::Intrinsics(lens)
         | Lens::Distorted {
             intrinsics: lens, ..
@@ -139,6 +142,7 @@ pub fn from_arrays(scene: &camlux::Scene) -> Scene {
             c_camera.lens = CAMLUX_LENS_INTRINSICS;
             (c_camera.fx_px, c_camera.fy_px) = (lens.fx, lens.fy);
             (c_camera.cx_px, c_camera.cy_px) = (lens.cx, lens.cy);
+            c_camera.skew_px = lens.skew;
         }
     }
     if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
@@ -152,7 +156,8 @@ pub fn from_arrays(scene: &camlux::Scene) -> Scene {
         None => {}
         Some(Distortion::Rational(coefficients)) => {
             c_camera.lens = CAMLUX_LENS_RATIONAL;
-            c_camera.distortion = coefficients;
+            c_camera.distortion.copy_from_slice(&coefficients[..8]);
+            c_camera.prism_tilt.copy_from_slice(&coefficients[8..]);
         }
         Some(Distortion::Fisheye(coefficients)) => {
             c_camera.lens = CAMLUX_LENS_FISHEYE;

@@ -14,7 +14,18 @@ fn cameras_and_sensors_are_checked() {
     fails(camera(|c| c.width_px = 0), SCENE, "0 x 480");
     let words = "lens has no distortion";
     fails(camera(|c| c.distortion = [-0.1; 8]), ARGUMENT, words);
+    let words = "set lens to CAMLUX_LENS_RATIONAL";
+    fails(camera(|c| c.prism_tilt[5] = 0.1), ARGUMENT, words);
     fails(camera(|c| c.lens = 9), ARGUMENT, "lens is 9");
+    fails(
+        camera(|c| c.lens = CAMLUX_LENS_FOV_X),
+        SCENE,
+        "fov_x_deg is 0",
+    );
+    let skewed = |c: &mut camlux_camera| {
+        (c.lens, c.fx_px, c.fy_px, c.skew_px) = (CAMLUX_LENS_INTRINSICS, 1.0, 1.0, NAN);
+    };
+    fails(camera(skewed), SCENE, "skew_px is NaN");
     fails(camera(|c| c.position_m[0] = NAN), SCENE, "position");
     fails(camera(|c| c.look_at_m = [0.0; 3]), SCENE, "look_at");
     fails(camera(|c| c.up = [0.0, 0.0, 2.0]), SCENE, "parallel");

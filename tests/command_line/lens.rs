@@ -40,13 +40,14 @@ fn scene_file(folder: &Path, calibration: &Calibration) {
     let coefficients = coefficients.map(|(name, value)| format!("{name} = {value:?}"));
     let scene = format!(
         "[camera]\nresolution = {:?}\nposition = [0.1, -0.2, 0.3]\nlook_at = [0.7, -0.1, 0.9]\nup = [0, 1, 0]\n\
-         intrinsics_px = {{ fx = {:?}, fy = {:?}, cx = {:?}, cy = {:?} }}\n{key} = {{ {} }}\n\
+         intrinsics_px = {{ fx = {:?}, fy = {:?}, cx = {:?}, cy = {:?}, skew = {:?} }}\n{key} = {{ {} }}\n\
          [[light]]\nkind = \"point\"\nposition = [0, 0, 0]\npower_w = 10\n[[mesh]]\npath = \"room.obj\"\n",
         calibration.resolution_px,
         intrinsics.fx,
         intrinsics.fy,
         intrinsics.cx,
         intrinsics.cy,
+        intrinsics.skew,
         coefficients.collect::<Vec<_>>().join(", ")
     );
     fs::write(folder.join("scene.toml"), scene).unwrap();
@@ -67,7 +68,7 @@ fn render(folder: &Path, arguments: &[&str]) -> (bool, String) {
 fn a_lens_is_read_and_told() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let [calibration, ..] = calibrations::published();
+    let calibration = calibrations::all().swap_remove(0);
     scene_file(folder, &calibration);
     let (is_done, stderr) = render(folder, &["--size", "96", "54"]);
     assert!(is_done, "{stderr}");
@@ -91,6 +92,11 @@ fn a_lens_is_read_and_told() {
             "camera: the distorted image folds over",
         ),
         ("k6 =", "k7 =", &format!("{at}: unknown key \"k7\"")),
+        (
+            "k6 = 0.0",
+            "k6 = 0.0, tau_x = 1.6",
+            "camera: the distorted image folds over",
+        ),
         (
             "distortion =",
             "fisheye = { k1 = 0.1 }\ndistortion =",
@@ -125,7 +131,7 @@ fn opencv_sees_points_at_their_pixels() {
         env!("CARGO_MANIFEST_DIR"),
         "/python/tests/project_points.py"
     );
-    for calibration in calibrations::published() {
+    for calibration in calibrations::all() {
         let folder = tempfile::tempdir().unwrap();
         scene_file(folder.path(), &calibration);
         let (is_done, stderr) = render(folder.path(), &["--layers", "P,depth"]);

@@ -1,5 +1,7 @@
 //! Trajectories of `camlux batch`: files of poses as other programs write them.
 
+use std::path::Path;
+
 use crate::jobs::Jobs;
 use crate::rows::assert_says;
 use camlux::output::LayeredImage;
@@ -136,6 +138,44 @@ fn the_names_of_the_columns_of_a_trajectory_decide() {
     );
     let said = jobs.succeed("more", &[]);
     assert_says(&said, &["a.csv: camlux ignores the columns v_x, frame"]);
+}
+
+/// The images of COLMAP in the order of their names, and the frames of a transforms.json.
+#[test]
+fn images_of_a_calibration_are_frames() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/calibrations");
+    for (file, count, last_m) in [
+        ("colmap/images.txt", 7, [1.4, -0.3, 3.2]),
+        ("colmap/images.bin", 7, [1.4, -0.3, 3.2]),
+        ("transforms.json", 2, [1.4, -0.3, 3.2]),
+    ] {
+        let path = data.join(file);
+        let jobs = Jobs::new(&format!(
+            "[job]\nscene = \"scene.toml\"\nsize = [4, 4]\nlayers = [\"depth\"]\n[camera]\ntrajectory = {path:?}\n"
+        ));
+        let said = jobs.succeed("set", &[]);
+        assert_says(
+            &said,
+            &["its images are of several cameras, and all frames have the lens of the scene"],
+        );
+        let lines = jobs.manifest("set/manifest.jsonl");
+        assert_eq!(lines.len(), count);
+        let camera = &lines[count - 1]["camera"];
+        let numbers = |key: &str| -> Vec<f64> {
+            let numbers = camera[key].as_array().unwrap().iter();
+            numbers.map(|number| number.as_f64().unwrap()).collect()
+        };
+        let position_m = DVec3::from_slice(&numbers("position_m"));
+        assert!(
+            position_m.distance(last_m.into()) < 1e-12,
+            "{file}: {position_m}"
+        );
+        // The rotation vector of make.py.
+        let vector = DVec3::new(0.3, -0.5, 0.2);
+        let due = DQuat::from_scaled_axis(vector);
+        let found = DQuat::from_slice(&numbers("rotation_xyzw"));
+        assert!(found.dot(due).abs() > 1.0 - 1e-12, "{file}: {found}");
+    }
 }
 
 #[test]

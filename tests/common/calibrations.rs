@@ -1,4 +1,4 @@
-//! Published calibrations of real lenses.
+//! Calibrations of lenses.
 
 use camlux::scene::{Distortion, Intrinsics, Lens};
 
@@ -8,9 +8,14 @@ pub struct Calibration {
     pub lens: Lens,
 }
 
-/// In OpenCV's convention, pixel centres are whole numbers. So half a pixel is added to the published principal points.
-pub fn published() -> [Calibration; 6] {
-    let calibration = |name, resolution_px, [fx, fy, cx, cy]: [f64; 4], distortion| Calibration {
+/// A calibration by OpenCV, in whose convention pixel centres are whole numbers: half a pixel is added to the principal point.
+fn calibration(
+    name: &'static str,
+    resolution_px: [u32; 2],
+    [fx, fy, cx, cy]: [f64; 4],
+    distortion: Distortion,
+) -> Calibration {
+    Calibration {
         name,
         resolution_px,
         lens: Lens::Distorted {
@@ -19,11 +24,41 @@ pub fn published() -> [Calibration; 6] {
                 fy,
                 cx: cx + 0.5,
                 cy: cy + 0.5,
+                skew: 0.0,
             },
             distortion,
         },
-    };
-    let rational = Distortion::Rational;
+    }
+}
+
+fn rational(vector: &[f64]) -> Distortion {
+    Distortion::from_opencv(vector).expect("a length of OpenCV's")
+}
+
+pub fn all() -> Vec<Calibration> {
+    published().into_iter().chain(made_up()).collect()
+}
+
+/// Lenses with a thin prism, a tilted sensor and skew.
+fn made_up() -> [Calibration; 2] {
+    let focal_and_centre = [458.654, 457.296, 367.215, 248.375];
+    let prism = [
+        -0.28, 0.07, 2e-4, -3e-4, 0.01, 0.02, -0.01, 0.002, 0.011, -0.004, -0.007, 0.003,
+    ];
+    let tilted = [&prism[..], &[0.06, -0.09]].concat();
+    let size_px = [752, 480];
+    let mut calibrations = [
+        calibration("thin prism", size_px, focal_and_centre, rational(&prism)),
+        calibration("tilt, skew", size_px, focal_and_centre, rational(&tilted)),
+    ];
+    if let Lens::Distorted { intrinsics, .. } = &mut calibrations[1].lens {
+        intrinsics.skew = 3.5;
+    }
+    calibrations
+}
+
+/// Real lenses.
+fn published() -> [Calibration; 6] {
     [
         calibration(
             "Asus ZenPhone AR, colour",
@@ -34,7 +69,7 @@ pub fn published() -> [Calibration; 6] {
                 982.1869163422028,
                 543.0569322723705,
             ],
-            rational([
+            rational(&[
                 0.09370951394834764,
                 -0.1640721737187069,
                 0.0,
@@ -49,7 +84,7 @@ pub fn published() -> [Calibration; 6] {
             "TUM RGB-D, freiburg1",
             [640, 480],
             [517.306408, 516.469215, 318.643040, 255.313989],
-            rational([
+            rational(&[
                 0.262383, -0.953104, -0.005358, 0.002628, 1.163314, 0.0, 0.0, 0.0,
             ]),
         ),
@@ -57,7 +92,7 @@ pub fn published() -> [Calibration; 6] {
             "EuRoC MAV, cam0",
             [752, 480],
             [458.654, 457.296, 367.215, 248.375],
-            rational([
+            rational(&[
                 -0.28340811,
                 0.07395907,
                 0.00019359,
@@ -72,7 +107,7 @@ pub fn published() -> [Calibration; 6] {
             "KITTI 2011_09_26, camera 0",
             [1392, 512],
             [984.2439, 980.8141, 690.0, 233.1966],
-            rational([
+            rational(&[
                 -0.3728755,
                 0.2037299,
                 0.002219027,
@@ -87,7 +122,7 @@ pub fn published() -> [Calibration; 6] {
             "Azure Kinect, colour",
             [1920, 1080],
             [904.141541, 903.521362, 953.284424, 555.142456],
-            rational([
+            rational(&[
                 0.722746, -2.885590, 0.000783, -0.000143, 1.632723, 0.602199, -2.719626, 1.565053,
             ]),
         ),

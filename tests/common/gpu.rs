@@ -151,7 +151,7 @@ pub fn scale_lens(lens: &mut Lens, factor: f64) {
     let (Lens::Intrinsics(px) | Lens::Distorted { intrinsics: px, .. }) = lens else {
         return;
     };
-    for length_px in [&mut px.fx, &mut px.fy, &mut px.cx, &mut px.cy] {
+    for length_px in [&mut px.fx, &mut px.fy, &mut px.cx, &mut px.cy, &mut px.skew] {
         *length_px *= factor;
     }
 }
@@ -165,7 +165,12 @@ pub fn distort(scene: &mut Scene, distortion: Distortion) {
 }
 
 pub fn radial(k1: f64, k2: f64) -> Distortion {
-    Distortion::Rational([k1, k2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    rational([k1, k2, 0.0, 0.0])
+}
+
+/// The model of these coefficients, in OpenCV's order.
+pub fn rational<const N: usize>(coefficients: [f64; N]) -> Distortion {
+    Distortion::from_opencv(&coefficients).expect("a length of OpenCV's")
 }
 
 /// The scene with a VPL sum: its own kind, or instant radiosity if the scene uses final gathering.

@@ -41,6 +41,7 @@ pub fn image() -> ProjectedImage {
             fy: 2.5,
             cx: 1.6,
             cy: 2.2,
+            skew: 0.0,
         },
         values: vec![
             0.1, 0.9, 0.3, 1.0, 0.5, //

@@ -2,14 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::gpu::{Gpu, demo_scene, distort};
+use crate::common::gpu::{Gpu, demo_scene, distort, rational};
 use crate::common::reference_frame::{reference_frame, values};
 use crate::tof::modulated_demo_scene;
 use camlux::{
     Progress, Scene,
     metrics::{Comparison, Pixels},
     output::{Layer, TofQuantity},
-    scene::{Distortion, IndirectLight, PixelFilter, PixelSampling, Shadow, VplSum},
+    scene::{IndirectLight, PixelFilter, PixelSampling, Shadow, VplSum},
 };
 
 fn sampled(mut scene: Scene, samples: u32, filter: PixelFilter) -> Scene {
@@ -49,7 +49,7 @@ fn direct_light_and_depths_are_means_over_the_area() {
         if is_distorted {
             distort(
                 &mut scene,
-                Distortion::Rational([-0.3, 0.1, 0.002, -0.001, 0.0, 0.0, 0.0, 0.0]),
+                rational([-0.3, 0.1, 0.002, -0.001, 0.0, 0.0, 0.0, 0.0]),
             );
         }
         let frame = gpu.render(&scene);

@@ -70,7 +70,7 @@ fn plainly_sampled(scene: &Scene, caster: &RayCaster, p: &Hit, numbers: &mut Num
 /// The knot at the pixels (i·STEP, j) of an image of SIZE x SIZE.
 fn some_pixels() -> Scene {
     let mut scene = demo_scene("knot", [SIZE, SIZE]);
-    let Intrinsics { fx, fy, cx, cy } = scene.camera.intrinsics_px();
+    let Intrinsics { fx, fy, cx, cy, .. } = scene.camera.intrinsics_px();
     let step = f64::from(STEP);
     scene.camera.lens = Lens::Intrinsics(Intrinsics {
         fx: fx / step,
@@ -78,6 +78,7 @@ fn some_pixels() -> Scene {
         // i·STEP + ½ in the large image is i + ½ in this one.
         cx: (cx - 0.5) / step + 0.5,
         cy,
+        skew: 0.0,
     });
     scene.camera.resolution_px = [SIZE.div_ceil(STEP), SIZE];
     scene

@@ -20,7 +20,7 @@ const SAMPLES_PER_ROUND: u32 = 64;
 
 /// The scene at the pixels (first + i·STEP) of the whole image.
 fn some_pixels(scene: &Scene, first: [u32; 2]) -> Scene {
-    let Intrinsics { fx, fy, cx, cy } = scene.camera.intrinsics_px();
+    let Intrinsics { fx, fy, cx, cy, .. } = scene.camera.intrinsics_px();
     let [step, x, y] = [STEP, first[0], first[1]].map(f64::from);
     // (first + i·STEP) + ½ in the large image is i + ½ in the small one.
     let place = |large: f64, first: f64| (large - first - 0.5) / step + 0.5;
@@ -32,6 +32,7 @@ fn some_pixels(scene: &Scene, first: [u32; 2]) -> Scene {
                 fy: fy / step,
                 cx: place(cx, x),
                 cy: place(cy, y),
+                skew: 0.0,
             }),
             ..scene.camera
         },

@@ -191,6 +191,16 @@ void values_come_back()
     const camlux::camera distorted = scene.camera();
     CHECK(distorted.samples == 16 && distorted.filter == camlux::pixel_filter::gaussian);
     CHECK(distorted.lens->model == camlux::lens_model::fisheye && distorted.lens->distortion[1] == 0.002);
+    camera.lens->model = camlux::lens_model::rational;
+    camera.lens->distortion[13] = 0.05;
+    camera.lens->skew_px = 1.5;
+    scene.set_camera(camera);
+    const camlux::camera tilted = scene.camera();
+    CHECK(tilted.lens->distortion == camera.lens->distortion && tilted.lens->skew_px == 1.5);
+    camera.lens.reset();
+    camera.fov_x_deg = 60;
+    scene.set_camera(camera);
+    CHECK(scene.camera().fov_x_deg == 60.0 && !scene.camera().lens);
 
     const std::uint32_t lamp = scene.add_light(camlux::light::disc({0, 1, 0}, {0, -1, 0}, 0.1, {1, 2, 3}));
     CHECK(scene.light(lamp).radius_m == 0.1);

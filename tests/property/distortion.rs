@@ -1,11 +1,11 @@
 //! Lens distortion: `ray_direction` inverts `project`, and an image that folds over is refused.
 
 use crate::common::calibrations;
-use crate::common::gpu::distort;
+use crate::common::gpu::{distort, rational};
 use crate::common::rooms;
 use crate::common::rows::assert_says;
 use camlux::scene::{Camera, Distortion, Intrinsics, Lens, Sensor};
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 fn camera(resolution_px: [u32; 2], lens: Lens) -> Camera {
     Camera {
@@ -22,15 +22,28 @@ fn camera(resolution_px: [u32; 2], lens: Lens) -> Camera {
 fn pixel_by_the_manual(camera: &Camera, direction: DVec3) -> DVec2 {
     let DVec3 { x, y, z } = direction;
     let distorted = match camera.distortion().expect("it is distorted") {
-        Distortion::Rational([k1, k2, p1, p2, k3, k4, k5, k6]) => {
+        Distortion::Rational(coefficients) => {
+            let [k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, tau_x, tau_y] = coefficients;
             let (x, y) = (x / z, y / z);
             let r2 = x * x + y * y;
             let radial = (1.0 + k1 * r2 + k2 * r2.powi(2) + k3 * r2.powi(3))
                 / (1.0 + k4 * r2 + k5 * r2.powi(2) + k6 * r2.powi(3));
-            DVec2::new(
-                x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-                y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
-            )
+            let x_d = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
+            let y_d = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
+            let prism = [s1 * r2 + s2 * r2.powi(2), s3 * r2 + s4 * r2.powi(2)];
+            let shown = DVec3::new(x_d + prism[0], y_d + prism[1], 1.0);
+            let (sin_x, cos_x) = tau_x.sin_cos();
+            let (sin_y, cos_y) = tau_y.sin_cos();
+            // By rows, as the manual has them.
+            let of_rows = |rows: [[f64; 3]; 3]| DMat3::from_cols_array_2d(&rows).transpose();
+            let about_y = of_rows([[cos_y, 0.0, -sin_y], [0.0, 1.0, 0.0], [sin_y, 0.0, cos_y]]);
+            let about_x = of_rows([[1.0, 0.0, 0.0], [0.0, cos_x, sin_x], [0.0, -sin_x, cos_x]]);
+            let r = about_y * about_x;
+            let r13 = r.row(0).z;
+            let (r23, r33) = (r.row(1).z, r.row(2).z);
+            let onto = of_rows([[r33, 0.0, -r13], [0.0, r33, -r23], [0.0, 0.0, 1.0]]);
+            let tilted = onto * r * shown;
+            tilted.truncate() / tilted.z
         }
         Distortion::Fisheye([k1, k2, k3, k4]) => {
             let r = x.hypot(y);
@@ -44,16 +57,16 @@ fn pixel_by_the_manual(camera: &Camera, direction: DVec3) -> DVec2 {
             DVec2::new(x, y) * if r > 0.0 { shown / r } else { 1.0 }
         }
     };
-    let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
-    DVec2::new(fx * distorted.x + cx, fy * distorted.y + cy)
+    let k = camera.intrinsics_px();
+    let x_px = k.fx * distorted.x + k.skew * distorted.y + k.cx;
+    DVec2::new(x_px, k.fy * distorted.y + k.cy)
 }
 
 #[test]
 fn rays_are_seen_at_their_pixels() {
-    for calibration in calibrations::published() {
+    for calibration in calibrations::all() {
         let camera = camera(calibration.resolution_px, calibration.lens);
         let distortion = camera.distortion().expect("it is distorted");
-        let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
         let [width, height] = camera.resolution_px;
         let mut largest_px: f64 = 0.0;
         let (rows, columns) = ((0..=height).step_by(4), (0..=width).step_by(4));
@@ -62,8 +75,8 @@ fn rays_are_seen_at_their_pixels() {
             let direction = camera.ray_direction(pixel.x, pixel.y);
             let seen = pixel_by_the_manual(&camera, direction);
             largest_px = largest_px.max(seen.distance(pixel));
-            let projected = distortion.project(direction);
-            let projected = DVec2::new(fx * projected.x + cx, fy * projected.y + cy);
+            let intrinsics = camera.intrinsics_px();
+            let projected = intrinsics.pixel(distortion.project(direction));
             largest_px = largest_px.max(projected.distance(pixel));
         }
         println!("{}: {largest_px:e} px", calibration.name);
@@ -78,13 +91,14 @@ fn what_the_lens_does_not_see_is_at_no_pixel() {
         fy: 100.0,
         cx: 40.0,
         cy: 40.0,
+        skew: 0.0,
     };
     let lens = |distortion| Lens::Distorted {
         intrinsics,
         distortion,
     };
     // r·(1 - r²/3) has its maximum at r = 1.
-    let folding = Distortion::Rational([-1.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let folding = rational([-1.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let at = |lens, point: [f64; 3]| camera([80, 80], lens).project(DVec3::from(point));
     let near = at(lens(folding), [0.9, 0.0, 1.0]).expect("it is seen");
     assert!(
@@ -108,13 +122,14 @@ fn without_coefficients_nothing_is_distorted() {
         fy: 90.0,
         cx: 31.0,
         cy: 25.0,
+        skew: 0.0,
     };
     let plain = camera([64, 48], Lens::Intrinsics(intrinsics));
     let distorted = camera(
         [64, 48],
         Lens::Distorted {
             intrinsics,
-            distortion: Distortion::Rational([0.0; 8]),
+            distortion: Distortion::Rational([0.0; 14]),
         },
     );
     for (x, y) in [(0.5, 0.5), (31.0, 25.0), (63.5, 47.5)] {
@@ -131,6 +146,7 @@ fn an_image_that_folds_over_is_refused() {
             fy: 100.0,
             cx: 0.5 * f64::from(size_px),
             cy: 0.5 * f64::from(size_px),
+            skew: 0.0,
         };
         let mut scene = rooms::marked_room();
         scene.camera.resolution_px = [size_px; 2];
@@ -141,7 +157,7 @@ fn an_image_that_folds_over_is_refused() {
         scene.validate().err().map(|error| error.to_string())
     };
     // r·(1 - r²/3) has its maximum, 2/3, at r = 1. The corners of 94 x 94 pixels are 66.5 pixels from the middle.
-    let folding = Distortion::Rational([-1.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let folding = rational([-1.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(refused(94, folding), None);
     let error = refused(95, folding).expect("the corners are 67.2 pixels off");
     assert!(error.contains("the distorted image folds over"), "{error}");
@@ -153,9 +169,23 @@ fn an_image_that_folds_over_is_refused() {
     assert_eq!(refused(188, folding), None);
     assert!(refused(190, folding).is_some());
     // r / (1 - r²) grows without bound up to r = 1. No pixel shows the branch beyond.
-    let pole = Distortion::Rational([0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
+    let pole = rational([0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
     assert_eq!(refused(1000, pole), None);
-    assert!(refused(100, Distortion::Rational([f64::NAN; 8])).is_some());
+    assert!(refused(100, Distortion::Rational([f64::NAN; 14])).is_some());
+    // x + s1·x² has its minimum, -1/2, at x = -1: a thin prism folds one side.
+    let prism = |s1: f64| rational([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, s1, 0.0, 0.0, 0.0]);
+    assert_eq!(refused(60, prism(0.5)), None);
+    assert!(refused(120, prism(0.5)).is_some());
+    // The horizon of a sensor tilted by τ is 1/(tan τ) off the axis, less what the tilt takes: cos τ / tan τ + sin τ = 1 / sin τ.
+    let tilt = |deg: f64| {
+        let mut coefficients = [0.0; 14];
+        coefficients[13] = deg.to_radians();
+        Distortion::Rational(coefficients)
+    };
+    let horizon = |deg: f64| (200.0 / deg.to_radians().sin()) as u32;
+    assert_eq!(refused(horizon(30.0) - 4, tilt(30.0)), None);
+    assert!(refused(horizon(30.0) + 4, tilt(30.0)).is_some());
+    assert!(refused(10, tilt(95.0)).is_some());
 }
 
 #[test]
@@ -174,7 +204,7 @@ fn a_fisheye_has_no_f_number() {
         distort(&mut scene, distortion);
         scene.validate().err().map(|error| error.to_string())
     };
-    assert_eq!(said(Distortion::Rational([0.0; 8])), None);
+    assert_eq!(said(Distortion::Rational([0.0; 14])), None);
     let error = said(Distortion::Fisheye([0.0; 4])).expect("it is refused");
     assert_says(&error, &["f_number is given for a fisheye lens"]);
 }

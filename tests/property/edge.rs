@@ -27,6 +27,7 @@ fn scene(meshes: Vec<Mesh>, camera_m: DVec3) -> Scene {
         fy: 64.0,
         cx: half,
         cy: half,
+        skew: 0.0,
     });
     scene
 }

@@ -6,6 +6,7 @@ mod common;
 mod accumulation;
 mod bounds;
 mod brdf;
+mod calibration_files;
 #[cfg(feature = "reference")]
 mod distortion;
 mod edge;

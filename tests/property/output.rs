@@ -8,7 +8,7 @@ use camlux::output::{
     ExrCompression, ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData,
     LayeredImage, OutputFile, PassTime, PngView, write_exr, write_exr_files, write_png,
 };
-use camlux::scene::{Camera, IndirectLight, Lens, Light, Sensor, VplSum};
+use camlux::scene::{Camera, IndirectLight, Intrinsics, Lens, Light, Sensor, VplSum};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 use glam::DVec3;
 
@@ -348,14 +348,20 @@ fn the_header_has_the_requested_error_and_the_estimated_one() {
 
 #[test]
 fn header_matrices_take_points_to_their_pixels() {
-    let image = written(&frame(), &ExrOptions::default());
+    let mut camera = camera();
+    camera.lens = Lens::Intrinsics(Intrinsics {
+        skew: 1.5,
+        ..camera.intrinsics_px()
+    });
+    let mut frame = frame();
+    frame.description.camera = camera;
+    let image = written(&frame, &ExrOptions::default());
     let attributes = &image.layer_data[0].attributes;
     // The format multiplies row vectors from the left.
     let transform = |point: DVec3, m: [f64; 16]| -> [f64; 4] {
         let point = [point.x, point.y, point.z, 1.0];
         std::array::from_fn(|column| (0..4).map(|row| point[row] * m[4 * row + column]).sum())
     };
-    let camera = camera();
     // 3 m along the view axis, seen in a pixel right of and above the centre.
     let [x_px, y_px] = [5.25, 1.5];
     let point = camera.position_m + camera.ray_direction(x_px, y_px) * 3.0;

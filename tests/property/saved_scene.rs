@@ -237,6 +237,7 @@ fn scene() -> Scene {
             fy: 2.0,
             cx: 1.0,
             cy: 1.1,
+            skew: 0.0,
         },
         // The largest is not 1.
         values: (0..6).map(|_| 0.7 * d.share() as f32).collect(),
@@ -298,6 +299,7 @@ fn scene() -> Scene {
                     fy: 7.0,
                     cx: 4.1,
                     cy: 3.0,
+                    skew: 1.0 / 3.0,
                 },
                 distortion: Distortion::Rational([
                     1e-3,
@@ -308,6 +310,12 @@ fn scene() -> Scene {
                     0.0,
                     1.0 / 3e5,
                     0.0,
+                    1e-4,
+                    0.0,
+                    1e-5,
+                    0.0,
+                    0.0,
+                    1e-2 / 3.0,
                 ]),
             },
             pixel_sampling: Some(PixelSampling {

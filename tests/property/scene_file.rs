@@ -102,7 +102,13 @@ stderr_layer = true
     assert_eq!(scene.camera.resolution_px, [640, 480]);
     assert_eq!(scene.camera.position_m, DVec3::new(0.5, 1.0, 3.0));
     let (fx, fy, cx, cy) = (500.0, 501.5, 320.0, 240.0);
-    let intrinsics = Intrinsics { fx, fy, cx, cy };
+    let intrinsics = Intrinsics {
+        fx,
+        fy,
+        cx,
+        cy,
+        skew: 0.0,
+    };
     assert_eq!(scene.camera.lens, Lens::Intrinsics(intrinsics));
     assert_eq!(scene.sensor.unwrap().pixel_pitch_um, [12.0, 10.0]);
     assert_eq!(scene.sensor.unwrap().f_number, Some(2.8));

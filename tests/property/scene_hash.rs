@@ -3,14 +3,28 @@
 use crate::common::gather::gather;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, Filter, IndirectLight, Lens, Light,
-    MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene, Shadow, SpotCone, Texels,
-    TextureLookup, VplSum, Wrap,
+    AreaShape, DEFAULT_TARGET_ERROR, Distortion, Encoding, ErrorNorm, Filter, IndirectLight,
+    Intrinsics, Lens, Light, MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene,
+    Shadow, SpotCone, Texels, TextureLookup, VplSum, Wrap,
 };
 use glam::DVec3;
 
 fn pixel_sampling(samples: u32, filter: PixelFilter) -> Option<PixelSampling> {
     Some(PixelSampling { samples, filter })
+}
+
+fn skewed(scene: &Scene, skew: f64) -> Lens {
+    let intrinsics = scene.camera.intrinsics_px();
+    Lens::Intrinsics(Intrinsics { skew, ..intrinsics })
+}
+
+fn tilted(scene: &Scene, index: usize, value: f64) -> Lens {
+    let mut coefficients = [0.0; 14];
+    coefficients[index] = value;
+    Lens::Distorted {
+        intrinsics: scene.camera.intrinsics_px(),
+        distortion: Distortion::Rational(coefficients),
+    }
 }
 
 const FULL: &str = "[sensor]
@@ -47,7 +61,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 80] = [
+    let edits: [fn(&mut Scene); 85] = [
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }).into(),
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }).into(),
         |s| {
@@ -61,7 +75,12 @@ fn hash_changes_with_everything_but_names() {
         |s| s.camera.pixel_sampling = pixel_sampling(16, PixelFilter::Box),
         |s| s.camera.pixel_sampling = pixel_sampling(17, PixelFilter::Box),
         |s| s.camera.pixel_sampling = pixel_sampling(16, PixelFilter::Gaussian),
+        |s| s.camera.lens = Lens::FovX { fov_x_deg: 50.0 },
         |s| s.camera.lens = Lens::Intrinsics(s.camera.intrinsics_px()),
+        |s| s.camera.lens = skewed(s, 0.1),
+        |s| s.camera.lens = tilted(s, 12, 0.0),
+        |s| s.camera.lens = tilted(s, 12, 0.1),
+        |s| s.camera.lens = tilted(s, 13, 0.1),
         |s| s.sensor = None,
         |s| s.sensor.as_mut().unwrap().pixel_pitch_um[1] = 11.0,
         |s| s.sensor.as_mut().unwrap().exposure_time_s = 2e-3,

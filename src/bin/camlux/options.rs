@@ -80,6 +80,7 @@ mod tests {
             fy: 710.0,
             cx: 390.0,
             cy: 310.0,
+            skew: 0.0,
         };
         for lens in [Lens::FovY { fov_y_deg: 50.0 }, Lens::Intrinsics(intrinsics)] {
             let full = camera(lens);

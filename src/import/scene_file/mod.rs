@@ -1,5 +1,6 @@
 //! The scene file, version 1.
 
+mod camera;
 mod indirect;
 mod parts;
 mod surfaces;
@@ -45,7 +46,7 @@ impl Scene {
         let camera = keys.need("camera", "a [camera] table")?.table("[camera]")?;
         places.insert_table("camera", 0, &camera);
         let folder = file.parent().unwrap_or(Path::new(""));
-        let camera = parts::camera(camera, folder)?;
+        let camera = camera::camera(camera, folder)?;
         let mut optional = |key: &'static str| -> Result<Option<Keys>> {
             let table = keys.table(key)?;
             if let Some(table) = &table {

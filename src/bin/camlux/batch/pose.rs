@@ -75,10 +75,8 @@ impl Pose {
             None => (position_m + view, camera.up),
             Some(Aim::LookAt { target_m, up }) => (target_m, up.unwrap_or(camera.up)),
             Some(Aim::Rotation(rotation)) => {
-                // Far enough away that the digits lost in the sum do not change the direction.
-                let distance_m = position_m.abs().max_element().max(1.0).log2().ceil().exp2();
-                let look_at_m = position_m + rotation * DVec3::Z * distance_m;
-                (look_at_m, rotation * DVec3::NEG_Y)
+                let forward = rotation * DVec3::Z;
+                return camera.facing(position_m, forward, rotation * DVec3::NEG_Y);
             }
         };
         Camera {

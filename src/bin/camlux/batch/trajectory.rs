@@ -1,9 +1,10 @@
-//! Trajectory files: a pose per row, as in the TUM RGB-D benchmark, or with the columns that a line of their names gives.
+//! Trajectory files: a pose per row, as in the TUM RGB-D benchmark, or with the columns that a line of their names gives. Also the images of
+//! COLMAP and of transforms.json.
 
 use std::path::Path;
 
-use camlux::glam::{DQuat, DVec3};
-use camlux::input_file;
+use camlux::glam::{DAffine3, DQuat, DVec3};
+use camlux::{image_poses, input_file};
 
 use super::pose::{Aim, Pose};
 use crate::{Failure, warn};
@@ -49,6 +50,23 @@ fn is_same(a: Column, b: Column) -> bool {
 /// The poses of a file in the order of its rows. Empty lines are skipped, as is everything after a `#`.
 pub fn read(file: &Path, named_at: &str) -> Result<Vec<Pose>, Failure> {
     let name = file.display();
+    if let Some(images) = image_poses(file, named_at)? {
+        if !images.is_of_one_camera {
+            warn(format_args!(
+                "{name}: its images are of several cameras, and all frames have the lens of the scene"
+            ));
+        }
+        let pose = |to_world: &DAffine3| Pose {
+            position_m: to_world.translation,
+            aim: Some(Aim::Rotation(DQuat::from_mat3(&to_world.matrix3))),
+            time_s: None,
+        };
+        let poses: Vec<Pose> = images.to_world.iter().map(pose).collect();
+        return match poses.is_empty() {
+            true => Err(format!("{name}: holds no image; give another file").into()),
+            false => Ok(poses),
+        };
+    }
     let bytes = input_file::read(file).map_err(|error| {
         format!("{named_at}: cannot read the trajectory {name}: {error}; correct the path, it is relative to the job file")
     })?;

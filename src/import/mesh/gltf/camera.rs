@@ -5,8 +5,9 @@ use std::path::Path;
 use glam::{DMat4, DVec3};
 
 use super::file::GltfFile;
+use crate::import::calibration::CameraOfFile;
 use crate::keys::did_you_mean;
-use crate::scene::{Camera, Lens};
+use crate::scene::Lens;
 use crate::{Error, Result};
 
 /// A node with a camera.
@@ -41,13 +42,12 @@ impl Found {
     }
 }
 
-/// Sets `camera` to the pose and the lens of a camera of the file: the one of that name, or the only one.
+/// The pose and the lens of a camera of the file: the one of that name, or the only one.
 pub(in crate::import) fn camera(
     path: &Path,
     named_at: &str,
     name: Option<&str>,
-    camera: &mut Camera,
-) -> Result<()> {
+) -> Result<CameraOfFile> {
     let file = GltfFile::read(path, named_at)?;
     let mut found = Vec::new();
     file.for_each_node(&mut |index, node, to_world| {
@@ -83,7 +83,7 @@ pub(in crate::import) fn camera(
     }
     let file_name = path.display();
     let (problem, hint) = match (&chosen[..], name) {
-        ([one], _) => return place(camera, one, named_at),
+        ([one], _) => return place(one, named_at),
         ([], _) if found.is_empty() => (
             format!("{file_name} has no camera"),
             "give position, look_at, up and a lens".to_owned(),
@@ -116,7 +116,7 @@ pub(in crate::import) fn camera(
     refuse(problem, hint)
 }
 
-fn place(camera: &mut Camera, found: &Found, named_at: &str) -> Result<()> {
+fn place(found: &Found, named_at: &str) -> Result<CameraOfFile> {
     let name = found.names().swap_remove(0);
     let refuse = |problem: &str, hint: &str| {
         let problem = format!("camera \"{name}\" {problem}");
@@ -134,11 +134,13 @@ fn place(camera: &mut Camera, found: &Found, named_at: &str) -> Result<()> {
     }
     // A glTF camera looks along -z, with y up.
     let position_m = to_world.transform_point3(DVec3::ZERO);
-    camera.position_m = position_m;
-    camera.look_at_m = position_m + to_world.transform_vector3(DVec3::NEG_Z).normalize_or_zero();
-    camera.up = to_world.transform_vector3(DVec3::Y);
-    camera.lens = Lens::FovY {
-        fov_y_deg: fov_y_rad.to_degrees(),
-    };
-    Ok(())
+    let look_at_m = position_m + to_world.transform_vector3(DVec3::NEG_Z).normalize_or_zero();
+    Ok(CameraOfFile {
+        resolution_px: None,
+        lens: Lens::FovY {
+            fov_y_deg: fov_y_rad.to_degrees(),
+        },
+        pose: Some([position_m, look_at_m, to_world.transform_vector3(DVec3::Y)]),
+        on_body: None,
+    })
 }
