@@ -194,6 +194,53 @@ fn patterns() {
     }
 }
 
+/// The calibrations of the repository; each is read by its format, and by that of the others.
+#[test]
+fn calibrations() {
+    let _turn = take_turn();
+    let folder = SceneFolder::new();
+    let files = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/calibrations");
+    let read = |name: &str| std::fs::read(files.join(name)).unwrap();
+    for name in ["cameras.txt", "cameras.bin"] {
+        folder.write(name, read(&format!("colmap/{name}")));
+    }
+    let seeds = |names: &[&str]| names.iter().map(|name| read(name)).collect::<Vec<_>>();
+    let yaml = ["brown.yaml", "stereo.yaml", "sensor.yaml", "camchain.yaml"];
+    let mut random = Random::new(17);
+    for (name, seeds) in [
+        ("cam.yaml", seeds(&yaml)),
+        (
+            "cam.json",
+            seeds(&["tilted.json", "nerf.json", "fisheye.json"]),
+        ),
+        ("cam.xml", seeds(&["prism.xml"])),
+        ("images.txt", seeds(&["colmap/images.txt"])),
+        ("images.bin", seeds(&["colmap/images.bin"])),
+        ("cameras.bin", seeds(&["colmap/cameras.bin"])),
+    ] {
+        let keys = match name {
+            "images.txt" | "images.bin" => "name = \"8.png\"\n",
+            "cameras.bin" => "name = \"5\"\nposition = [0, 1, 3]\nlook_at = [0, 1, 0]\n",
+            "cam.json" => "resolution = [8, 6]\n",
+            _ => "position = [0, 1, 3]\nlook_at = [0, 1, 0]\n",
+        };
+        let scene = format!("[camera]\npath = \"{name}\"\n{keys}{LIGHT}{MESH}");
+        folder.write("scene.toml", scene);
+        let rounds = 1000;
+        let loads = (0..rounds).filter(|_| {
+            let bytes = match name.ends_with(".bin") {
+                true => mutate::binary(&mut random, &seeds),
+                false => mutate::text(&mut random, &seeds),
+            };
+            judge(name, &bytes, TEXT, |bytes| {
+                folder.write(name, bytes);
+                check_scene(Scene::load(&folder.path("scene.toml")))
+            })
+        });
+        assert_some_load(loads.count(), rounds);
+    }
+}
+
 /// PNG, JPEG and WebP of several kinds.
 pub fn images() -> Vec<Vec<u8>> {
     let folder = tempfile::tempdir().unwrap();

@@ -21,6 +21,7 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
         "materials_mtl",
         "texture",
         "pattern",
+        "calibration",
         "exr_image",
     ] {
         fs::create_dir_all(corpus.join(target))?;
@@ -32,6 +33,9 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
     let mut binary = [&[b' '; 80][..], &[1, 0, 0, 0]].concat();
     binary.resize(134, 0);
     fs::write(corpus.join("mesh_stl/binary.stl"), binary)?;
+    for (name, seed) in CALIBRATIONS {
+        fs::write(corpus.join("calibration").join(name), seed)?;
+    }
     textures(&corpus.join("texture"))?;
     images(&corpus.join("exr_image"))
 }
@@ -41,6 +45,27 @@ const PLY: &str = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement ver
     property list uchar int vertex_indices\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\
     0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2\n5 0 1 2 -1 0\n";
 const STL: &str = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+
+/// The first byte chooses the format.
+const CALIBRATIONS: [(&str, &str); 5] = [
+    (
+        "opencv",
+        "\0%YAML:1.0\n---\nimage_width: 8\nimage_height: 6\nK: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 8., 0., 4., 0., 8., 3., 0., 0., 1. ]\nD: [0.1, 0, 0, 0]\n",
+    ),
+    (
+        "kalibr",
+        "\0cam0:\n  camera_model: pinhole\n  intrinsics: [8, 8, 4, 3]\n  distortion_model: equidistant\n  distortion_coeffs: [0.1, 0, 0, 0]\n  resolution: [8, 6]\n",
+    ),
+    (
+        "transforms",
+        "\x01{\"w\": 8, \"h\": 6, \"camera_angle_x\": 0.9, \"frames\": [{\"file_path\": \"a.png\", \"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}",
+    ),
+    (
+        "xml",
+        "\x02<opencv_storage><image_width>8</image_width><image_height>6</image_height><K type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt><data>8. 0. 4. 0. 8. 3. 0. 0. 1.</data></K></opencv_storage>",
+    ),
+    ("images", "\x03# images\n1 1 0 0 0 0 0 2 1 a.png\n\n"),
+];
 
 /// A triangle with its buffer in the text.
 const TRIANGLE_GLTF: &str = r#"{"asset":{"version":"2.0"},
