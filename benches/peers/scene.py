@@ -87,7 +87,9 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
     if "distortion" in toml["camera"] or "fisheye" in toml["camera"]:
         raise Unsupported("the camera has a lens with distortion, which the peers do not know")
     if "path" in toml["camera"] or "light" not in toml:
-        raise Unsupported("the camera or the lights are those of a glTF file, which the peers do not know")
+        raise Unsupported("the camera or the lights are those of another file, which the peers do not know")
+    if not toml["camera"].keys().isdisjoint({"camera_matrix", "camera_to_world", "world_to_camera"}):
+        raise Unsupported("the camera is given by matrices, which the peers do not know")
     if toml["camera"].get("samples", 1) != 1:
         raise Unsupported("the camera averages over the pixels, which the peers do not")
     for keys in toml["light"]:
@@ -134,14 +136,17 @@ def ray_directions(camera: dict, size_px: tuple[int, int]) -> np.ndarray:
         scale_x, scale_y = width / camera["resolution"][0], height / camera["resolution"][1]
         fx, cx = lens["fx"] * scale_x, lens["cx"] * scale_x
         fy, cy = lens["fy"] * scale_y, lens["cy"] * scale_y
+        skew = lens.get("skew", 0) * scale_x
     else:
-        fx = fy = 0.5 * height / math.tan(0.5 * math.radians(camera["fov_y_deg"]))
-        cx, cy = 0.5 * width, 0.5 * height
+        length, angle = (width, "fov_x_deg") if "fov_x_deg" in camera else (height, "fov_y_deg")
+        fx = fy = 0.5 * length / math.tan(0.5 * math.radians(camera[angle]))
+        cx, cy, skew = 0.5 * width, 0.5 * height, 0
     forward = unit(vector(camera["look_at"]) - vector(camera["position"]))
     right = unit(np.cross(forward, vector(camera["up"])))
     down = np.cross(forward, right)
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
-    rays = forward + ((x - cx) / fx)[..., None] * right + ((y - cy) / fy)[..., None] * down
+    y = (y - cy) / fy
+    rays = forward + ((x - cx - skew * y) / fx)[..., None] * right + y[..., None] * down
     return (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(-1, 3)
 
 
