@@ -85,6 +85,7 @@ fn calibrations_in_yaml_and_xml() {
             "cam.yaml:2: \"image_width\" is 8.5; give a whole number of pixels";
         ("cam.yaml", "K:\n  rows: 3\n  cols: 3\n  data: [1, 2]\n") => "cam.yaml:2: \"K\" has 2 numbers instead of 9";
         ("cam.yaml", "K1: [0]\nK2: [0]\n") => "cam.yaml has 2 cameras; give the name of one: K1, K2";
+        ("cam.yaml", &format!("{k}k1: 0.1\nk2: 0.2\n")) => "cam.yaml:2: \"k1\" is a coefficient with a key of its own";
         ("cam.yaml", k) => "scene.toml:1: [camera] has no \"resolution\"";
         ("cam.yaml", &format!("{kalibr}camera_model: omni\n")) => "cam.yaml:3: \"camera_model\" is \"omni\"";
         ("cam.yaml", &format!("{kalibr}T_BS: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 2, 0]\n")) =>

@@ -142,6 +142,14 @@ impl<'t> Node<'t> {
         }
     }
 
+    /// Whether it is a single word or number.
+    pub fn is_word(&self) -> bool {
+        match &self.content {
+            Content::Text(text) => text.split_whitespace().nth(1).is_none(),
+            Content::List(_) | Content::Map(_) => false,
+        }
+    }
+
     /// A finite number.
     pub fn number(&self) -> Read<f64> {
         match self.numbers()?[..] {

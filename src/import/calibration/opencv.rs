@@ -34,7 +34,7 @@ pub(super) fn camera(root: &Node, name: Option<&str>) -> Read<CameraOfFile> {
     }
     let matrices = root.entries().iter();
     let matrices: Vec<&Node> = matrices
-        .filter(|entry| MATRIX.contains(&&*stem(&entry.key).0))
+        .filter(|entry| MATRIX.contains(&&*stem(&entry.key).0) && !entry.is_word())
         .collect();
     if matrices.is_empty() {
         let hint = "add camera_matrix (or K, M1, ...) of OpenCV, or intrinsics of Kalibr";
@@ -52,6 +52,10 @@ pub(super) fn camera(root: &Node, name: Option<&str>) -> Read<CameraOfFile> {
         return Err(matrix.error("is no camera matrix", hint));
     }
     let coefficients = of_camera(root, &COEFFICIENTS, &number);
+    if let (None, Some(first)) = (coefficients, root.get("k1")) {
+        let hint = "give them as distortion_coefficients: [k1, k2, p1, p2, k3]";
+        return Err(first.error("is a coefficient with a key of its own", hint));
+    }
     let distortion = coefficients
         .map(|node| distortion(root, node))
         .transpose()?;
