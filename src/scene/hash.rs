@@ -1,8 +1,8 @@
 //! The hash of a scene, so that an image can state what it was made from.
 
 use super::{
-    BayerPattern, Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material,
-    Mesh, ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene,
+    BayerPattern, Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
+    ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene,
     Sensor, SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight,
 };
 
