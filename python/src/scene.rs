@@ -35,7 +35,10 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     });
     let mut scene = camlux::Scene {
         camera,
-        sensor: part.part("sensor")?.map(|sensor| sensor_from(&sensor)).transpose()?,
+        sensor: part
+            .part("sensor")?
+            .map(|sensor| sensor_from(&sensor))
+            .transpose()?,
         tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
         lights: lights.iter().map(placed_from).collect::<PyResult<_>>()?,
         meshes: meshes.collect::<PyResult<_>>()?,
