@@ -1707,6 +1707,13 @@ typedef struct camlux_render_options {
    * no frame.
    */
   int32_t keep_partial;
+  /**
+   * Layers of the frame: the first of layer_count numbers, such as CAMLUX_LAYER_RADIANCE; NULL, with layer_count 0: all layers of the scene,
+   * except those that are there on request only. Not with on_device or targets.
+   */
+  const int32_t *layers;
+  /** Number of these layers. */
+  size_t layer_count;
 } camlux_render_options;
 
 /**
@@ -1980,6 +1987,17 @@ camlux_status camlux_job_wait(camlux_job *job,
  * Values: DN; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise.
  */
 #define CAMLUX_LAYER_RAW_DN 19
+ * The same normal in the camera's axes: x right, y down, z forward.
+ * Values: plain numbers, channels X, Y, Z; on request: layers or targets of camlux_render_options.
+ */
+#define CAMLUX_LAYER_CAMERA_NORMAL 20
+
+/**
+ * Diffuse reflectance of the surface: k_d with its textures and colours of vertices. Of metallic-roughness it is
+ * what scatters below the surface, so a metal has 0.
+ * Values: plain numbers, channels R, G, B; on request: layers or targets of camlux_render_options.
+ */
+#define CAMLUX_LAYER_ALBEDO 21
 
 /**
  * Phasor Z of all modulated light, a sum over paths.
@@ -2036,6 +2054,13 @@ camlux_status camlux_job_wait(camlux_job *job,
  * Values: electrons or DN, channels A, B.
  */
 #define CAMLUX_LAYER_TOF_TAPS 72
+
+/**
+ * Point cloud: `range` along the ray of the pixel, in the camera's axes, from its centre: x right, y down, z forward.
+ * NaN where `range` is NaN. Only where the light is at the camera is the surface there.
+ * Values: m, channels X, Y, Z; on request: layers or targets of camlux_render_options.
+ */
+#define CAMLUX_LAYER_TOF_POINT 128
 
 /** The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH. */
 #define CAMLUX_VERSION_MAJOR 0
@@ -2525,7 +2550,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_TARGET_INIT { CAMLUX_INITIALISED + sizeof(camlux_target), 0, NULL, 0, 0 }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { CAMLUX_INITIALISED + sizeof(camlux_render_options), 500, NULL, NULL, 0, CAMLUX_NEXT_FRAME, NULL, NULL, 0, 0, 0 }
+#define CAMLUX_RENDER_OPTIONS_INIT { CAMLUX_INITIALISED + sizeof(camlux_render_options), 500, NULL, NULL, 0, CAMLUX_NEXT_FRAME, NULL, NULL, 0, 0, 0, NULL, 0 }
 
 #define CAMLUX_VULKAN_DEVICE_INIT { CAMLUX_INITIALISED + sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 

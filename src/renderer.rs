@@ -94,7 +94,8 @@ pub struct RenderOptions<'a> {
     pub frame_index: Option<u32>,
     /// The index of the camera among several that see the same frame. Another camera has other sensor noise.
     pub camera_index: u32,
-    /// The layers that the host requests. Others stay on the device and are not in the frame. `None`: all layers of the scene.
+    /// The layers that the host requests. Others stay on the device and are not in the frame. `None`: all layers of the scene,
+    /// except those [on request](Layer::is_on_request).
     pub layers: Option<&'a [Layer]>,
 }
 

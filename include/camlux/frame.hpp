@@ -36,6 +36,8 @@ enum class layer : std::int32_t {
     dn = CAMLUX_LAYER_DN,
     raw_electrons = CAMLUX_LAYER_RAW_ELECTRONS,
     raw_dn = CAMLUX_LAYER_RAW_DN,
+    camera_normal = CAMLUX_LAYER_CAMERA_NORMAL,
+    albedo = CAMLUX_LAYER_ALBEDO,
     tof_phasor = CAMLUX_LAYER_TOF_PHASOR,
     tof_phasor_direct = CAMLUX_LAYER_TOF_PHASOR_DIRECT,
     tof_phasor_indirect = CAMLUX_LAYER_TOF_PHASOR_INDIRECT,
@@ -45,6 +47,7 @@ enum class layer : std::int32_t {
     tof_mpi = CAMLUX_LAYER_TOF_MPI,
     tof_wraps = CAMLUX_LAYER_TOF_WRAPS,
     tof_taps = CAMLUX_LAYER_TOF_TAPS,
+    tof_point = CAMLUX_LAYER_TOF_POINT,
 };
 
 /** A time-of-flight layer at the frequency with that index; -1 if there is no such layer. \param phase of tof_taps: the index of the phase image. */

@@ -69,6 +69,8 @@ struct render_options {
     std::vector<target> targets = {};
     /** A render that is cancelled once it runs returns the best image that it has, with its estimated error. */
     bool keep_partial = false;
+    /** Layers of the frame; empty: all of the scene, except those that are there on request only. Not with on_device or targets. */
+    std::vector<layer> layers = {};
 };
 
 namespace detail {
@@ -101,6 +103,9 @@ inline camlux_render_options raw_of(const render_options &options) noexcept
     raw.targets = options.targets.data();
     raw.target_count = options.targets.size();
     raw.keep_partial = options.keep_partial ? 1 : 0;
+    static_assert(sizeof(layer) == sizeof(std::int32_t), "layers are passed as numbers");
+    raw.layers = reinterpret_cast<const std::int32_t *>(options.layers.data());
+    raw.layer_count = options.layers.size();
     if (options.progress) {
         raw.progress = report;
         raw.progress_user = const_cast<progress_function *>(&options.progress);

@@ -35,8 +35,9 @@ class PlainFiles(Mapping[str, npt.NDArray[Any]]):
 
     def __getitem__(self, layer: str) -> npt.NDArray[Any]:
         pixels = self._image(layer)[layer]
-        # A plain file has floats, which hold ids exactly.
-        return pixels.astype(np.uint32) if layer.startswith("id.") else pixels
+        # A plain file has floats, which hold whole numbers exactly.
+        is_whole = layer.startswith(("id.", "flow_occlusion")) or layer.endswith(".wraps")
+        return pixels.astype(np.uint32) if is_whole else pixels
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._paths)

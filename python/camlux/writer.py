@@ -15,9 +15,6 @@ from ._fields import knows_its_arguments
 from .errors import ArgumentError, CamluxWarning, Cancelled, Error, FileError
 from .scene import Scene
 
-#: The layers that the writer itself adds.
-_OF_FLOW = ("flow", "scene_flow")
-
 
 class DatasetWriter:
     """Renders the frames of a loop into a data set like those of `camlux batch`, which camlux.Dataset reads.
@@ -49,12 +46,14 @@ class DatasetWriter:
         """scene: what the manifest's mesh poses and changed materials are relative to; the scene before the loop.
 
         renderer: None: one on the best device. flow: adds the layers flow and scene_flow, from each frame to the next; a mesh that is
-        replaced has none. layers, half, compression, plain: as for Frame.save.
+        replaced has none. layers: writes only these; also layers on request, and those of a sequence such as flow_backward.
+        half, compression, plain: as for Frame.save.
         """
         self.folder = Path(folder)
         self._renderer = renderer or Renderer()
-        self._flow = flow
         self._options = DatasetOptions(flow, layers, half, compression, plain)
+        #: Whether there is flow to the next frame and to the previous one, and occlusion there.
+        (self._to_next, self._hidden_next), (self._to_previous, self._hidden_previous) = self._options.flow
         self._layers = None if layers is None else [layers] if isinstance(layers, str) else list(layers)
         self._settings = [flow, self._layers, half, compression, plain]
         self._plain = plain
@@ -73,6 +72,8 @@ class DatasetWriter:
         self._next = 0
         #: The frame before, whose flow needs the next one: its state, its frame (None: it was there), and its line.
         self._held: tuple[SceneState, Frame | None, dict[str, Any]] | None = None
+        #: The state of the frame before, and of the one before that frame.
+        self._before: tuple[SceneState | None, SceneState | None] = (None, None)
 
     def render(self, scene: Scene, **options: Any) -> Frame | None:
         """Renders the next frame and writes it. options: those of Renderer.render; frame_index is that in the data set unless given.
@@ -88,10 +89,12 @@ class DatasetWriter:
             self._check_layers(state, options)
         except Error as error:
             self._end_held(None)
+            self._before = (None, None)
             self._lines.pop(index, None)
             self._append({"index": index, "scene": "scene", "frame": index, "error": str(error)})
             raise
         self._end_held(state)
+        self._before = (state, self._before[0])
         description = json.loads(state.describe(self._base))
         line = {"index": index, "scene": "scene", "frame": index, "time_s": None, **description, "seed": options.get("seed")}
         inputs = self._inputs(state, description, options)
@@ -102,7 +105,7 @@ class DatasetWriter:
         self._lines.pop(index, None)
         ending = {"device": self._renderer.device.info.name, "inputs": inputs}
         try:
-            frame = self._renderer.render(scene, **options)
+            frame = self._renderer.render(scene, **{**options, **self._layers_to_render(state, options)})
         except Cancelled:
             raise
         except Error as error:
@@ -115,7 +118,7 @@ class DatasetWriter:
         if frame.material_names != first["materials"]:
             line["material_names"] = frame.material_names
         self._held = (state, frame, line)
-        if not self._flow:
+        if not self._to_next:
             self._end_held(None)
         return frame
 
@@ -159,9 +162,9 @@ class DatasetWriter:
         if self._held is None:
             return
         (state, frame, line), self._held = self._held, None
-        flow_to = following.hash if self._flow and following is not None else None
+        flow_to = following.hash if self._to_next and following is not None else None
         if frame is None:
-            if self._flow and line.get("flow_to") != flow_to:
+            if self._to_next and line.get("flow_to") != flow_to:
                 index = line["index"]
                 del self._lines[index]
                 self._write_lines()
@@ -171,7 +174,8 @@ class DatasetWriter:
         ending = line.pop("ending")
         index = line["index"]
         file = f"frames/{index:06}.exr"
-        paths, digest, size, texts = self._options.write(self.folder / file, index, frame, state, self._base, following)
+        others = [self._other(following, self._hidden_next), self._other(self._before[1], self._hidden_previous)]
+        paths, digest, size, texts = self._options.write(self.folder / file, index, frame, state, self._base, others)
         if self._plain:
             first, last = len(f"{index:06}."), -len(".exr")
             line["files"] = {path.name[first:last]: f"frames/{path.name}" for path in map(Path, paths)}
@@ -196,9 +200,27 @@ class DatasetWriter:
         ]:
             if (error := getattr(stats, key)) is not None:
                 line[key] = error
-        if self._flow:
+        if self._to_next:
             line["flow_to"] = flow_to
         self._append(line)
+
+    def _other(self, state: SceneState | None, is_shown: bool) -> tuple[SceneState, Frame | None] | None:
+        """The next or the previous frame, and what it shows if occlusion needs that."""
+        if state is None:
+            return None
+        if not is_shown:
+            return state, None
+        with warnings.catch_warnings():
+            # The scene has no light on purpose.
+            warnings.simplefilter("ignore", CamluxWarning)
+            return state, self._renderer.render(state.geometry(), layers=["range", "id.instance"])  # type: ignore[arg-type]
+
+    def _layers_to_render(self, state: SceneState, options: dict[str, Any]) -> dict[str, Any]:
+        """The argument `layers` of the render, if the files need layers on request."""
+        if options.get("layers") is not None:
+            return {}
+        names = self._options.layers_to_render(state, options.get("target_error") is not None)
+        return {} if names is None else {"layers": names}
 
     def _check_layers(self, state: SceneState, options: dict[str, Any]) -> None:
         """Refuses, before a frame is rendered, layers that it will not have."""
@@ -207,8 +229,9 @@ class DatasetWriter:
         if copied is None:
             return
         copied = [copied] if isinstance(copied, str) else list(copied)
-        due = [name for name in self._layers or [] if not (self._flow and name in _OF_FLOW)]
-        due += ["range", "id.instance"] if self._flow else []
+        due = [name for name in self._layers or [] if "flow" not in name]
+        due += ["range", "id.instance"] if self._to_next or self._to_previous else []
+        due += ["N"] if self._hidden_next or self._hidden_previous else []
         missing = [name for name in dict.fromkeys(due) if name not in copied]
         if missing:
             names = ", ".join(missing)
@@ -219,7 +242,9 @@ class DatasetWriter:
         import hashlib
 
         known = {key: value for key, value in options.items() if key != "progress"}
-        parts = [self._about["engine_hash"], state.hash, description, self._settings, known]
+        previous = self._before[1]
+        flow_from = [previous.hash] if self._to_previous and previous is not None else []
+        parts = [self._about["engine_hash"], state.hash, description, self._settings, known, *flow_from]
         text = json.dumps(parts, sort_keys=True, default=str)
         return hashlib.blake2b(text.encode(), digest_size=32).hexdigest()
 

@@ -4,9 +4,10 @@ use std::fs::File;
 use std::path::PathBuf;
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
+use camlux::output;
 use camlux::output::{
-    Attribute, DATASET_FORMAT, ExrOptions, Layer, LayerNeed, NextFrame, dataset_conventions,
-    describe_frame, describe_scene, write_exr_files,
+    Attribute, DATASET_FORMAT, ExrOptions, FLOW_LAYERS, Layer, LayerNeed, OtherFrame,
+    dataset_conventions, describe_frame, describe_scene, flow_layers, write_exr_files,
 };
 use camlux::scene::IndirectLight;
 use pyo3::prelude::*;
@@ -22,7 +23,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// A scene as it was at one time.
 #[pyclass(module = "camlux", frozen)]
-pub struct SceneState(camlux::Scene);
+pub struct SceneState(pub camlux::Scene);
 
 #[pymethods]
 impl SceneState {
@@ -36,6 +37,11 @@ impl SceneState {
     #[getter]
     fn hash(&self, py: Python) -> String {
         py.detach(|| self.0.hash())
+    }
+
+    /// Its surfaces and its camera, without light.
+    fn geometry(&self) -> SceneState {
+        SceneState(self.0.geometry())
     }
 
     /// Camera, lights, moved meshes and changed materials for the manifest, as JSON. `base`: the scene at the beginning.
@@ -67,13 +73,13 @@ impl SceneState {
         })
     }
 
-    /// How each mesh moves until the next frame. NaN for another mesh.
-    fn moves_until(&self, next: &SceneState) -> Vec<Option<DMat4>> {
+    /// How each mesh moves to another frame. NaN for another mesh.
+    fn moves_to(&self, other: &SceneState) -> Vec<Option<DMat4>> {
         let mut moves = vec![Some(DMat4::NAN); self.0.meshes.len()];
-        let meshes = self.0.meshes.iter().zip(&next.0.meshes);
-        for (moved, (now, next)) in moves.iter_mut().zip(meshes) {
-            if now.mesh == next.mesh {
-                let [before, after] = [now, next].map(|mesh| DMat4::from(mesh.to_world));
+        let meshes = self.0.meshes.iter().zip(&other.0.meshes);
+        for (moved, (now, other)) in moves.iter_mut().zip(meshes) {
+            if now.mesh == other.mesh {
+                let [before, after] = [now, other].map(|mesh| DMat4::from(mesh.to_world));
                 *moved = (before != after).then(|| after * before.inverse());
             }
         }
@@ -90,11 +96,14 @@ fn pose((index, moved): (usize, DMat4)) -> Option<(usize, DVec3, DQuat)> {
         .then(|| (index, moved.w_axis.truncate(), DQuat::from_mat3(&linear)))
 }
 
+/// The next or the previous frame, and what it shows if occlusion needs that.
+type Other<'py> = Option<(Bound<'py, SceneState>, Option<Bound<'py, Frame>>)>;
+
 /// How the frames of a data set are written.
 #[pyclass(module = "camlux", frozen)]
 pub struct DatasetOptions {
     exr: ExrOptions,
-    flow: bool,
+    flow: Vec<Layer>,
 }
 
 #[pymethods]
@@ -107,29 +116,43 @@ impl DatasetOptions {
         compression: &str,
         plain: bool,
     ) -> PyResult<Self> {
-        let mut layers = layers.map(|names| self::layers(&names)).transpose()?;
-        if let (true, Some(layers)) = (flow, &mut layers) {
-            layers.extend(Layer::of_sequence());
-        }
-        let exr = ExrOptions {
+        let mut exr = ExrOptions {
             half,
-            layers,
+            layers: layers.map(|names| self::layers(&names)).transpose()?,
             compression: compression_named(compression)?,
             plain,
             ..ExrOptions::default()
         };
+        let flow = flow_layers(&mut exr, flow);
         Ok(DatasetOptions { exr, flow })
+    }
+
+    /// Whether layers are of flow to the next frame, and to the previous one; and whether they tell what those hide.
+    #[getter]
+    fn flow(&self) -> [(bool, bool); 2] {
+        FLOW_LAYERS.map(|layers| {
+            let has = |layer: &Layer| self.flow.contains(layer);
+            (layers.iter().any(has), has(&layers[2]))
+        })
+    }
+
+    /// The layers that a frame is rendered with if the loop does not say it; None: those that it has by default.
+    fn layers_to_render(&self, state: &SceneState, is_indirect: bool) -> Option<Vec<&'static str>> {
+        let layers = self.exr.layers.as_ref()?;
+        let is_rendered = |layer: &Layer| layer.need() != LayerNeed::Sequence;
+        let layers: Vec<Layer> = layers.iter().copied().filter(is_rendered).collect();
+        let is_default = layers.iter().all(|layer| !layer.is_on_request());
+        let scene = with_indirect(&state.0, is_indirect);
+        let made = Layer::made_for(&scene, &layers);
+        (!is_default).then(|| made.into_iter().map(Layer::name).collect())
     }
 
     /// Refuses layers that a frame of the scene will not have. `is_indirect`: the frame has indirect light, even if the scene has none.
     fn check(&self, state: &SceneState, is_indirect: bool) -> PyResult<()> {
-        let mut scene = state.0.clone();
-        if is_indirect && scene.indirect.is_none() {
-            scene.indirect = Some(IndirectLight::final_gather(1.0));
-        }
+        let scene = with_indirect(&state.0, is_indirect);
         let mut layers = self.exr.layers.iter().flatten();
         let is_made = layers.try_for_each(|layer| match layer.need() {
-            LayerNeed::Sequence if self.flow => Ok(()),
+            LayerNeed::Sequence => Ok(()),
             _ => layer.check_made_for(&scene),
         });
         is_made.map_err(raised)
@@ -138,7 +161,7 @@ impl DatasetOptions {
     /// The contents of dataset.json that do not depend on the number of frames, as JSON.
     fn describe(&self, base: &SceneState) -> String {
         let mut scene = json!({ "file": "scene", "hash": base.0.hash(), "frames": "frames/" });
-        let described = describe_scene(&base.0, &self.exr, self.flow, None);
+        let described = describe_scene(&base.0, &self.exr, !self.flow.is_empty(), None);
         described
             .into_iter()
             .for_each(|(key, value)| scene[key] = value);
@@ -170,9 +193,11 @@ impl DatasetOptions {
         frame: &Bound<'_, Frame>,
         state: &SceneState,
         base: &SceneState,
-        next: Option<&SceneState>,
+        others: [Other; 2],
     ) -> PyResult<(Vec<PathBuf>, String, u64, Vec<String>)> {
         let rendered = frame.as_super().get().frame()?;
+        let [next, previous] = &others;
+        let others = [other_from(next)?, other_from(previous)?];
         let written = py.detach(|| {
             let mut exr = self.exr.clone();
             let number = i32::try_from(index).unwrap_or(i32::MAX);
@@ -182,15 +207,18 @@ impl DatasetOptions {
                 (format!("mesh.{mesh}.toWorld"), matrix)
             });
             exr.attributes = [number].into_iter().chain(meshes).collect();
-            let with_flow = self.flow.then(|| {
-                let moves = next.map(|next| state.moves_until(next));
-                let next = next.zip(moves.as_ref());
-                let next = next.map(|(next, mesh_moves)| NextFrame {
-                    camera: &next.0.camera,
-                    mesh_moves,
+            let with_flow = (!self.flow.is_empty()).then(|| {
+                let moves = others.map(|other| other.map(|(other, _)| state.moves_to(other)));
+                let others = [0, 1].map(|i| {
+                    let ((other, shown), mesh_moves) = others[i].zip(moves[i].as_deref())?;
+                    Some(OtherFrame {
+                        camera: &other.0.camera,
+                        mesh_moves,
+                        shown,
+                    })
                 });
                 let mut frame = rendered.clone();
-                frame.add_flow(&state.0.camera, next.as_ref());
+                frame.add_flow(&state.0.camera, &self.flow, others);
                 frame
             });
             let frame = with_flow.as_ref().unwrap_or(rendered);
@@ -200,6 +228,25 @@ impl DatasetOptions {
         });
         written.map_err(raised)
     }
+}
+
+fn other_from<'o>(
+    other: &'o Other<'_>,
+) -> PyResult<Option<(&'o SceneState, Option<&'o output::Frame>)>> {
+    let Some((state, shown)) = other else {
+        return Ok(None);
+    };
+    let shown = shown.as_ref().map(|shown| shown.as_super().get().frame());
+    Ok(Some((state.get(), shown.transpose()?)))
+}
+
+/// The scene with indirect light, if the frame has it.
+fn with_indirect(scene: &camlux::Scene, is_indirect: bool) -> camlux::Scene {
+    let mut scene = scene.clone();
+    if is_indirect && scene.indirect.is_none() {
+        scene.indirect = Some(IndirectLight::final_gather(1.0));
+    }
+    scene
 }
 
 /// The hash of files one after the other; None if one cannot be read.

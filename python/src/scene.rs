@@ -11,6 +11,7 @@ use camlux::scene::{
 use pyo3::prelude::*;
 
 use crate::attributes::Part;
+use crate::dataset::SceneState;
 use crate::errors::{ArgumentTypeError, raised};
 use crate::mesh::Mesh;
 use crate::objects::light_class;
@@ -18,6 +19,9 @@ use crate::parts::{Pattern, ProjectedImage, Texture};
 
 /// The scene that a `camlux.Scene` describes; its values are not validated yet.
 pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
+    if let Ok(state) = object.cast::<SceneState>() {
+        return Ok(state.get().0.clone());
+    }
     let part = Part::new(object.clone(), "scene")?;
     let need = |name: &str, hint: &str| {
         let found = part.part(name)?;

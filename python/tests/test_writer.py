@@ -122,7 +122,6 @@ def test_layers_that_frames_will_not_have_are_refused_before_rendering(tmp_path,
     for layers, options, message in [
         (["tof0.range"], {}, "a frame of this scene has no layer tof0.range; give the scene time of flight"),
         ("energy", {}, "has no layer energy; give the scene a sensor"),
-        (["radiance", "flow"], {}, "has no layer flow; take it from a reference or a sequence"),
         (["colour"], {}, 'there is no layer "colour"'),
     ]:
         with pytest.raises(ValueError) as caught:
@@ -251,3 +250,40 @@ def test_a_killed_loop_loses_the_frames_in_flight_alone(tmp_path):
     dataset = camlux.Dataset(tmp_path)
     assert len(dataset) == 40 and len({line["blake3"] for line in dataset.lines}) == 40
     assert all(dataset.lines[index]["ms"] == ms for index, ms in before.items())
+
+
+def test_layers_on_request_are_those_of_a_batch(program, tmp_path):
+    layers = ["radiance", "albedo", "N_camera", "scene_flow_backward", "flow_backward", "flow_occlusion", "flow_occlusion_backward"]
+    job = JOB.replace("flow = true", f"layers = {json.dumps(layers)}")
+    (tmp_path / "job.toml").write_text(job)
+    program("batch", tmp_path / "job.toml", "-o", tmp_path / "batch")
+    scene = cornell()
+
+    def loop_of(count):
+        mesh, rendered = scene.meshes[0], []
+        with camlux.DatasetWriter(tmp_path / "loop", scene, layers=layers) as writer:
+            for index in range(count):
+                scene.camera.position_m, scene.camera.look_at_m = CAMERAS[index], (0, 1, 0)
+                scene.meshes[0] = mesh.posed(MESHES[index])
+                frame = writer.render(scene)
+                rendered.append(frame is not None)
+                # The frame has all that frames have by default, too.
+                assert frame is None or {"depth", "radiance", "albedo"} <= set(frame)
+        scene.meshes[0] = mesh
+        return rendered
+
+    assert loop_of(3) == [True] * 3
+    assert loop_of(3) == [False] * 3
+    by_batch, by_loop = (camlux.Dataset(tmp_path / name) for name in ["batch", "loop"])
+    assert by_loop.about["scenes"][0]["layers"] == by_batch.about["scenes"][0]["layers"]
+    assert set(by_loop[0]) == set(layers)
+    for mine, other in zip(by_loop, by_batch):
+        assert mine.path.read_bytes() == other.path.read_bytes()
+    for name, ends in [("flow_backward", [False, True, True]), ("scene_flow_backward", [False, True, True])]:
+        assert [bool(np.isfinite(frame[name]).any()) for frame in by_loop] == ends
+    hidden = [frame["flow_occlusion"] for frame in by_loop]
+    assert 0 < hidden[0].sum() < hidden[0].size and hidden[2].min() == 1
+    # Only these layers of the render: the files need more.
+    with camlux.DatasetWriter(tmp_path / "few", scene, layers=layers) as writer:
+        with pytest.raises(camlux.ArgumentError, match="need albedo, N_camera, range, id.instance, N; add these"):
+            writer.render(scene, layers=["radiance"])

@@ -144,7 +144,8 @@ impl FrameObject {
         let mut layers = self.frame()?.layers.iter();
         let found = layers.find(|(layer, _)| *layer == kind);
         let (_, data) = found.ok_or_else(|| {
-            let hint = kind.hint(self.rendered.description().tof.as_ref());
+            let tof = self.rendered.description().tof.as_ref();
+            let hint = kind.hint(tof);
             let problem = format!("the frame has no layer {}; {hint}", kind.name());
             Failure::argument(words::in_c(&problem))
         })?;
@@ -155,16 +156,8 @@ impl FrameObject {
     /// There are `layer_count` layers.
     unsafe fn exr_options(&self, options: camlux_exr_options) -> Outcome<ExrOptions> {
         args::reserved(camlux_exr_options::NAME, options.reserved)?;
-        let numbers = args::Rows {
-            name: "layers",
-            count_name: "layer_count",
-            data: options.layers.cast(),
-            stride_bytes: 0,
-            count: options.layer_count,
-            length: 1,
-        };
         // SAFETY: the caller guarantees it.
-        let numbers = unsafe { numbers.read(|number: &[i32]| number[0]) }?;
+        let numbers = unsafe { layer_numbers(options.layers, options.layer_count) }?;
         let picked = numbers.into_iter().map(|number| Ok(self.layer(number)?.0));
         let picked = picked.collect::<Outcome<Vec<Layer>>>()?;
         Ok(ExrOptions {
@@ -202,6 +195,23 @@ impl FrameObject {
             ..Default::default()
         })
     }
+}
+
+/// The numbers of a list of layers.
+///
+/// # Safety
+/// There are `layer_count` of them.
+pub(super) unsafe fn layer_numbers(layers: *const i32, layer_count: usize) -> Outcome<Vec<i32>> {
+    let numbers = args::Rows {
+        name: "layers",
+        count_name: "layer_count",
+        data: layers.cast(),
+        stride_bytes: 0,
+        count: layer_count,
+        length: 1,
+    };
+    // SAFETY: the caller guarantees it.
+    unsafe { numbers.read(|number: &[i32]| number[0]) }
 }
 
 pub(super) fn layer_of(number: i32) -> Outcome<Layer> {

@@ -82,6 +82,14 @@ pub const CAMLUX_LAYER_RAW_ELECTRONS: i32 = 18;
 /// Digital number of these electrons: the raw image.
 /// Values: DN; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise.
 pub const CAMLUX_LAYER_RAW_DN: i32 = 19;
+/// The same normal in the camera's axes: x right, y down, z forward.
+/// Values: plain numbers, channels X, Y, Z; on request: layers or targets of camlux_render_options.
+pub const CAMLUX_LAYER_CAMERA_NORMAL: i32 = 20;
+
+/// Diffuse reflectance of the surface: k_d with its textures and colours of vertices. Of metallic-roughness it is
+/// what scatters below the surface, so a metal has 0.
+/// Values: plain numbers, channels R, G, B; on request: layers or targets of camlux_render_options.
+pub const CAMLUX_LAYER_ALBEDO: i32 = 21;
 
 /// Phasor Z of all modulated light, a sum over paths.
 /// Values: W/sr/m^2, channels re, im.
@@ -120,3 +128,8 @@ pub const CAMLUX_LAYER_TOF_WRAPS: i32 = 71;
 /// Charges of both taps in the phase image, as they are read out.
 /// Values: electrons or DN, channels A, B.
 pub const CAMLUX_LAYER_TOF_TAPS: i32 = 72;
+
+/// Point cloud: `range` along the ray of the pixel, in the camera's axes, from its centre: x right, y down, z forward.
+/// NaN where `range` is NaN. Only where the light is at the camera is the surface there.
+/// Values: m, channels X, Y, Z; on request: layers or targets of camlux_render_options.
+pub const CAMLUX_LAYER_TOF_POINT: i32 = 128;

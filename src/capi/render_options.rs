@@ -11,7 +11,7 @@ use std::{
 };
 
 use super::*;
-use crate::{Progress, RenderOptions};
+use crate::{Progress, RenderOptions, output::Layer};
 
 /// Receives the progress of a render: the fraction from 0 to 1 by estimated work, the name of the pass that runs next (valid during the
 /// call; "done" at the end, when the fraction is 1), and the user pointer of the options.
@@ -61,6 +61,11 @@ pub struct camlux_render_options {
     /// where it has none yet, one of few rays. Direct light is complete in any case. Only with CAMLUX_ESTIMATOR_FINAL_GATHER. 0: there is
     /// no frame.
     pub keep_partial: i32,
+    /// Layers of the frame: the first of layer_count numbers, such as CAMLUX_LAYER_RADIANCE; NULL, with layer_count 0: all layers of the scene,
+    /// except those that are there on request only. Not with on_device or targets.
+    pub layers: *const i32,
+    /// Number of these layers.
+    pub layer_count: usize,
 }
 
 c_struct!(
@@ -107,6 +112,8 @@ pub(super) struct Request {
     pub stays_on_device: bool,
     pub keeps_partial: bool,
     pub targets: Vec<Target>,
+    /// Empty: those that a frame has by default.
+    layers: Vec<Layer>,
     token: Arc<CancelToken>,
     /// Cancelled when nobody waits for the frame any more.
     pub abandoned: Arc<CancelToken>,
@@ -117,7 +124,7 @@ unsafe impl Send for Request {}
 
 impl Request {
     /// # Safety
-    /// There are `target_count` targets.
+    /// There are `target_count` targets and `layer_count` layers.
     pub unsafe fn read(options: camlux_render_options) -> Outcome<Request> {
         if options.submission_target_ms == 0 {
             let problem = "submission_target_ms is 0; give milliseconds, such as 500";
@@ -139,6 +146,15 @@ impl Request {
             let problem = "targets and on_device are both set; set only one of them";
             return Err(Failure::argument(problem));
         }
+        if options.layer_count > 0 && (stays_on_device || !targets.is_empty()) {
+            let problem = "layers is set, and targets or on_device, too; set only one of them";
+            return Err(Failure::argument(problem));
+        }
+        // SAFETY: the caller guarantees it.
+        let numbers = unsafe { layer_numbers(options.layers, options.layer_count) }?;
+        let named = numbers.into_iter().map(layer_of);
+        let of_targets = targets.iter().map(|target| Ok(target.layer));
+        let layers = named.chain(of_targets).collect::<Outcome<_>>()?;
         let token = if options.cancel_token.is_null() {
             Arc::default()
         } else {
@@ -149,6 +165,7 @@ impl Request {
             stays_on_device,
             keeps_partial,
             targets,
+            layers,
             token,
             abandoned: Arc::default(),
         })
@@ -156,7 +173,7 @@ impl Request {
 
     /// The options as the library has them.
     pub fn render_options<'r>(
-        &self,
+        &'r self,
         report: &'r mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> RenderOptions<'r> {
         let options = &self.options;
@@ -166,6 +183,7 @@ impl Request {
             repeat_unchanged: true,
             submission_target: Duration::from_millis(options.submission_target_ms.into()),
             seed: options.seed,
+            layers: (!self.layers.is_empty()).then_some(&self.layers[..]),
             frame_index: (options.frame_index != CAMLUX_NEXT_FRAME).then_some(options.frame_index),
             ..RenderOptions::default()
         }

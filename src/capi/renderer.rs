@@ -6,11 +6,7 @@ use std::{
 };
 
 use super::*;
-use crate::{
-    Progress, RenderOptions, Renderer,
-    output::{Frame, Layer},
-    scene::Camera,
-};
+use crate::{Progress, Renderer, output::Frame, scene::Camera};
 
 /// A renderer, and the device that it keeps open.
 pub(super) struct RendererObject {
@@ -268,17 +264,13 @@ fn draw(
     request: &Request,
 ) -> crate::Result<Rendered> {
     let mut report = |progress| request.report(progress);
-    let layers: Vec<Layer> = request.targets.iter().map(|target| target.layer).collect();
-    let mut options = RenderOptions {
-        layers: (!layers.is_empty()).then_some(&layers[..]),
-        ..request.render_options(&mut report)
-    };
+    let mut options = request.render_options(&mut report);
     if request.stays_on_device {
         let frame = renderer.render_on_device(scene, &mut options)?;
         return Ok(Rendered::OnDevice(frame, OnceLock::new()));
     }
     let frame = renderer.render(scene, &mut options)?;
-    match layers[..] {
+    match request.targets[..] {
         [] => Ok(Rendered::ToHost(frame)),
         _ => to_targets(renderer, frame, &request.targets),
     }

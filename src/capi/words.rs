@@ -35,6 +35,10 @@ const WORDS: [(&str, &str); 34] = [
         "set a shorter submission_target_ms",
     ),
     // Layers.
+    (
+        "name it in the layers of the render",
+        "name it in layers of camlux_render_options",
+    ),
     ("give the scene a sensor", "call camlux_scene_set_sensor"),
     (
         "give the sensor noise, and neither bayer nor monochrome",

@@ -62,18 +62,26 @@ pub(super) fn image_of(images: &FrameImages, layer: Layer) -> Option<&Image> {
         Layer::Energy => images.energy.as_ref(),
         Layer::Position => Some(&images.gbuffer.position_instance),
         Layer::Normal => Some(&images.gbuffer.normal_geometric),
+        Layer::Albedo => Some(&images.gbuffer.kd_material),
         _ => None,
     }
 }
 
 /// Layers that are copies of their images.
-const COPIED: [Layer; 3] = [Layer::StandardError, Layer::Energy, Layer::Normal];
+const COPIED: [Layer; 4] = [
+    Layer::StandardError,
+    Layer::Energy,
+    Layer::Normal,
+    Layer::Albedo,
+];
 
 /// The images of a frame that its layers are made from, or those of a list.
 struct NeededImages<'i> {
     position_instance: Option<&'i Image>,
     footprints: Option<&'i Image>,
     kd_material: Option<&'i Image>,
+    /// For the normal in the camera's axes.
+    normal: Option<&'i Image>,
     direct: Option<&'i Image>,
     indirect: Option<&'i Image>,
     emission: Option<&'i Image>,
@@ -85,7 +93,7 @@ struct NeededImages<'i> {
 
 impl<'i> NeededImages<'i> {
     fn new(images: &'i FrameImages, wanted: Option<&[Layer]>) -> NeededImages<'i> {
-        let is_wanted = |layer: Layer| wanted.is_none_or(|wanted| wanted.contains(&layer));
+        let is_wanted = |layer: Layer| layer.is_among(wanted);
         let is_any_wanted = |layers: &[Layer]| layers.iter().any(|&layer| is_wanted(layer));
         let is_of_tof = |layer: &Layer| matches!(layer, Layer::HalfPath | Layer::Tof(..));
         let has_tof = images.direct_phasors.is_some()
@@ -104,6 +112,7 @@ impl<'i> NeededImages<'i> {
             position_instance: has_geometry.then_some(&gbuffer.position_instance),
             footprints: sampled.map(|sampled| &sampled.footprint),
             kd_material: is_wanted(Layer::MaterialId).then_some(&gbuffer.kd_material),
+            normal: is_wanted(Layer::CameraNormal).then_some(&gbuffer.normal_geometric),
             direct: of_light(Layer::Direct),
             indirect: of_light(Layer::Indirect),
             emission: of_light(Layer::Emission),
@@ -120,13 +129,20 @@ impl<'i> NeededImages<'i> {
             self.position_instance,
             self.footprints,
             self.kd_material,
+            self.normal,
             self.direct,
             self.indirect,
             self.emission,
         ];
         let copied = self.copied.iter().map(|(_, image)| *image);
         let made = all.into_iter().chain(self.phasors).flatten();
-        made.chain(copied).collect()
+        let mut needed: Vec<&Image> = Vec::new();
+        for image in made.chain(copied) {
+            if needed.iter().all(|other| !std::ptr::eq(*other, image)) {
+                needed.push(image);
+            }
+        }
+        needed
     }
 }
 
@@ -149,11 +165,12 @@ pub(crate) fn read_layers(
     mut pool: BufferPool,
     wanted: Option<&[Layer]>,
 ) -> Result<Vec<(Layer, LayerData)>> {
-    let is_wanted = |layer: Layer| wanted.is_none_or(|wanted| wanted.contains(&layer));
+    let is_wanted = |layer: Layer| layer.is_among(wanted);
     let NeededImages {
         position_instance,
         footprints,
         kd_material,
+        normal,
         direct,
         indirect,
         emission,
@@ -193,6 +210,19 @@ pub(crate) fn read_layers(
         Ok::<_, Error>(ids)
     });
     let material_ids = material_ids.transpose()?;
+    let camera_normals = normal.map(|image| {
+        let pixels = readback.pixels(image)?;
+        let axes = description.camera.basis().matrix();
+        let mut normals = pool.floats(3 * pixels.len());
+        per_pixel(&mut normals, |i| {
+            let [x, y, z, _] = pixels[i].map(f64::from);
+            (axes.transpose() * DVec3::new(x, y, z))
+                .as_vec3()
+                .to_array()
+        });
+        Ok::<_, Error>(normals)
+    });
+    let camera_normals = camera_normals.transpose()?;
     // The usual layer, alone: one sum of what was copied, without layers in between.
     let mut alone = None;
     if let (true, Some(direct), Some(indirect), None) = (has_radiance, direct, indirect, emission)
@@ -244,6 +274,7 @@ pub(crate) fn read_layers(
         (Layer::Emission, emission),
         (Layer::MeanDepth, mean_depth),
         (Layer::NearestDepth, nearest_depth),
+        (Layer::CameraNormal, camera_normals),
     ] {
         layers.extend(values.map(|values| (layer, LayerData::Float(values))));
     }

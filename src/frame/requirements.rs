@@ -102,7 +102,7 @@ impl Plan {
         (room / own).clamp(1, MOST_FRAMES_IN_FLIGHT) as usize
     }
 
-    /// Bytes of the frame's layers, which are stored in the host's memory.
+    /// Bytes of the frame's layers, which are stored in the host's memory, without those on request.
     pub fn layer_bytes(&self) -> u64 {
         let parts = FrameParts {
             has_sensor: self.joule_per_irradiance.is_some(),
@@ -113,7 +113,7 @@ impl Plan {
             has_stderr: self.has_stderr_layer(),
             tof: self.tof.map(|tof| [tof.frequency_count, tof.phase_count]),
         };
-        let layers = Layer::all().filter(|layer| layer.is_made_with(parts));
+        let layers = Layer::all().filter(|l| !l.is_on_request() && l.is_made_with(parts));
         let words: usize = layers.map(|layer| layer.channel_names().len()).sum();
         self.pixel_count() * words as u64 * WORD_BYTES
     }

@@ -27,7 +27,8 @@ pub fn dataset_conventions() -> Value {
 pub fn dataset_layers(scene: &Scene, exr: &ExrOptions, has_flow: bool) -> Vec<Layer> {
     let is_made =
         |layer: &Layer| layer.is_made_for(scene) || has_flow && layer.need() == LayerNeed::Sequence;
-    let layers = Layer::all().filter(|layer| is_made(layer) && exr.picks(*layer));
+    let picked = exr.layers.as_deref();
+    let layers = Layer::all().filter(|layer| is_made(layer) && layer.is_among(picked));
     layers.collect()
 }
 

@@ -22,7 +22,7 @@ use crate::error::Result;
 /// The contents of an OpenEXR file. The default is every layer of the frame as 32-bit float.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExrOptions {
-    /// Store `radiance`, `direct`, `indirect` and `N` as 16-bit float: 11 significant bits, from 6·10⁻⁸ up to 65 504. Larger values are
+    /// Store light (`radiance`, `direct`, `indirect`, `emission`), normals and `albedo` as 16-bit float: 11 significant bits, from 6·10⁻⁸ up to 65 504. Larger values are
     /// stored as 65 504 and smaller ones as 0. The other layers stay 32-bit: an energy is around 10⁻¹⁵ J, and 11 bits of a distance of 3 m
     /// are steps of 2 mm.
     pub half: bool,
@@ -96,7 +96,10 @@ impl ExrOptions {
             None => Ok(()),
             Some(missing) => Err(output.refused(
                 format!("the frame has no layer {}", missing.name()),
-                "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]",
+                &format!(
+                    "{}, or leave it out",
+                    missing.hint(frame.description.tof.as_ref())
+                ),
             )),
         }
     }
@@ -261,7 +264,8 @@ fn check_ids(output: &OutputFile, ids: &[u32]) -> Result<()> {
 
 fn sample_type(layer: Layer, half: bool) -> SampleType {
     let may_be_half = match layer {
-        Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Emission | Layer::Normal => half,
+        Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Emission => half,
+        Layer::Normal | Layer::CameraNormal | Layer::Albedo => half,
         _ => false,
     };
     match layer.is_id() {

@@ -56,11 +56,6 @@ impl Layer {
         plain.chain(frequencies.flat_map(of_frequency))
     }
 
-    /// The layers that only frames of a sequence have.
-    pub fn of_sequence() -> impl Iterator<Item = Layer> {
-        Layer::all().filter(|layer| layer.need() == LayerNeed::Sequence)
-    }
-
     /// The name in OpenEXR files and on the command line.
     pub fn name(self) -> &'static str {
         let names = NAMES.get(&self);
@@ -105,6 +100,16 @@ impl Layer {
         self.row().need
     }
 
+    /// Whether a frame has the layer only where it is named. Others are there by default.
+    pub fn is_on_request(self) -> bool {
+        self.row().is_on_request
+    }
+
+    /// Whether the layer is one of these; `None` stands for the layers that a frame has by default.
+    pub fn is_among(self, wanted: Option<&[Layer]>) -> bool {
+        wanted.map_or(!self.is_on_request(), |wanted| wanted.contains(&self))
+    }
+
     /// What the layer is: a few sentences, in lines.
     pub fn meaning(self) -> String {
         let lines = self.row().text.iter().map(|line| line.trim());
@@ -140,7 +145,7 @@ impl Layer {
         !matches!(self.need(), LayerNeed::Reference | LayerNeed::Sequence)
     }
 
-    /// Whether a frame of this scene has the layer.
+    /// Whether a frame of this scene has the layer, at least on request.
     pub fn is_made_for(self, scene: &Scene) -> bool {
         let gather = scene.indirect.as_ref().and_then(IndirectLight::gather);
         self.is_made_with(FrameParts {
@@ -152,6 +157,15 @@ impl Layer {
             has_stderr: gather.is_some_and(|gather| gather.stderr_layer),
             tof: FrameParts::of_tof(scene.tof.as_ref()),
         })
+    }
+
+    /// The layers that a frame of this scene has by default, and these.
+    pub fn made_for(scene: &Scene, and: &[Layer]) -> Vec<Layer> {
+        let is_one = |layer: &Layer| {
+            let is_by_default = !layer.is_on_request() && layer.is_made_for(scene);
+            is_by_default || and.contains(layer)
+        };
+        Layer::all().filter(is_one).collect()
     }
 
     /// Refuses, before any rendering, a layer that a frame of this scene will not have.
@@ -182,6 +196,9 @@ impl Layer {
             (Layer::Tof(_, TofQuantity::Taps(_)), Some(tof)) => {
                 let (count, last) = (tof.phase_count, tof.phase_count - 1);
                 format!("choose one of its {count} phase images, phase0 to phase{last}")
+            }
+            _ if self.is_on_request() && self.need() == LayerNeed::Nothing => {
+                "name it in the layers of the render".into()
             }
             _ => self.need().hint().into(),
         }

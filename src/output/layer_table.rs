@@ -56,22 +56,27 @@ pub(super) struct Row {
     pub channels: &'static [&'static str],
     pub unit: &'static str,
     pub need: LayerNeed,
+    /// Whether a frame has the layer only where it is named.
+    pub is_on_request: bool,
     /// Lines of the documentation.
     pub text: &'static [&'static str],
     /// The constant of the C interface, if it has the layer. Of a layer with an index: the constant of the first.
     pub c_constant: &'static [(&'static str, i32)],
 }
 
-/// Declares an enum of layers by their rows: name, channels, unit, need, C constant. The first paragraph of a row's comment also describes
+/// Declares an enum of layers by their rows: name, channels, unit, need, C constant. After `need`, `on_request` marks a layer that a frame
+/// has only where it is named. The first paragraph of a row's comment also describes
 /// the layer in `docs/output.md` and in `camlux.h`. After `+`: a variant whose rows are those of another enum.
 macro_rules! layers {
+    (@is_there) => { false };
+    (@is_there on_request) => { true };
     (
         $(#[$of_enum:meta])*
         pub enum $layers:ident {
             $(
                 $(#[doc = $text:literal])+
                 $variant:ident $(($index:ty))?:
-                $name:literal [$($channel:literal),*] $unit:literal, $need:ident $(, $constant:ident = $number:literal)?;
+                $name:literal [$($channel:literal),*] $unit:literal, $need:ident $($on_request:ident)? $(, $constant:ident = $number:literal)?;
             )+
         }
         $(
@@ -99,14 +104,15 @@ macro_rules! layers {
 
             pub(super) fn row(self) -> &'static Row {
                 match self {
-                    $($layers::$variant { .. } => &Row {
+                    $($layers::$variant { .. } => const { &Row {
                         name: $name,
                         channels: &[$($channel),*],
                         unit: $unit,
                         need: LayerNeed::$need,
+                        is_on_request: layers!(@is_there $($on_request)?),
                         text: &[$($text),+],
                         c_constant: &[$((stringify!($constant), $number))?],
-                    },)+
+                    } },)+
                     $($pattern => $row,)?
                 }
             }
@@ -159,6 +165,11 @@ layers! {
         CameraPosition: "P_camera" ["X", "Y", "Z"] "m", Nothing, CAMLUX_LAYER_CAMERA_POSITION = 14;
         /// Normal of the surface in the world, of unit length, on the camera's side.
         Normal: "N" ["X", "Y", "Z"] "1", Nothing, CAMLUX_LAYER_NORMAL = 5;
+        /// The same normal in the camera's axes: x right, y down, z forward.
+        CameraNormal: "N_camera" ["X", "Y", "Z"] "1", Nothing on_request, CAMLUX_LAYER_CAMERA_NORMAL = 20;
+        /// Diffuse reflectance of the surface: k_d with its textures and colours of vertices. Of metallic-roughness it is
+        /// what scatters below the surface, so a metal has 0.
+        Albedo: "albedo" ["R", "G", "B"] "1", Nothing on_request, CAMLUX_LAYER_ALBEDO = 21;
         /// Distance along the viewing axis, +infinity without a surface; below 0 where a fisheye sees behind the camera.
         Depth: "depth" ["Z"] "m", Nothing, CAMLUX_LAYER_DEPTH = 6;
         /// Distance along the ray, from the camera's centre; +infinity without a surface.
@@ -191,6 +202,17 @@ layers! {
         ///
         /// NaN for the background and without a next frame.
         SceneFlow: "scene_flow" ["X", "Y", "Z"] "m", Sequence;
+        /// 1 where the next frame does not show the point that the pixel shows: another surface hides it, it is outside the image, or there is
+        /// no next frame.
+        ///
+        /// 0 in the background.
+        FlowOcclusion: "flow_occlusion" [] "1", Sequence on_request;
+        /// As `flow`, to the previous frame.
+        BackwardFlow: "flow_backward" ["X", "Y"] "px", Sequence on_request;
+        /// As `scene_flow`, to the previous frame.
+        BackwardSceneFlow: "scene_flow_backward" ["X", "Y", "Z"] "m", Sequence on_request;
+        /// As `flow_occlusion`, in the previous frame.
+        BackwardFlowOcclusion: "flow_occlusion_backward" [] "1", Sequence on_request;
     }
     /// A time-of-flight quantity of a frequency, given by its index in
     /// [`TimeOfFlight::frequencies_hz`](crate::scene::TimeOfFlight::frequencies_hz).
@@ -213,6 +235,9 @@ layers! {
         /// Half the path length computed from the phase images, noise included, from 0 to c/(2f); NaN where they give no range.
         /// With noise, pixels without light have the range of their noise: mask the background with `id.instance`.
         Range: "range" ["Z"] "m", Nothing, CAMLUX_LAYER_TOF_RANGE = 67;
+        /// Point cloud: `range` along the ray of the pixel, in the camera's axes, from its centre: x right, y down, z forward.
+        /// NaN where `range` is NaN. Only where the light is at the camera is the surface there.
+        Point: "point" ["X", "Y", "Z"] "m", Nothing on_request, CAMLUX_LAYER_TOF_POINT = 128;
         /// K|Q_Z|, the contrast times the energy of Z, computed from the phase images as they are read out.
         Amplitude: "amplitude" ["Y"] "e-", Nothing, CAMLUX_LAYER_TOF_AMPLITUDE = 68;
         /// Sum of both taps over all phase images as they are read out, above their black level.

@@ -23,7 +23,9 @@ pub use dataset::{
 };
 pub use exr::{ExrCompression, ExrOptions, WrittenExr, write_exr};
 pub use exr_read::{ImageLayer, LayeredImage};
-pub use flow::NextFrame;
+#[doc(hidden)]
+pub use flow::flow_layers;
+pub use flow::{FLOW_LAYERS, OtherFrame};
 pub use frame::{
     Frame, FrameDescription, FrameStats, LayerData, PassTime, ReferenceSamples, StopReason,
 };

@@ -1,5 +1,7 @@
 //! Computes a time-of-flight camera's layers from the phasors of its pixels. Uses f64, because f32 resolves a phase only to 1e-7 turns.
 
+use glam::DVec3;
+
 use super::{
     Frame, FrameDescription, Layer, LayerData, TofQuantity, per_pixel, pixels_of_a_thread,
 };
@@ -118,6 +120,7 @@ impl TofCamera<'_> {
         let taps = (0..self.tof.phase_count as u8).map(TofQuantity::Taps);
         [
             TofQuantity::Range,
+            TofQuantity::Point,
             TofQuantity::Amplitude,
             TofQuantity::Intensity,
         ]
@@ -130,15 +133,19 @@ impl TofCamera<'_> {
         if self.sensor.f_number.is_none() {
             return Vec::new();
         }
-        let width = self.camera.resolution_px[0] as usize;
         let mut factors = vec![0.0; count];
         per_pixel(&mut factors, |i| {
-            let [x_px, y_px] = [i % width, i / width].map(|place| place as f64 + 0.5);
-            let direction = self.camera.unproject(x_px, y_px).unwrap_or_default();
-            let cosine = direction.z / direction.length();
-            [self.sensor.irradiance_per_radiance(cosine)]
+            [self.sensor.irradiance_per_radiance(self.ray(i).z)]
         });
         factors
+    }
+
+    /// The ray of a pixel, of unit length, in the camera's axes.
+    fn ray(&self, pixel: usize) -> DVec3 {
+        let width = self.camera.resolution_px[0] as usize;
+        let [x_px, y_px] = [pixel % width, pixel / width].map(|place| place as f64 + 0.5);
+        let direction = self.camera.unproject(x_px, y_px).unwrap_or_default();
+        direction / direction.length()
     }
 
     /// The output of a tap, in the output's unit.
@@ -237,7 +244,7 @@ impl<'m> Measuring<'m> {
                     let (block, rest) = rest.split_at_mut(channels(quantity) * pixels.len());
                     *values = rest;
                     let phasors = phasors.get(pixels.clone()).unwrap_or_default();
-                    self.write(block, quantity, phasors, &measured);
+                    self.write(block, quantity, pixels.start, phasors, &measured);
                 }
             }
         });
@@ -285,11 +292,12 @@ impl<'m> Measuring<'m> {
         measured
     }
 
-    /// Writes the values of a layer for consecutive pixels.
+    /// Writes the values of a layer for consecutive pixels, from the first on.
     fn write(
         &self,
         values: &mut [f32],
         quantity: TofQuantity,
+        first: usize,
         phasors: &[PixelPhasors],
         measured: &[Measured],
     ) {
@@ -303,6 +311,13 @@ impl<'m> Measuring<'m> {
                 or_nan(multipath_error_m(total(pixel), pixel.direct, hz))
             }),
             TofQuantity::Range => put(values, measured, |of| or_nan(range_m(of.phasor, hz))),
+            TofQuantity::Point => {
+                let (points, _) = values.as_chunks_mut::<3>();
+                for (i, (point, of)) in points.iter_mut().zip(measured).enumerate() {
+                    let range_m = range_m(of.phasor, hz).unwrap_or(f64::NAN);
+                    *point = (range_m * self.camera.ray(first + i)).as_vec3().to_array();
+                }
+            }
             TofQuantity::Amplitude => put(values, measured, |of| [of.phasor.magnitude() as f32]),
             TofQuantity::Intensity => put(values, measured, |of| [of.intensity as f32]),
             TofQuantity::Taps(phase) => put(values, measured, |of| of.taps[usize::from(phase)]),

@@ -419,7 +419,7 @@ impl Reference {
         let mut layers = vec![(Layer::HalfPath, LayerData::Float(half_paths.collect()))];
         let lens_factors = camera.lens_factors(radiances.len());
         let mut wanted = WantedLayers {
-            is_wanted: &|_| true,
+            is_wanted: &|layer| !layer.is_on_request(),
             floats: &mut |values| vec![0.0; values],
         };
         for frequency in 0..tof.frequencies_hz.len() {

@@ -128,6 +128,22 @@ impl Scene {
         flattened
     }
 
+    /// The same surfaces before the same camera, without light and sensor: for layers of geometry alone.
+    #[doc(hidden)]
+    pub fn geometry(&self) -> Scene {
+        Scene {
+            camera: Camera {
+                pixel_sampling: None,
+                ..self.camera
+            },
+            sensor: None,
+            tof: None,
+            lights: Vec::new(),
+            indirect: None,
+            ..self.clone()
+        }
+    }
+
     /// Whether a triangle of the mesh has such a material. The scene must be validated.
     pub(crate) fn has_material(&self, mesh: &Mesh, is_such: impl Fn(&Material) -> bool) -> bool {
         let are_such: Vec<bool> = self.materials.iter().map(is_such).collect();

@@ -401,7 +401,7 @@ CHECK(camlux_target_size_bytes_size, sizeof(((camlux_target *)0)->size_bytes) ==
 CHECK(camlux_target_row_stride_bytes_offset, offsetof(camlux_target, row_stride_bytes) == 24);
 CHECK(camlux_target_row_stride_bytes_size, sizeof(((camlux_target *)0)->row_stride_bytes) == 8);
 
-CHECK(size_of_camlux_render_options, sizeof(camlux_render_options) == 64);
+CHECK(size_of_camlux_render_options, sizeof(camlux_render_options) == 80);
 CHECK(camlux_render_options_struct_size_offset, offsetof(camlux_render_options, struct_size) == 0);
 CHECK(camlux_render_options_struct_size_size, sizeof(((camlux_render_options *)0)->struct_size) == 4);
 CHECK(camlux_render_options_submission_target_ms_offset, offsetof(camlux_render_options, submission_target_ms) == 4);
@@ -424,6 +424,10 @@ CHECK(camlux_render_options_seed_offset, offsetof(camlux_render_options, seed) =
 CHECK(camlux_render_options_seed_size, sizeof(((camlux_render_options *)0)->seed) == 4);
 CHECK(camlux_render_options_keep_partial_offset, offsetof(camlux_render_options, keep_partial) == 60);
 CHECK(camlux_render_options_keep_partial_size, sizeof(((camlux_render_options *)0)->keep_partial) == 4);
+CHECK(camlux_render_options_layers_offset, offsetof(camlux_render_options, layers) == 64);
+CHECK(camlux_render_options_layers_size, sizeof(((camlux_render_options *)0)->layers) == 8);
+CHECK(camlux_render_options_layer_count_offset, offsetof(camlux_render_options, layer_count) == 72);
+CHECK(camlux_render_options_layer_count_size, sizeof(((camlux_render_options *)0)->layer_count) == 8);
 
 CHECK(size_of_camlux_vulkan_device, sizeof(camlux_vulkan_device) == 80);
 CHECK(camlux_vulkan_device_struct_size_offset, offsetof(camlux_vulkan_device, struct_size) == 0);
@@ -627,7 +631,7 @@ static const unsigned char rust_camlux_bounds[] = {56,0,48,202,0,0,0,0,0,0,0,0,0
 static const camlux_target init_of_camlux_target = CAMLUX_TARGET_INIT;
 static const unsigned char rust_camlux_target[] = {32,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_render_options init_of_camlux_render_options = CAMLUX_RENDER_OPTIONS_INIT;
-static const unsigned char rust_camlux_render_options[] = {64,0,48,202,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_render_options[] = {80,0,48,202,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_device init_of_camlux_vulkan_device = CAMLUX_VULKAN_DEVICE_INIT;
 static const unsigned char rust_camlux_vulkan_device[] = {80,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_image init_of_camlux_vulkan_image = CAMLUX_VULKAN_IMAGE_INIT;
@@ -661,7 +665,7 @@ static const struct init inits[] = {
     {"camlux_scene_counts", 24, rust_camlux_scene_counts, &init_of_camlux_scene_counts},
     {"camlux_bounds", 56, rust_camlux_bounds, &init_of_camlux_bounds},
     {"camlux_target", 32, rust_camlux_target, &init_of_camlux_target},
-    {"camlux_render_options", 64, rust_camlux_render_options, &init_of_camlux_render_options},
+    {"camlux_render_options", 80, rust_camlux_render_options, &init_of_camlux_render_options},
     {"camlux_vulkan_device", 80, rust_camlux_vulkan_device, &init_of_camlux_vulkan_device},
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_shared_memory_info", 32, rust_camlux_shared_memory_info, &init_of_camlux_shared_memory_info},

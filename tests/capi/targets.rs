@@ -76,6 +76,62 @@ fn layers_go_to_the_hosts_memory_and_others_stay_away() {
 }
 
 #[test]
+fn a_frame_has_the_layers_that_are_named() {
+    let device = Device::open();
+    let (renderer, scene) = (device.renderer(), scene());
+    let named = |layers: &[i32]| {
+        init!(camlux_render_options {
+            layers: layers.as_ptr(),
+            layer_count: layers.len()
+        })
+    };
+    let layers = [CAMLUX_LAYER_ALBEDO, CAMLUX_LAYER_DEPTH];
+    let frame = renderer.try_render(&scene, &named(&layers));
+    let frame = frame.expect("it renders");
+    let whole = renderer.render(&scene);
+    let depth = whole.words(CAMLUX_LAYER_DEPTH);
+    let found: Vec<i32> = frame.layers().iter().map(|(layer, _)| *layer).collect();
+    assert_eq!(found, layers);
+    assert_eq!(frame.words(CAMLUX_LAYER_DEPTH), depth);
+    // Layers on request do not come by themselves, and targets ask for them, too.
+    let mut seen = init!(camlux_view {});
+    // SAFETY: it points to a struct of that size.
+    let viewed = unsafe { camlux_frame_view(whole.raw(), CAMLUX_LAYER_ALBEDO, &mut seen) };
+    let words = "no layer albedo; name it in layers of camlux_render_options";
+    fails(viewed, ARGUMENT, words);
+    let mut albedo = vec![7; 3 * PIXELS];
+    let targets = [target(CAMLUX_LAYER_ALBEDO, &mut albedo, 0)];
+    let to_targets = renderer.try_render(&scene, &to(&targets));
+    to_targets.expect("it renders");
+    assert_eq!(frame.words(CAMLUX_LAYER_ALBEDO), albedo);
+    assert!(albedo.iter().any(|&bits| f32::from_bits(bits) > 0.1));
+    for camera in renderer
+        .render_cameras(&scene, &[scene.camera(), scene.camera()], &named(&layers))
+        .expect("they render")
+    {
+        assert_eq!(camera.words(CAMLUX_LAYER_ALBEDO), albedo);
+    }
+
+    let (mut staying, mut nowhere) = (named(&layers), named(&layers));
+    let both = camlux_render_options {
+        targets: targets.as_ptr(),
+        target_count: 1,
+        ..named(&layers)
+    };
+    (staying.on_device, nowhere.layers) = (1, null());
+    for (options, status, words) in [
+        (staying, ARGUMENT, "set only one of them"),
+        (both, ARGUMENT, "set only one of them"),
+        (nowhere, ARGUMENT, "layers is NULL, but layer_count is 2"),
+        (named(&[5000]), ARGUMENT, "layer is 5000"),
+        (named(&[CAMLUX_LAYER_STDERR]), SCENE, "no layer stderr"),
+    ] {
+        let rendered = renderer.try_render(&scene, &options);
+        fails(rendered.unwrap_err(), status, words);
+    }
+}
+
+#[test]
 fn a_job_fills_targets_until_it_is_done() {
     let device = Device::open();
     let (renderer, scene) = (device.renderer(), scene());

@@ -14,6 +14,7 @@ mod compare_layers;
 mod devices;
 mod doctor;
 mod exr_attributes;
+mod flow;
 mod interrupted;
 mod jobs;
 mod lens;

@@ -1,6 +1,6 @@
 //! Time of flight of frames: direct light, against the reference and against known ranges.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, distort, radial};
 use crate::common::rooms::{quad, scene_of};
 use crate::reference::lamp;
 use camlux::{
@@ -150,13 +150,49 @@ fn direct_light_alone_has_the_true_range() {
     }
 }
 
+/// The light is at the camera, and nothing but its direct light is measured.
+#[test]
+fn points_of_direct_light_are_on_the_surface() {
+    let mut gpu = Gpu::open();
+    let point = Layer::Tof(0, TofQuantity::Point);
+    let range = Layer::Tof(0, TofQuantity::Range);
+    let without_lens = modulated(corner(1.0, DVec3::ZERO), &[20e6]);
+    let mut through_lens = without_lens.clone();
+    distort(&mut through_lens, radial(-0.2, 0.03));
+    let mut far = modulated(corner(1.0, DVec3::new(1e5, -3e4, 2e4)), &[20e6]);
+    far.camera.resolution_px = [32, 24];
+    for scene in [without_lens, through_lens, far] {
+        let wanted = [Layer::CameraPosition, Layer::Range, range, point];
+        let frame = gpu.render_with(&scene, |options| options.layers = Some(&wanted));
+        let values = |layer| frame.values(layer).expect("it is named");
+        let (points, _) = values(point).as_chunks::<3>();
+        let (due, _) = values(Layer::CameraPosition).as_chunks::<3>();
+        let (mut lit, mut worst) = (0, 0.0_f64);
+        for (i, measured_m) in values(range).iter().enumerate() {
+            let [measured, due] = [points[i], due[i]].map(|p| DVec3::from(p.map(f64::from)));
+            assert_eq!(measured_m.is_nan(), measured.is_nan());
+            if measured_m.is_nan() {
+                continue;
+            }
+            lit += 1;
+            worst = worst.max(measured.distance(due) / due.length());
+        }
+        println!("{lit} points: {worst:.1e}");
+        assert!(lit > 500 && worst < 1e-6, "{lit} {worst}");
+    }
+}
+
 #[test]
 fn a_background_has_no_range() {
     let mut gpu = Gpu::open();
     let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6]);
     scene.camera.look_at_m = 2.0 * scene.camera.position_m;
-    let frame = gpu.render(&scene);
+    let quantities = [TofQuantity::Range, TofQuantity::Point, TofQuantity::Phasor];
+    let mut wanted: Vec<Layer> = quantities.map(|q| Layer::Tof(0, q)).into();
+    wanted.extend([Layer::HalfPath, Layer::Tof(0, TofQuantity::Taps(0))]);
+    let frame = gpu.render_with(&scene, |options| options.layers = Some(&wanted));
     let values = |quantity| frame.values(Layer::Tof(0, quantity)).expect("it is there");
+    assert!(values(TofQuantity::Point).iter().all(|part| part.is_nan()));
     assert!(
         values(TofQuantity::Range)
             .iter()

@@ -55,10 +55,14 @@ pub fn assert_constants_are_checked_in() {
             LayerNeed::Tof => "; with camlux_scene_set_tof",
             LayerNeed::Nothing | LayerNeed::Reference | LayerNeed::Sequence => "",
         };
+        let request = match layer.is_on_request() {
+            true => "; on request: layers or targets of camlux_render_options",
+            false => "",
+        };
         let meaning = layer.meaning().replace('\n', "\n/// ");
         let _ = write!(
             text,
-            "\n/// {meaning}\n/// Values: {unit}{channels}{need}.\npub const {name}: i32 = {number};\n"
+            "\n/// {meaning}\n/// Values: {unit}{channels}{need}{request}.\npub const {name}: i32 = {number};\n"
         );
     }
     assert_checked_in("src/capi/layers.rs", &text);
@@ -130,9 +134,13 @@ fn assert_table_is_checked_in(mark: &str, is_listed: &dyn Fn(Layer) -> bool) {
             LayerNeed::Reference => " In a reference image only.",
             LayerNeed::Nothing | LayerNeed::Tof | LayerNeed::Sequence => "",
         };
+        let request = match layer.is_on_request() {
+            true => " [On request](#layers-on-request).",
+            false => "",
+        };
         let meaning = layer.meaning().replace('\n', " ").replace('|', "\\|");
         let row = format!(
-            "| {name} | {} | {unit} | {meaning}{need} |\n",
+            "| {name} | {} | {unit} | {meaning}{need}{request} |\n",
             channels(layer)
         );
         text += &row.replace("^2", "²").replace("|  |", "| |");

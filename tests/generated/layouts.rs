@@ -188,7 +188,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_render_options {
             submission_target_ms, progress, progress_user, on_device, frame_index, cancel_token,
-            targets, target_count, seed, keep_partial,
+            targets, target_count, seed, keep_partial, layers, layer_count,
         }
         camlux_vulkan_device {
             queue_family, get_instance_proc_addr, instance, physical_device, device,

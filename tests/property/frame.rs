@@ -8,7 +8,7 @@ use crate::common::gather::gather;
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, gather_kernels, sub_pixel_bits};
 use camlux::{
     Scene,
-    output::{Frame, Layer},
+    output::{Frame, Layer, LayerData},
     reference::Reference,
     scene::{Bands, IndirectLight, Light, PixelFilter, PixelSampling, VplSum},
 };
@@ -68,7 +68,8 @@ fn every_gather_kernel_gives_the_same() {
     }
 }
 
-/// A requested layer has the same values alone as among all layers. Layers that are not requested are absent.
+/// A requested layer has the same values alone as among all layers. Layers that are not requested are absent, and those on request do not come
+/// by themselves.
 #[test]
 fn a_frame_has_the_layers_that_are_wanted() {
     let mut gpu = Gpu::open();
@@ -80,13 +81,22 @@ fn a_frame_has_the_layers_that_are_wanted() {
         filter: PixelFilter::Box,
     });
     for scene in [with_all, sampled] {
-        let whole = gpu.render(&scene);
-        let all: Vec<Layer> = whole.layers.iter().map(|(layer, _)| *layer).collect();
+        let without = gpu.render(&scene);
+        let all: Vec<Layer> = without.layers.iter().map(|(layer, _)| *layer).collect();
         let made: Vec<Layer> = Layer::all()
-            .filter(|layer| layer.is_made_for(&scene))
+            .filter(|layer| layer.is_made_for(&scene) && !layer.is_on_request())
             .collect();
+        let on_request: Vec<Layer> = Layer::all()
+            .filter(|layer| layer.is_made_for(&scene) && layer.is_on_request())
+            .collect();
+        assert!(on_request.len() >= 3);
         assert!(all.len() == made.len() && made.iter().all(|layer| all.contains(layer)));
-        let each = all.iter().map(|&layer| vec![layer]);
+        let everything = [all.clone(), on_request.clone()].concat();
+        let whole = gpu.render_with(&scene, |options| options.layers = Some(&everything));
+        assert!(whole.layers.len() == everything.len());
+        let by_default = |(layer, _): &&(Layer, LayerData)| !layer.is_on_request();
+        assert!(whole.layers.iter().filter(by_default).eq(&without.layers));
+        let each = everything.iter().map(|&layer| vec![layer]);
         let some = vec![Layer::Depth, Layer::Indirect, Layer::MaterialId];
         for wanted in each.chain([some, Vec::new()]) {
             let frame = gpu.render_with(&scene, |options| options.layers = Some(&wanted));

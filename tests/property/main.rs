@@ -45,6 +45,7 @@ mod readout;
 mod reference;
 #[cfg(feature = "reference")]
 mod relations;
+mod request_layers;
 mod rotation;
 mod saved_scene;
 mod scene_file;

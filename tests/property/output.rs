@@ -164,7 +164,7 @@ fn every_layer_comes_back_bit_for_bit() {
     let image = written(&frame, &ExrOptions::default());
     assert_eq!(image.layer_data[0].size.0, WIDTH as usize);
     // Channels of a frame, of its electrons, of the samples' depths, of the half path, of a sequence, and of four frequencies.
-    assert_eq!(channel_names(&image).len(), 32 + 8 + 2 + 1 + 5 + 4 * 29);
+    assert_eq!(channel_names(&image).len(), 38 + 8 + 2 + 1 + 12 + 4 * 32);
     for layer in Layer::all() {
         let names = layer.channel_names();
         for (offset, name) in names.iter().enumerate() {
@@ -214,7 +214,7 @@ fn half_is_for_radiance_and_normals_and_saturates() {
         .into_iter()
         .filter(|name| matches!(samples(&image, name), FlatSamples::F16(_)))
         .collect();
-    let expected = "N.X N.Y N.Z direct.B direct.G direct.R emission.B emission.G emission.R indirect.B indirect.G indirect.R radiance.B radiance.G radiance.R";
+    let expected = "N.X N.Y N.Z N_camera.X N_camera.Y N_camera.Z albedo.B albedo.G albedo.R direct.B direct.G direct.R emission.B emission.G emission.R indirect.B indirect.G indirect.R radiance.B radiance.G radiance.R";
     assert_eq!(half_names.join(" "), expected);
     let FlatSamples::F16(red) = samples(&image, "radiance.R") else {
         panic!("radiance is not half")

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use camlux::output::{ExrOptions, Frame, Layer, OutputFile, PngView, write_exr_files, write_png};
+use camlux::output::{
+    ExrOptions, Frame, Layer, LayerNeed, OutputFile, PngView, write_exr_files, write_png,
+};
 use camlux::{Device, Plan, RenderOptions, Renderer, Scene, Tracer};
 
 use crate::indirect::IndirectArgs;
@@ -66,6 +68,12 @@ fn parse_tracer(name: &str) -> Result<Tracer, String> {
 pub fn parse_layer(name: &str) -> Result<Layer, String> {
     let layer = Layer::from_name(name).filter(|layer| layer.is_rendered());
     layer.ok_or_else(|| format!("the layers are {}", layer_names()))
+}
+
+/// Also a layer that only frames of a sequence have.
+pub fn parse_layer_of_sequence(name: &str) -> Result<Layer, String> {
+    let layer = Layer::from_name(name).filter(|layer| layer.need() == LayerNeed::Sequence);
+    layer.map_or_else(|| parse_layer(name), Ok)
 }
 
 fn layer_names() -> String {

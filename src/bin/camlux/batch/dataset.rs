@@ -40,7 +40,7 @@ fn object(frames: &Frames) -> Value {
             "hash": loaded.hash,
             "frames": format!("frames/{}", loaded.folder),
         });
-        let described = describe_scene(&loaded.scene, &job.exr, job.has_flow, starts_s);
+        let described = describe_scene(&loaded.scene, &job.exr, !job.flow.is_empty(), starts_s);
         described
             .into_iter()
             .for_each(|(key, value)| scene[key] = value);

@@ -2,13 +2,13 @@
 
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
-use camlux::output::{Exposure, Frame, FrameDescription};
+use camlux::output::{Exposure, FLOW_LAYERS, Frame, FrameDescription, Layer};
 use camlux::scene::ChargeUnit;
 use camlux::{Device, DeviceInfo, DeviceOptions, Error, RenderOptions, Renderer, Scene};
 
 use super::blur;
 use super::flow;
-use super::frames::Planned;
+use super::frames::{Moment, Planned};
 
 /// A renderer, and what the engines of a job share.
 pub struct Engine {
@@ -157,10 +157,30 @@ impl Engine {
                 frame.expose(image.frequency, &exposures)?;
             }
         }
-        if planned.has_flow {
-            flow::add(&mut frame, &planned.begin, planned.next.as_ref());
+        if !planned.flow.is_empty() {
+            let mut others = [None, None];
+            for ((place, moment), layers) in others.iter_mut().zip(&planned.others).zip(FLOW_LAYERS)
+            {
+                let [.., occlusion] = layers;
+                let is_shown = planned.flow.contains(&occlusion);
+                if let Some(moment) = moment {
+                    let shown = is_shown.then(|| self.geometry(moment)).transpose()?;
+                    *place = Some(flow::Other { moment, shown });
+                }
+            }
+            flow::add(&mut frame, &planned.begin, &planned.flow, &others);
         }
         Ok(frame)
+    }
+
+    /// What a frame shows, without light.
+    fn geometry(&mut self, moment: &Moment) -> Result<Frame, Error> {
+        let scene = moment.scene().geometry();
+        let mut options = RenderOptions {
+            layers: Some(&[Layer::Range, Layer::InstanceId]),
+            ..RenderOptions::default()
+        };
+        self.renderer.render(&scene, &mut options)
     }
 }
 

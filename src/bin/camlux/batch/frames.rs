@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
-use camlux::output::{Attribute, Layer, dataset_layers, describe_frame, plain_path};
+use camlux::output::{Attribute, FLOW_LAYERS, Layer, describe_frame, plain_path};
 use camlux::scene::{Camera, IndirectLight};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
@@ -52,10 +52,10 @@ pub struct Planned {
     pub description: Value,
     /// The scene at the beginning of the frame.
     pub begin: Moment,
-    /// Whether it has the layers of flow.
-    pub has_flow: bool,
-    /// The next frame of the sequence, if flow is requested and there is one.
-    pub next: Option<Moment>,
+    /// Its layers of flow.
+    pub flow: Vec<Layer>,
+    /// The next and the previous frame of the sequence, where there is one that a layer of flow needs.
+    pub others: [Option<Moment>; 2],
     /// What is exposed while something moves.
     pub exposed: Exposed,
     /// Name and time of each phase image, in seconds from the frame's beginning, if the job has times.
@@ -128,9 +128,7 @@ impl Frames {
         let mut shared_hash = blake3::Hasher::new();
         shared_hash.update(engine_hash().as_bytes());
         shared_hash.update(format!("{:?}", job.exr).as_bytes());
-        if job.has_flow {
-            shared_hash.update(b"flow");
-        }
+        shared_hash.update(format!("{:?}", job.flow).as_bytes());
         if !job.changes.textures.textures.is_empty() {
             let textures = job.changes.textures.hasher.finalize();
             shared_hash.update(textures.as_bytes());
@@ -300,12 +298,16 @@ impl Frames {
             .for_each(|(key, value)| description[key] = value);
         description["seed"] = json!(self.job.seed);
         let length = u64::from(self.job.frame_count);
-        let is_last = number % length == length - 1;
-        let next = (self.job.has_flow && !is_last).then(|| self.moment(index + 1, 0.0));
+        let place = number % length;
+        let needs = FLOW_LAYERS.map(|of| of.iter().any(|layer| self.job.flow.contains(layer)));
+        let others = [
+            (needs[0] && place + 1 < length).then(|| self.moment(index + 1, 0.0)),
+            (needs[1] && place > 0).then(|| self.moment(index - 1, 0.0)),
+        ];
         let mut hasher = self.shared_hash.clone();
         hasher.update(loaded.hash.as_bytes());
         hasher.update(description.to_string().as_bytes());
-        for moment in exposed.moments().chain(&next) {
+        for moment in exposed.moments().chain(others.iter().flatten()) {
             hasher.update(moment.poses().as_bytes());
         }
         Planned {
@@ -313,15 +315,15 @@ impl Frames {
             camera_pose: (scene.camera.position_m, rotation),
             file: format!("frames/{}{number:06}.exr", loaded.folder),
             plain_layers: match self.job.exr.plain {
-                true => dataset_layers(&loaded.scene, &self.job.exr, self.job.has_flow),
+                true => self.job.layers_of(&loaded.scene),
                 false => Vec::new(),
             },
             layers: self.job.exr.layers.clone(),
             inputs: hasher.finalize().to_hex().to_string(),
             description,
             begin,
-            has_flow: self.job.has_flow,
-            next,
+            flow: self.job.flow.clone(),
+            others,
             exposed,
             phase_starts_s,
         }
@@ -395,10 +397,14 @@ impl Moment {
 }
 
 impl Planned {
-    /// The layers that rendering the frame's scene has to read: those of its file, and what warnings look at. `None`: all.
+    /// The layers that rendering the frame's scene has to read: those of its file, and what warnings look at. `None`: those by default.
     pub fn layers_to_read(&self, scene: &Scene) -> Option<Vec<Layer>> {
-        let is_made_of_others = self.has_flow || self.exposed.moments().next().is_some();
-        let layers = self.layers.as_ref().filter(|_| !is_made_of_others)?;
+        let layers = self.layers.as_ref()?;
+        let is_made_of_others = !self.flow.is_empty() || self.exposed.moments().next().is_some();
+        let layers = match is_made_of_others {
+            true => &Layer::made_for(scene, layers),
+            false => layers,
+        };
         Some(with_warnings(layers, scene))
     }
 

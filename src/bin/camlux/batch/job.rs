@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use camlux::Scene;
 use camlux::keys::{self, Keys, Value};
-use camlux::output::{ExrCompression, ExrOptions, Layer};
+use camlux::output::{ExrCompression, ExrOptions, Layer, dataset_layers, flow_layers};
 use camlux::scene::TARGET_ERRORS;
 
 use super::changes::Changes;
@@ -27,14 +28,19 @@ pub struct Job {
     pub target_error: Option<f64>,
     pub size_px: Option<[u32; 2]>,
     pub exr: ExrOptions,
-    /// Whether frames have the layers of flow.
-    pub has_flow: bool,
+    /// The layers of flow that its frames have.
+    pub flow: Vec<Layer>,
     pub changes: Changes,
     /// `None`: the whole frame shows one instant.
     pub timing: Option<Timing>,
 }
 
 impl Job {
+    /// The layers that its files of this scene have.
+    pub fn layers_of(&self, scene: &Scene) -> Vec<Layer> {
+        dataset_layers(scene, &self.exr, !self.flow.is_empty())
+    }
+
     pub fn load(file: &Path) -> Result<Job, Failure> {
         Job::parse(keys::read_text(file, "job file")?, file)
     }
@@ -68,10 +74,8 @@ impl Job {
         let target_error = job.optional("target_error", target_error)?;
         let size_px = job.optional("size", size)?;
         let mut exr = exr_options(&mut job)?;
-        let has_flow = job.optional("flow", Value::flag)?.unwrap_or(false);
-        if let (true, Some(layers)) = (has_flow, &mut exr.layers) {
-            layers.extend(Layer::of_sequence());
-        }
+        let flow = job.optional("flow", Value::flag)?.unwrap_or(false);
+        let flow = flow_layers(&mut exr, flow);
         let changes = Changes::read(&mut keys, folder)?;
         let timing = Timing::read(&mut keys)?;
         let frame_count = changes.count_frames(&mut job)?;
@@ -86,7 +90,7 @@ impl Job {
             target_error,
             size_px,
             exr,
-            has_flow,
+            flow,
             changes,
             timing,
         })
@@ -152,7 +156,7 @@ fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
         let layers = names.iter().map(|value| {
             let name = value.text()?;
             let unknown = |names| value.error(format!("names no layer: \"{name}\""), names);
-            crate::render::parse_layer(name).map_err(unknown)
+            crate::render::parse_layer_of_sequence(name).map_err(unknown)
         });
         layers.collect::<camlux::Result<_>>()
     });
