@@ -61,6 +61,33 @@ class PlainFiles(Mapping[str, npt.NDArray[Any]]):
         return self._image(next(iter(self))).attributes
 
 
+class NpzFile(Mapping[str, npt.NDArray[Any]]):
+    """The layers of a frame in an archive of numpy. An array is read on the first access to its layer."""
+
+    def __init__(self, path: Path, units: dict[str, str]) -> None:
+        try:
+            self._file = np.load(path)
+        except FileNotFoundError as error:
+            raise MissingFileError(f"{error.filename}: there is no such file; run the batch again") from None
+        self._arrays: dict[str, npt.NDArray[Any]] = {}
+        self.units = units
+        #: An archive has no header; the manifest describes the frame.
+        self.attributes: dict[str, str] = {}
+
+    def __getitem__(self, layer: str) -> npt.NDArray[Any]:
+        if layer not in self._file.files:
+            raise LayerError(f'the frame has no layer "{layer}"; it has {", ".join(self)}')
+        if layer not in self._arrays:
+            self._arrays[layer] = self._file[layer]
+        return self._arrays[layer]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._file.files)
+
+    def __len__(self) -> int:
+        return len(self._file.files)
+
+
 class DatasetFrame(Mapping[str, npt.NDArray[Any]]):
     """One frame of a data set: a mapping from the names of its layers to arrays, like a Frame. Its file is read on the first access.
 
@@ -81,14 +108,20 @@ class DatasetFrame(Mapping[str, npt.NDArray[Any]]):
         # A loop may change the lists of its scene.
         self.mesh_names = line.get("mesh_names", (scene or {}).get("meshes", []))
         self.material_names = line.get("material_names", (scene or {}).get("materials", []))
-        self._image: Image | PlainFiles | None = None
+        self._units = {name: layer["unit"] for name, layer in (scene or {}).get("layers", {}).items()}
+        self._image: Image | PlainFiles | NpzFile | None = None
 
     @property
-    def image(self) -> Image | PlainFiles:
+    def image(self) -> Image | PlainFiles | NpzFile:
         """All layers of the file, or of the plain files, and the header."""
         if self._image is None:
             files = self.line.get("files")
-            self._image = PlainFiles(self.path, files) if files else read_exr(self.path)
+            if files:
+                self._image = PlainFiles(self.path, files)
+            elif self.path.suffix == ".npz":
+                self._image = NpzFile(self.path, self._units)
+            else:
+                self._image = read_exr(self.path)
         return self._image
 
     def __getitem__(self, layer: str) -> npt.NDArray[Any]:

@@ -138,8 +138,8 @@ impl ExrOptions {
 /// attributes `software`, `worldToCamera`, `worldToNDC` and `expTime`, the rest under `camlux.`, such as `camlux.unit.radiance` =
 /// `W/sr/m^2`. `docs/output.md` lists them.
 ///
-/// By default the pixels are stored uncompressed: any compression takes more time than the saved disk space is worth while the next frame
-/// waits. Measured with 22 channels of 800 × 800 (a Cornell box of 200 × 200 repeated, which favours ZIP and PXR24), release build, 2
+/// By default of the library the pixels are stored uncompressed: any compression takes more time than the saved disk space is worth while
+/// the next frame waits. Measured with 22 channels of 800 × 800 (a Cornell box of 200 × 200 repeated, which favours ZIP and PXR24), release build, 2
 /// cores, into the file cache:
 ///
 /// | | none | RLE | ZIP, 1 line | ZIP, 16 lines | PXR24 (drops 8 bits) | PIZ |
@@ -262,15 +262,19 @@ fn check_ids(output: &OutputFile, ids: &[u32]) -> Result<()> {
     }
 }
 
-fn sample_type(layer: Layer, half: bool) -> SampleType {
-    let may_be_half = match layer {
+/// Whether a layer is stored as 16-bit floats.
+pub(super) fn is_half(layer: Layer, half: bool) -> bool {
+    match layer {
         Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Emission => half,
         Layer::Normal | Layer::CameraNormal | Layer::Albedo => half,
         _ => false,
-    };
+    }
+}
+
+fn sample_type(layer: Layer, half: bool) -> SampleType {
     match layer.is_id() {
         true => SampleType::U32,
-        false if may_be_half => SampleType::F16,
+        false if is_half(layer, half) => SampleType::F16,
         false => SampleType::F32,
     }
 }
@@ -335,7 +339,7 @@ impl ChannelSamples<'_> {
 }
 
 /// Rounds to the nearest half; a finite value stays finite.
-fn saturating_half(value: f32) -> f16 {
+pub(super) fn saturating_half(value: f32) -> f16 {
     let half = f16::from_f32(value);
     if half.is_infinite() && value.is_finite() {
         f16::MAX.copysign(half)

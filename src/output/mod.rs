@@ -2,6 +2,7 @@
 
 mod atomic;
 mod dataset;
+mod depth_png;
 mod exr;
 mod exr_header_order;
 mod exr_read;
@@ -10,6 +11,8 @@ mod frame;
 mod header;
 mod layer;
 mod layer_table;
+#[cfg(feature = "npz")]
+mod npz;
 mod per_pixel;
 mod plain;
 mod png;
@@ -21,6 +24,7 @@ pub use atomic::OutputFile;
 pub use dataset::{
     DATASET_FORMAT, dataset_conventions, dataset_layers, describe_frame, describe_scene,
 };
+pub use depth_png::write_depth_png;
 pub use exr::{ExrCompression, ExrOptions, WrittenExr, write_exr};
 pub use exr_read::{ImageLayer, LayeredImage};
 #[doc(hidden)]
@@ -32,6 +36,8 @@ pub use frame::{
 pub use header::{Attribute, TOF_CONVENTION};
 pub(crate) use layer::FrameParts;
 pub use layer_table::{Layer, LayerNeed, TofQuantity};
+#[cfg(feature = "npz")]
+pub use npz::write_npz;
 pub(crate) use per_pixel::{per_pixel, pixels_of_a_thread};
 pub use plain::{plain_path, write_exr_files};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};

@@ -317,6 +317,12 @@ fn bad_jobs_are_refused_with_file_and_line() {
         "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 0\npower_factors = [1, 2]\nposes = [{ position = [0, 0, 1] }]\n" =>
             "the lists have 1 and 2 frames";
         "[job]\nscene = \"scene.toml\"\nlayers = [\"indirect\"]\n" => "no layer indirect";
+        "[job]\nscene = \"scene.toml\"\nformat = \"hdf5\"\n" =>
+            "job.toml:3: unknown format \"hdf5\" in [job]; choose one of: exr, npz";
+        "[job]\nscene = \"scene.toml\"\nformat = \"npz\"\ncompression = \"rle\"\n" =>
+            "job.toml:4: \"compression\" in [job] is \"rle\", in an npz file; give none or zip, which numpy reads, or leave out format";
+        "[job]\nscene = \"scene.toml\"\nplain = true\nformat = \"npz\"\n" =>
+            "job.toml:3: \"plain\" in [job] is true, in an npz file; leave out one of them: only OpenEXR files can be plain";
         "[job]\nscene = \"scene.toml\"\ncompression = \"dwaa\"\n" =>
             "job.toml:3: unknown compression \"dwaa\" in [job]; choose one of: none, rle, zips, zip, piz";
         "version = 2\n[job]\nscene = \"scene.toml\"\n" =>

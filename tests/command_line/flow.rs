@@ -105,11 +105,11 @@ fn backward_flow_undoes_the_flow_of_the_frame_before() {
         worst = worst.max(back.distance(-DVec2::from(flow[i])));
         seen[ids[i] as usize - 1] += 1;
     }
-    // The flow on a plane is a rational function of the place. Its second derivatives are below 8e-3 px/px^2 here, an eighth of which is
-    // the error of interpolation.
+    // The flow on a plane is a rational function of the place. On the turned square its second derivatives are up to 0.0115 along x and 0.0011
+    // along y, px/px^2, and interpolation is off by at most an eighth of their sum.
     println!("{seen:?}: {worst:.1e} px");
     assert!(
-        seen[0] > 500 && seen[1] > 200 && worst < 2e-3,
+        seen[0] > 500 && seen[1] > 200 && worst < 1.7e-3,
         "{seen:?} {worst}"
     );
     // In the world, the wall stays and the square goes back.

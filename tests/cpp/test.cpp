@@ -628,6 +628,15 @@ void layers_go_to_memory(const camlux::device &device, camlux::renderer &rendere
     to_memory.targets[0].size_bytes = 4;
     CHECK(renderer.try_render(scene, to_memory).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
 
+    camlux::render_options named;
+    named.layers = {camlux::layer::albedo, camlux::layer::camera_normal};
+    const camlux::frame guides = renderer.render(scene, named);
+    CHECK(guides.layers().size() == 2);
+    CHECK(guides.view<float>(camlux::layer::albedo)(9, 9) > 0.0f);
+    CHECK(guides.view<float>(camlux::layer::camera_normal)(9, 9, 2) < 0.0f);
+    named.on_device = true;
+    CHECK(renderer.try_render(scene, named).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+
     camlux::render_options on_device;
     on_device.on_device = true;
     const camlux::frame staying = renderer.render(scene, on_device);

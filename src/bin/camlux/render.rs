@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use camlux::output::{
-    ExrOptions, Frame, Layer, LayerNeed, OutputFile, PngView, write_exr_files, write_png,
+    ExrCompression, ExrOptions, Frame, Layer, LayerNeed, OutputFile, PngView, write_exr_files,
+    write_png,
 };
 use camlux::{Device, Plan, RenderOptions, Renderer, Scene, Tracer};
 
@@ -14,6 +15,9 @@ use crate::output::{file_behind, require_extension, with_warnings};
 use crate::progress::{ProgressDisplay, stop_on_signals};
 use crate::summary::{self, RunSummary};
 use crate::{Failure, json, print, tell, tof_picture, warn};
+
+/// Of OpenEXR files, unless another one is requested.
+pub const COMPRESSION: ExrCompression = ExrCompression::Rle;
 
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -55,6 +59,9 @@ pub struct Args {
     /// Write FILE.LAYER.exr for each layer, with channels R, G, B or Y
     #[arg(long, requires = "output")]
     pub plain: bool,
+    /// Compression: none, rle, zips, zip or piz [default: rle]
+    #[arg(long, value_name = "WAY", value_parser = parse_compression, requires = "output")]
+    pub compression: Option<ExrCompression>,
     /// Write only these layers, such as radiance,depth
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
     pub layers: Option<Vec<Layer>>,
@@ -63,6 +70,11 @@ pub struct Args {
 fn parse_tracer(name: &str) -> Result<Tracer, String> {
     let tracer = Tracer::ALL.into_iter().find(|tracer| tracer.name() == name);
     tracer.ok_or_else(|| "the tracers are host, query, kernel".into())
+}
+
+fn parse_compression(name: &str) -> Result<ExrCompression, String> {
+    let names = || ExrCompression::ALL.map(ExrCompression::name).join(", ");
+    ExrCompression::from_name(name).ok_or_else(|| format!("the ways are {}", names()))
 }
 
 pub fn parse_layer(name: &str) -> Result<Layer, String> {
@@ -137,6 +149,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         half: args.half,
         layers: args.layers.clone(),
         plain: args.plain,
+        compression: args.compression.unwrap_or(COMPRESSION),
         ..ExrOptions::default()
     };
     let of_frame = [frame.warnings(), exr_options.warnings(&frame)].concat();

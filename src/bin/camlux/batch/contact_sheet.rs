@@ -5,6 +5,7 @@ use std::path::Path;
 use camlux::output::{self, Layer, LayeredImage, OutputFile};
 use image::{RgbImage, imageops};
 
+use super::files::Format;
 use super::frames::Frames;
 use crate::output::{png, require_extension};
 use crate::reduced::Reduced;
@@ -26,6 +27,10 @@ impl ContactSheet {
         let layers = frames.job.exr.layers.as_ref();
         if layers.is_some_and(|layers| !layers.contains(&Layer::Radiance)) {
             let problem = "it shows the layer radiance; add it to \"layers\" of the job";
+            return Err(format!("--contact-sheet: {problem}").into());
+        }
+        if frames.job.format != Format::Exr {
+            let problem = "it shows OpenEXR files; leave out format = \"npz\" of the job";
             return Err(format!("--contact-sheet: {problem}").into());
         }
         Ok(ContactSheet(OutputFile::create(path)?))

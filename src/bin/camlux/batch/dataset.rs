@@ -63,6 +63,8 @@ fn object(frames: &Frames) -> Value {
         "compression": job.exr.compression.name(),
         "half": job.exr.half,
         "plain": job.exr.plain,
+        "file_format": job.format.name(),
+        "depth_png": job.has_depth_png,
         "time": job.timing.map(|timing| json!({
             "frame_interval_s": timing.frame_interval_s,
             "readout_time_s": timing.readout_time_s,

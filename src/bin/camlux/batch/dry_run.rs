@@ -5,11 +5,10 @@ use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 use camlux::DeviceOptions;
-use camlux::output::write_exr_files;
-
 use serde_json::json;
 
 use super::engine::Engine;
+use super::files;
 use super::frames::Frames;
 use super::work::frames_in_flight;
 use crate::{Failure, counted, print, tell};
@@ -123,10 +122,10 @@ fn take(index: u64, frames: &Frames, engine: &mut Engine) -> Result<(Duration, u
     let start = Instant::now();
     let planned = frames.plan(index);
     let frame = engine.render(&planned)?;
-    let mut exr = frames.job.exr.clone();
-    exr.attributes = planned.attributes();
-    let path = std::env::temp_dir().join(format!("camlux-dry-run-{}.exr", std::process::id()));
-    let written = write_exr_files(&path, &frame, &exr)?;
+    let name = format!("camlux-dry-run-{}", std::process::id());
+    let path = std::env::temp_dir().join(name);
+    let path = path.with_extension(frames.job.format.name());
+    let (written, _) = files::write(&frames.job, &path, &frame, planned.attributes())?;
     for file in &written.files {
         let _ = std::fs::remove_file(file);
     }

@@ -42,6 +42,7 @@ pub struct Planned {
     pub camera_pose: (DVec3, DQuat),
     /// Path below the data set's folder. Plain files have the names of their layers as well.
     pub file: String,
+    has_depth_png: bool,
     /// The layers with plain files; empty: all layers are in one file.
     plain_layers: Vec<Layer>,
     /// The layers of its file; `None`: all.
@@ -127,8 +128,8 @@ impl Frames {
         }
         let mut shared_hash = blake3::Hasher::new();
         shared_hash.update(engine_hash().as_bytes());
-        shared_hash.update(format!("{:?}", job.exr).as_bytes());
-        shared_hash.update(format!("{:?}", job.flow).as_bytes());
+        let files = (&job.exr, job.format, job.has_depth_png, &job.flow);
+        shared_hash.update(format!("{files:?}").as_bytes());
         if !job.changes.textures.textures.is_empty() {
             let textures = job.changes.textures.hasher.finalize();
             shared_hash.update(textures.as_bytes());
@@ -313,7 +314,11 @@ impl Frames {
         Planned {
             index,
             camera_pose: (scene.camera.position_m, rotation),
-            file: format!("frames/{}{number:06}.exr", loaded.folder),
+            file: {
+                let extension = self.job.format.name();
+                format!("frames/{}{number:06}.{extension}", loaded.folder)
+            },
+            has_depth_png: self.job.has_depth_png,
             plain_layers: match self.job.exr.plain {
                 true => self.job.layers_of(&loaded.scene),
                 false => Vec::new(),
@@ -399,13 +404,16 @@ impl Moment {
 impl Planned {
     /// The layers that rendering the frame's scene has to read: those of its file, and what warnings look at. `None`: those by default.
     pub fn layers_to_read(&self, scene: &Scene) -> Option<Vec<Layer>> {
-        let layers = self.layers.as_ref()?;
+        let mut layers = self.layers.clone()?;
+        if self.has_depth_png {
+            layers.push(Layer::Depth);
+        }
         let is_made_of_others = !self.flow.is_empty() || self.exposed.moments().next().is_some();
         let layers = match is_made_of_others {
-            true => &Layer::made_for(scene, layers),
+            true => Layer::made_for(scene, &layers),
             false => layers,
         };
-        Some(with_warnings(layers, scene))
+        Some(with_warnings(&layers, scene))
     }
 
     /// The attributes that the header of its file has in addition to those of the frame.
@@ -435,13 +443,21 @@ impl Planned {
     /// The files of the frame, in the order in which they are hashed.
     pub fn paths(&self, folder: &Path) -> Vec<PathBuf> {
         let path = folder.join(&self.file);
-        match &self.plain_layers[..] {
+        let mut paths: Vec<PathBuf> = match &self.plain_layers[..] {
             [] => vec![path],
             layers => {
                 let paths = layers.iter().map(|&layer| plain_path(&path, layer));
                 paths.collect()
             }
-        }
+        };
+        paths.extend(self.depth_png().map(|file| folder.join(file)));
+        paths
+    }
+
+    /// The PNG of its depth, below the data set's folder.
+    pub fn depth_png(&self) -> Option<PathBuf> {
+        let path = Path::new(&self.file).with_extension("depth.png");
+        self.has_depth_png.then_some(path)
     }
 
     /// The file that holds the layer.

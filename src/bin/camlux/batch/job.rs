@@ -8,11 +8,9 @@ use camlux::output::{ExrCompression, ExrOptions, Layer, dataset_layers, flow_lay
 use camlux::scene::TARGET_ERRORS;
 
 use super::changes::Changes;
+use super::files::{Format, NPZ_COMPRESSIONS};
 use super::timing::Timing;
 use crate::Failure;
-
-/// Default if a job does not give it.
-const COMPRESSION: ExrCompression = ExrCompression::Rle;
 
 pub struct Job {
     pub text: String,
@@ -27,7 +25,11 @@ pub struct Job {
     /// Of final gathering, whatever the scenes set.
     pub target_error: Option<f64>,
     pub size_px: Option<[u32; 2]>,
+    /// Also of the layers of files that are not OpenEXR.
     pub exr: ExrOptions,
+    pub format: Format,
+    /// Whether each frame has a PNG of its depth, too.
+    pub has_depth_png: bool,
     /// The layers of flow that its frames have.
     pub flow: Vec<Layer>,
     pub changes: Changes,
@@ -64,6 +66,8 @@ impl Job {
             "layers",
             "half",
             "compression",
+            "format",
+            "depth_png",
             "plain",
             "flow",
         ])?;
@@ -73,7 +77,10 @@ impl Job {
         let draws_per_scene = job.optional("draws_per_scene", Value::flag)?;
         let target_error = job.optional("target_error", target_error)?;
         let size_px = job.optional("size", size)?;
-        let mut exr = exr_options(&mut job)?;
+        let format = job.optional("format", |value| value.choice(&Format::ALL, Format::name))?;
+        let format = format.unwrap_or_default();
+        let has_depth_png = job.optional("depth_png", Value::flag)?.unwrap_or(false);
+        let mut exr = exr_options(&mut job, format)?;
         let flow = job.optional("flow", Value::flag)?.unwrap_or(false);
         let flow = flow_layers(&mut exr, flow);
         let changes = Changes::read(&mut keys, folder)?;
@@ -90,6 +97,8 @@ impl Job {
             target_error,
             size_px,
             exr,
+            format,
+            has_depth_png,
             flow,
             changes,
             timing,
@@ -150,7 +159,7 @@ fn target_error(value: &Value) -> camlux::Result<f64> {
     }
 }
 
-fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
+fn exr_options(keys: &mut Keys, format: Format) -> Result<ExrOptions, Failure> {
     let layers = keys.take("layers").map(|value| {
         let names = value.filled("name one or more")?.list()?;
         let layers = names.iter().map(|value| {
@@ -161,13 +170,30 @@ fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
         layers.collect::<camlux::Result<_>>()
     });
     let compression = keys.optional("compression", |value| {
-        value.choice(&ExrCompression::ALL, ExrCompression::name)
-    });
+        let way = value.choice(&ExrCompression::ALL, ExrCompression::name)?;
+        match format {
+            Format::Npz if !NPZ_COMPRESSIONS.contains(&way) => {
+                let hint = "give none or zip, which numpy reads, or leave out format";
+                Err(value.error(format!("is \"{}\", in an npz file", way.name()), hint))
+            }
+            _ => Ok(way),
+        }
+    })?;
+    let plain = keys.optional("plain", |value| match (value.flag()?, format) {
+        (true, Format::Npz) => {
+            let hint = "leave out one of them: only OpenEXR files can be plain";
+            Err(value.error("is true, in an npz file", hint))
+        }
+        (plain, _) => Ok(plain),
+    })?;
     Ok(ExrOptions {
         half: keys.optional("half", Value::flag)?.unwrap_or(false),
         layers: layers.transpose()?,
-        compression: compression?.unwrap_or(COMPRESSION),
-        plain: keys.optional("plain", Value::flag)?.unwrap_or(false),
+        compression: compression.unwrap_or(match format {
+            Format::Exr => crate::render::COMPRESSION,
+            Format::Npz => ExrCompression::None,
+        }),
+        plain: plain.unwrap_or(false),
         attributes: Vec::new(),
     })
 }

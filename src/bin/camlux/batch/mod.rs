@@ -7,6 +7,7 @@ mod dataset;
 mod draws;
 mod dry_run;
 mod engine;
+mod files;
 mod flow;
 mod frames;
 mod job;

@@ -7,12 +7,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use camlux::output::{ExrOptions, Frame, StopReason, write_exr_files};
+use camlux::output::{Frame, StopReason};
 use camlux::{Device, DeviceInfo, DeviceKind, DeviceOptions, Error, Plan};
 use serde_json::json;
 
 use super::engine::{Engine, EngineDevice};
+use super::files;
 use super::frames::{Frames, Planned};
+use super::job::Job;
 use super::manifest::Journal;
 use super::progress::FrameProgress;
 use crate::progress::is_interrupted;
@@ -156,7 +158,7 @@ fn render_by(
     let write_all = |rendered: Arc<Mutex<Receiver<Rendered>>>, give_back: Sender<_>| {
         let next = || lock(&rendered).recv().ok();
         while let Some(next) = next() {
-            let written = write(next, options.folder, &frames.job.exr, &record);
+            let written = write(next, options.folder, &frames.job, &record);
             let written = written.inspect_err(|_| is_stopped.store(true, Ordering::Relaxed))?;
             // The rendering threads may have ended already.
             let _ = give_back.send(written);
@@ -204,7 +206,7 @@ struct Record {
 fn write(
     rendered: Rendered,
     folder: &Path,
-    exr: &ExrOptions,
+    job: &Job,
     record: &Mutex<Record>,
 ) -> Result<Option<Frame>, Error> {
     let Rendered {
@@ -220,12 +222,9 @@ fn write(
         .for_each(|(key, value)| line[key] = value);
     let start = Instant::now();
     let written = frame.map(|frame| {
-        let exr = ExrOptions {
-            attributes: planned.attributes(),
-            ..exr.clone()
-        };
-        let written = write_exr_files(&folder.join(&planned.file), &frame, &exr)?;
-        let warnings = [frame.warnings(), exr.warnings(&frame)].concat();
+        let path = folder.join(&planned.file);
+        let (written, of_files) = files::write(job, &path, &frame, planned.attributes())?;
+        let warnings = [frame.warnings(), of_files].concat();
         Ok::<_, Error>((frame, written, warnings))
     });
     let mut record = lock(record);
@@ -234,7 +233,10 @@ fn write(
     let written = match written {
         Ok(written) => {
             let (frame, written, warnings) = written?;
-            match exr.plain {
+            if let Some(file) = planned.depth_png() {
+                line["depth_png"] = json!(file);
+            }
+            match job.exr.plain {
                 false => line["file"] = json!(planned.file),
                 true => line["files"] = json!(planned.plain_files()),
             }
@@ -298,8 +300,9 @@ mod tests {
 
     use camlux::{Device, DeviceOptions, Error, Fault};
 
+    use super::Job;
     use super::{Engine, EngineDevice, Frames, WorkOptions, render_by};
-    use crate::batch::{job::Job, manifest::Journal};
+    use crate::batch::manifest::Journal;
 
     fn frames(job: &str) -> Frames {
         let job = format!("[job]\nscene = \"cornell.toml\"\nsize = [8, 8]\n{job}");
