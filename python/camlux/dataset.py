@@ -65,27 +65,44 @@ class NpzFile(Mapping[str, npt.NDArray[Any]]):
     """The layers of a frame in an archive of numpy. An array is read on the first access to its layer."""
 
     def __init__(self, path: Path, units: dict[str, str]) -> None:
+        self._path = path
         try:
-            self._file = np.load(path)
-        except FileNotFoundError as error:
-            raise MissingFileError(f"{error.filename}: there is no such file; run the batch again") from None
-        self._arrays: dict[str, npt.NDArray[Any]] = {}
-        self.units = units
-        #: An archive has no header; the manifest describes the frame.
-        self.attributes: dict[str, str] = {}
+            with np.load(path) as file:
+                self._arrays: dict[str, npt.NDArray[Any] | None] = dict.fromkeys(file.files)
+        except FileNotFoundError:
+            raise MissingFileError(f"{path}: there is no such file; run the batch again") from None
+        self._units = units
 
     def __getitem__(self, layer: str) -> npt.NDArray[Any]:
-        if layer not in self._file.files:
-            raise LayerError(f'the frame has no layer "{layer}"; it has {", ".join(self)}')
         if layer not in self._arrays:
-            self._arrays[layer] = self._file[layer]
-        return self._arrays[layer]
+            raise LayerError(f'the frame has no layer "{layer}"; it has {", ".join(self._arrays)}')
+        array = self._arrays[layer]
+        if array is None:
+            with np.load(self._path) as file:
+                array = self._arrays[layer] = file[layer]
+        return array
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._file.files)
+        return iter(self._arrays)
 
     def __len__(self) -> int:
-        return len(self._file.files)
+        return len(self._arrays)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each layer."""
+        return {layer: self._units[layer] for layer in self}
+
+    @property
+    def resolution_px(self) -> tuple[int, int]:
+        """Width, height."""
+        height, width = self[next(iter(self))].shape[:2]
+        return width, height
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Empty: an archive has no header. The manifest describes the frame."""
+        return {}
 
 
 class DatasetFrame(Mapping[str, npt.NDArray[Any]]):

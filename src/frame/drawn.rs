@@ -85,7 +85,7 @@ impl DeviceFrame {
         }
     }
 
-    /// The image of a layer. Radiance, direct, indirect, stderr and energy have R, G and B in the layer's unit. N has X, Y and Z.
+    /// The image of a layer. Light, energy and albedo have R, G and B in the layer's unit. N has X, Y and Z.
     /// P has X, Y and Z in [`DeviceFrame::local_space`], and `id.instance` as the fourth value.
     /// `None` for layers that are made on the way to the host, and for those that the scene does not have.
     pub fn image(&self, layer: Layer) -> Option<DeviceImage> {
