@@ -1987,6 +1987,8 @@ camlux_status camlux_job_wait(camlux_job *job,
  * Values: DN; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise.
  */
 #define CAMLUX_LAYER_RAW_DN 19
+
+/**
  * The same normal in the camera's axes: x right, y down, z forward.
  * Values: plain numbers, channels X, Y, Z; on request: layers or targets of camlux_render_options.
  */

@@ -82,6 +82,7 @@ pub const CAMLUX_LAYER_RAW_ELECTRONS: i32 = 18;
 /// Digital number of these electrons: the raw image.
 /// Values: DN; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise.
 pub const CAMLUX_LAYER_RAW_DN: i32 = 19;
+
 /// The same normal in the camera's axes: x right, y down, z forward.
 /// Values: plain numbers, channels X, Y, Z; on request: layers or targets of camlux_render_options.
 pub const CAMLUX_LAYER_CAMERA_NORMAL: i32 = 20;
