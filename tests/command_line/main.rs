@@ -26,6 +26,7 @@ mod program;
 mod reference;
 mod render;
 mod report;
+mod rig;
 mod time_of_flight;
 mod trajectories;
 mod usage;

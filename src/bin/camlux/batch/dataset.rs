@@ -33,19 +33,26 @@ pub fn refuse_loop(folder: &Path) -> Result<(), Failure> {
 fn object(frames: &Frames) -> Value {
     let job = &frames.job;
     let name = job.file.file_name().unwrap_or_default().to_string_lossy();
-    let scenes = frames.scenes.iter().map(|loaded| {
-        let starts_s = phase_image_starts_s(&loaded.scene, job.timing.as_ref());
-        let mut scene = json!({
-            "file": loaded.name,
-            "hash": loaded.hash,
-            "frames": format!("frames/{}", loaded.folder),
+    let scenes = frames
+        .scenes
+        .iter()
+        .zip(&job.scenes)
+        .map(|(loaded, of_job)| {
+            let starts_s = phase_image_starts_s(&loaded.scene, job.timing.as_ref());
+            let mut scene = json!({
+                "file": loaded.name,
+                "hash": loaded.hash,
+                "frames": format!("frames/{}", loaded.folder),
+            });
+            let described = describe_scene(&loaded.scene, &job.exr, !job.flow.is_empty(), starts_s);
+            described
+                .into_iter()
+                .for_each(|(key, value)| scene[key] = value);
+            if let Some(mount) = &of_job.mount {
+                scene["rig"] = mount.description();
+            }
+            scene
         });
-        let described = describe_scene(&loaded.scene, &job.exr, !job.flow.is_empty(), starts_s);
-        described
-            .into_iter()
-            .for_each(|(key, value)| scene[key] = value);
-        scene
-    });
     let scenes: Vec<Value> = scenes.collect();
     json!({
         "format": DATASET_FORMAT,

@@ -9,8 +9,9 @@ use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
 use super::draws::Draws;
-use super::job::{Job, folder_name};
+use super::job::Job;
 use super::pose::{Aim, Pose, rotation_of};
+use super::rig::JobScene;
 use super::timing::{self, Image};
 use crate::options::warn_of;
 use crate::output::with_warnings;
@@ -32,6 +33,8 @@ pub struct LoadedScene {
     pub folder: String,
     /// The scene from its file, at the job's size, and after its own textures those of the job.
     pub scene: Scene,
+    /// From its file.
+    as_loaded: Scene,
     own_textures: usize,
 }
 
@@ -79,6 +82,13 @@ impl Exposed {
     }
 }
 
+/// One of the frames of a scene.
+#[derive(Clone, Copy)]
+struct Place {
+    scene: usize,
+    number: u64,
+}
+
 /// The scene at one time.
 pub struct Moment {
     scene_index: usize,
@@ -90,9 +100,18 @@ pub struct Moment {
 
 impl Frames {
     pub fn load(job: Job) -> Result<Frames, Failure> {
-        let mut scenes = Vec::new();
-        for (name, path) in &job.scenes {
-            let mut scene = Scene::load(path)?;
+        let mut scenes: Vec<LoadedScene> = Vec::new();
+        for (number, of_job) in job.scenes.iter().enumerate() {
+            let JobScene { name, path, .. } = of_job;
+            let mut scene = match job.scenes[..number].iter().position(|s| s.path == *path) {
+                Some(same) => scenes[same].as_loaded.clone(),
+                None => Scene::load(path)?,
+            };
+            share_meshes(&mut scene, &scenes);
+            let as_loaded = scene.clone();
+            if of_job.mount.is_some() {
+                set_apart(&mut scene, number as u64);
+            }
             if let Some(size_px) = job.size_px {
                 scene.camera = scene.camera.resized(size_px);
             }
@@ -110,7 +129,7 @@ impl Frames {
             job.changes.check(&scene)?;
             let folder = match job.scenes.len() {
                 1 => String::new(),
-                _ => format!("{}/", folder_name(name)),
+                _ => format!("{}/", of_job.folder),
             };
             let hash = scene.hash();
             let own_textures = scene.textures.len();
@@ -121,6 +140,7 @@ impl Frames {
                 hash,
                 folder,
                 scene,
+                as_loaded,
                 own_textures,
             };
             loaded.warn_of_draws(&job);
@@ -162,9 +182,12 @@ impl Frames {
             if lights.is_empty() {
                 continue;
             }
-            let first = number as u64 * count;
-            let mut left = (first..first + count).step_by(step).filter_map(|frame| {
-                let still_there = self.moment(frame, 0.0).scene.fixed_lights_at_lens();
+            let mut left = (0..count).step_by(step).filter_map(|frame| {
+                let place = Place {
+                    scene: number,
+                    number: frame,
+                };
+                let still_there = self.moment(place, 0.0).scene.fixed_lights_at_lens();
                 lights.iter().find(|light| !still_there.contains(light))
             });
             if let Some(light) = left.next() {
@@ -189,21 +212,36 @@ impl Frames {
 
     /// The index of the frame's scene.
     pub fn scene_index(&self, index: u64) -> usize {
-        (index / self.count_in_scene()) as usize
+        self.place(index).scene
+    }
+
+    /// Where a frame is. The cameras of a rig take turns, so that they share what does not change between them.
+    fn place(&self, index: u64) -> Place {
+        let (scene, number) = if self.job.has_rig {
+            let cameras = self.scenes.len() as u64;
+            (index % cameras, index / cameras)
+        } else {
+            (index / self.count_in_scene(), index % self.count_in_scene())
+        };
+        Place {
+            scene: scene as usize,
+            number,
+        }
     }
 
     /// The scene in a frame, or `later` after its beginning, as a fraction of the time to the next frame.
-    fn moment(&self, index: u64, later: f64) -> Moment {
+    fn moment(&self, place: Place, later: f64) -> Moment {
         let changes = &self.job.changes;
-        let scene_index = self.scene_index(index);
-        let number = index % self.count_in_scene();
+        let Place {
+            scene: scene_index,
+            number,
+        } = place;
         let frame = (number % u64::from(self.job.frame_count)) as u32;
         let loaded = &self.scenes[scene_index];
         // Scenes of one job show the same thing in the same frame, such as to a colour and to a time-of-flight camera.
-        let drawn_for = if self.job.draws_per_scene {
-            index
-        } else {
-            number
+        let drawn_for = match self.job.draws_per_scene {
+            true => number + scene_index as u64 * self.count_in_scene(),
+            false => number,
         };
         let draws = |purpose: &str| Draws::new(self.job.seed, drawn_for, purpose);
 
@@ -228,7 +266,13 @@ impl Frames {
             scene.lights[*light].light = pose.light(&scene.lights[*light]);
         }
         let camera = changes.camera.as_ref();
-        let camera_pose = camera.map(|motion| motion.pose(frame, later, draws("camera")));
+        let mut camera_pose = camera.map(|motion| motion.pose(frame, later, draws("camera")));
+        let mount = self.job.scenes[scene_index].mount.as_ref();
+        let own_camera = scene.camera;
+        if mount.is_some() {
+            // The first camera's scene says where the rig is, unless the job moves it.
+            scene.camera = self.scenes[0].scene.camera;
+        }
         if let Some(pose) = &camera_pose {
             scene.camera = pose.camera(&scene.camera);
         }
@@ -241,16 +285,24 @@ impl Frames {
             let rotation = DMat3::from_quat(rotation);
             scene.carry_lights(mesh, rotation, position_m);
         }
+        // Lights relative to the camera are relative to the rig.
+        let mut scene = scene.in_world().into_owned();
+        if let Some(mount) = mount {
+            let pose = mount.pose(&scene.camera, camera_pose);
+            scene.camera = pose.camera(&own_camera);
+            camera_pose = Some(pose);
+        }
         Moment {
             scene_index,
             mesh_poses,
             camera_pose,
-            scene: scene.in_world().into_owned(),
+            scene,
         }
     }
 
     pub fn plan(&self, index: u64) -> Planned {
-        let begin = self.moment(index, 0.0);
+        let place = self.place(index);
+        let begin = self.moment(place, 0.0);
         let Moment {
             scene_index,
             scene,
@@ -258,7 +310,7 @@ impl Frames {
             camera_pose: camera,
         } = &begin;
         let loaded = &self.scenes[*scene_index];
-        let number = index % self.count_in_scene();
+        let number = place.number;
         let rotation = match camera.and_then(|pose| pose.aim) {
             Some(Aim::Rotation(rotation)) => rotation,
             _ => rotation_of(&scene.camera),
@@ -268,7 +320,7 @@ impl Frames {
             let exposure_s = sensor.exposure_time_s;
             let moments = |start_s| -> Vec<Moment> {
                 let samples = timing.samples(start_s, exposure_s);
-                samples.map(|later| self.moment(index, later)).collect()
+                samples.map(|later| self.moment(place, later)).collect()
             };
             match &scene.tof {
                 None => exposed.frame = moments(0.0),
@@ -293,17 +345,21 @@ impl Frames {
             "frame": number,
             "time_s": camera.and_then(|pose| pose.time_s),
         });
+        if let Some(mount) = &self.job.scenes[*scene_index].mount {
+            description["camera_name"] = json!(mount.name);
+        }
         let described = describe_frame(scene, &loaded.scene, rotation, mesh_poses);
         described
             .into_iter()
             .for_each(|(key, value)| description[key] = value);
         description["seed"] = json!(self.job.seed);
         let length = u64::from(self.job.frame_count);
-        let place = number % length;
+        let step = number % length;
+        let neighbour = |number| Place { number, ..place };
         let needs = FLOW_LAYERS.map(|of| of.iter().any(|layer| self.job.flow.contains(layer)));
         let others = [
-            (needs[0] && place + 1 < length).then(|| self.moment(index + 1, 0.0)),
-            (needs[1] && place > 0).then(|| self.moment(index - 1, 0.0)),
+            (needs[0] && step + 1 < length).then(|| self.moment(neighbour(number + 1), 0.0)),
+            (needs[1] && step > 0).then(|| self.moment(neighbour(number - 1), 0.0)),
         ];
         let mut hasher = self.shared_hash.clone();
         hasher.update(loaded.hash.as_bytes());
@@ -347,6 +403,28 @@ impl LoadedScene {
         for warning in scene.warnings().iter().filter(|w| !known.contains(w)) {
             warn(format_args!("{}: {warning}", self.name));
         }
+    }
+}
+
+/// Lets a scene share those meshes that scenes before it have as well, so that these are stored once.
+fn share_meshes(scene: &mut Scene, before: &[LoadedScene]) {
+    for instance in &mut scene.meshes {
+        let mut known = before.iter().flat_map(|loaded| &loaded.scene.meshes);
+        if let Some(same) = known.find(|other| other.mesh == instance.mesh) {
+            instance.mesh = same.mesh.clone();
+        }
+    }
+}
+
+/// Makes the sensor of a rig's camera another one than those before it, by the seed of its noise.
+fn set_apart(scene: &mut Scene, number: u64) {
+    let of_sensor = scene
+        .sensor
+        .as_mut()
+        .and_then(|sensor| sensor.noise.as_mut());
+    let of_tof = scene.tof.as_mut().and_then(|tof| tof.noise.as_mut());
+    for noise in of_sensor.into_iter().chain(of_tof) {
+        noise.seed = noise.seed.wrapping_add(number);
     }
 }
 

@@ -9,14 +9,16 @@ use camlux::scene::TARGET_ERRORS;
 
 use super::changes::Changes;
 use super::files::{Format, NPZ_COMPRESSIONS};
+use super::rig::{JobScene, scenes};
 use super::timing::Timing;
 use crate::Failure;
 
 pub struct Job {
     pub text: String,
     pub file: PathBuf,
-    /// The scenes as written in the job, and their paths.
-    pub scenes: Vec<(String, PathBuf)>,
+    pub scenes: Vec<JobScene>,
+    /// Whether its scenes are those of cameras that are fixed to each other.
+    pub has_rig: bool,
     /// Frames of one sequence: the same number for each scene and each step of the sweeps.
     pub frame_count: u32,
     pub seed: u32,
@@ -49,7 +51,7 @@ impl Job {
 
     pub fn parse(text: String, file: &Path) -> Result<Job, Failure> {
         let known = [
-            "version", "job", "time", "camera", "light", "mesh", "material", "sweep",
+            "version", "job", "time", "camera", "rig", "light", "mesh", "material", "sweep",
         ];
         let mut keys = Keys::parse(&text, file, "job file", &known)?;
         let mut job = keys
@@ -72,7 +74,9 @@ impl Job {
             "flow",
         ])?;
         let folder = file.parent().unwrap_or(Path::new(""));
-        let scenes = scenes(&mut job, folder)?;
+        let rig = keys.tables("rig")?;
+        let has_rig = !rig.is_empty();
+        let scenes = scenes(&mut job, rig, folder)?;
         let seed = job.optional("seed", Value::count)?.unwrap_or(0);
         let draws_per_scene = job.optional("draws_per_scene", Value::flag)?;
         let target_error = job.optional("target_error", target_error)?;
@@ -91,6 +95,7 @@ impl Job {
             text,
             file: file.to_owned(),
             scenes,
+            has_rig,
             frame_count,
             seed,
             draws_per_scene: draws_per_scene.unwrap_or(false),
@@ -104,45 +109,6 @@ impl Job {
             timing,
         })
     }
-}
-
-fn scenes(keys: &mut Keys, folder: &Path) -> Result<Vec<(String, PathBuf)>, Failure> {
-    let values = match keys.take_one(&["scene", "scenes"])? {
-        Some(("scenes", scenes)) => scenes.filled("name one or more")?.list()?,
-        Some((_, scene)) => vec![scene],
-        None => vec![keys.need("scene", "scene = \"scene.toml\" or scenes = [...]")?],
-    };
-    let mut scenes: Vec<(String, PathBuf)> = Vec::new();
-    for value in values {
-        let name = value.text()?.to_owned();
-        let path = folder.join(&name);
-        let is_same = |(other, _): &(String, _)| folder_name(other) == folder_name(&name);
-        if scenes.iter().any(is_same) {
-            let problem = format!("names \"{name}\", and another scene has the same file name");
-            return Err(value
-                .error(problem, "give the files different names")
-                .into());
-        }
-        if !path.exists() {
-            let problem = format!("names {}, which does not exist", path.display());
-            let hint = "check the path, which is relative to the job file";
-            return Err(value.error(problem, hint).into());
-        }
-        scenes.push((name, path));
-    }
-    Ok(scenes)
-}
-
-/// The folder for the frames of a scene, by its name in the job: the name of its file, or of the folder of a file `scene.toml`, as saved
-/// scenes are called.
-pub fn folder_name(scene: &str) -> String {
-    let path = Path::new(scene);
-    let saved_in = path.parent().and_then(Path::file_name);
-    let name = match saved_in {
-        Some(folder) if path.ends_with("scene.toml") => Some(folder),
-        _ => path.file_stem(),
-    };
-    name.unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn size(value: &Value) -> camlux::Result<[u32; 2]> {

@@ -18,6 +18,7 @@ mod merge;
 mod motion;
 mod pose;
 mod progress;
+mod rig;
 mod selection;
 mod timing;
 mod trajectory;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use camlux::Result;
-use camlux::glam::DVec3;
+use camlux::glam::{DQuat, DVec3};
 use camlux::keys::{Keys, Value};
 
 use super::draws::Draws;
@@ -120,19 +120,23 @@ fn aim(keys: &mut Keys) -> Result<Option<Aim>> {
             target_m: target.vec3()?,
             up: keys.optional("up", Value::vec3)?,
         })),
-        Some((_, rotation)) => {
+        Some((_, value)) => {
             keys.refuse("up", "is not allowed beside \"rotation\"", "leave it out")?;
-            let quaternion = unit_quaternion(rotation.numbers()?).map_err(|problem| {
-                let problem = format!("is not a rotation: {problem}");
-                rotation.error(problem, "give [x, y, z, w] of length 1")
-            })?;
-            Ok(Some(Aim::Rotation(quaternion)))
+            Ok(Some(Aim::Rotation(rotation(&value)?)))
         }
         None => {
             keys.refuse("up", "needs \"look_at\"", "add look_at")?;
             Ok(None)
         }
     }
+}
+
+/// A quaternion.
+pub fn rotation(value: &Value) -> Result<DQuat> {
+    unit_quaternion(value.numbers()?).map_err(|problem| {
+        let problem = format!("is not a rotation: {problem}");
+        value.error(problem, "give [x, y, z, w] of length 1")
+    })
 }
 
 fn random(value: Value) -> Result<Motion> {

@@ -56,8 +56,12 @@ struct Rendered {
 /// Number of frames that render at a time.
 pub fn frames_in_flight(frames: &Frames, indices: &[u64], device: &DeviceInfo) -> usize {
     let keeps_surfaces = !frames.job.changes.moves_surfaces();
-    let of_scenes = indices.chunk_by(|&a, &b| frames.scene_index(a) == frames.scene_index(b));
-    let first_of_scenes = of_scenes.filter_map(|of_scene| of_scene.first());
+    let of_scene = |scene| {
+        indices
+            .iter()
+            .find(|&&index| frames.scene_index(index) == scene)
+    };
+    let first_of_scenes = (0..frames.scenes.len()).filter_map(of_scene);
     let of_scenes = first_of_scenes.filter_map(|&index| {
         let scene = frames.plan(index).begin.scene();
         // A scene that has no plan fails when it is rendered.
