@@ -591,6 +591,9 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 /** Lens given by `fov_x_deg`. */
 #define CAMLUX_LENS_FOV_X 4
 
+/** All directions: 360 degrees of longitude from left to right, 180 degrees of latitude from top to bottom, the view in the middle. */
+#define CAMLUX_LENS_EQUIRECTANGULAR 5
+
 /** All samples of a pixel have the same weight. */
 #define CAMLUX_FILTER_BOX 0
 
@@ -676,7 +679,7 @@ typedef struct camlux_camera {
   uint32_t width_px;
   /** Height of the image, pixels. */
   uint32_t height_px;
-  /** One of CAMLUX_LENS_FOV_Y, _FOV_X, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored. */
+  /** One of CAMLUX_LENS_FOV_Y, _FOV_X, _EQUIRECTANGULAR, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored. */
   int32_t lens;
   /** The camera's centre in world space, m. */
   double position_m[3];

@@ -72,7 +72,8 @@ struct PrimaryRayParameters {
     share: f32,
 }
 
-// With a lens: the direction of each pixel's ray along the camera's axes Z, X, Y. The columns of view.ray_direction are these axes.
+// With a lens: the direction of each pixel's ray along the camera's axes Z, X, Y. The columns of view.ray_direction are these axes. Fourth: 1
+// for a pixel that sees nothing.
 var<storage, read> lens_rays: array<vec4<f32>>;
 #if EMIT
 var<storage, read_write> rays: array<Ray>;
@@ -121,7 +122,12 @@ fn ray_direction(place: vec2<u32>) -> vec3<f32> {
 fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     let place = global.xy + vec2<u32>(0u, parameters.first_row);
     if (place.x < parameters.resolution_px.x && place.y < parameters.row_end) {
-        rays[ray_index(place)] = Ray(view.origin, NO_END, ray_direction(place), 0.0);
+        var end = NO_END;
+        if (LENS) {
+            let is_unseen = lens_rays[place.y * parameters.resolution_px.x + place.x].w > 0.0;
+            end = select(NO_END, NO_RAY, is_unseen);
+        }
+        rays[ray_index(place)] = Ray(view.origin, end, ray_direction(place), 0.0);
     }
 }
 #else

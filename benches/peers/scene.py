@@ -84,7 +84,7 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
     except tomllib.TOMLDecodeError as error:
         raise Failure(f"{path} is not TOML: {error}; camlux render says more") from error
 
-    if "distortion" in toml["camera"] or "fisheye" in toml["camera"]:
+    if {"distortion", "fisheye", "projection"} & set(toml["camera"]):
         raise Unsupported("the camera has a lens with distortion, which the peers do not know")
     if "path" in toml["camera"] or "light" not in toml:
         raise Unsupported("the camera or the lights are those of another file, which the peers do not know")

@@ -92,8 +92,8 @@ class FisheyeDistortion(Fields):
 
 @dataclass(slots=True, eq=False)
 class Camera(Fields):
-    """A camera by position and target, or by `Camera.from_matrix`, with a lens by one of `fov_x_deg`, `fov_y_deg` and
-    `intrinsics_px`.
+    """A camera by position and target, or by `Camera.from_matrix`, with a lens by one of `fov_x_deg`, `fov_y_deg`,
+    `intrinsics_px` and `projection`.
 
     resolution_px: width, height, pixels.
     position_m: position, m.
@@ -105,6 +105,7 @@ class Camera(Fields):
     distortion: of the lens; it needs `intrinsics_px`.
     samples: number of points of a pixel over which light is averaged, up to 4096; 1: a pixel shows what is at its centre.
     filter: weights these points; None: box.
+    projection: "equirectangular": all directions, 360° of longitude from left to right and 180° of latitude from top to bottom.
     """
 
     resolution_px: Size
@@ -117,6 +118,7 @@ class Camera(Fields):
     samples: Whole = 1
     filter: Literal["box", "gaussian"] | None = None
     fov_x_deg: Number | None = None
+    projection: Literal["equirectangular"] | None = None
 
     @staticmethod
     @knows_its_arguments

@@ -81,12 +81,16 @@ impl<'py> Classes<'py> {
             Lens::FovX { fov_x_deg } => (Some(fov_x_deg), None, None),
             Lens::FovY { fov_y_deg } => (None, Some(fov_y_deg), None),
             Lens::Intrinsics(k) | Lens::Distorted { intrinsics: k, .. } => (None, None, Some(k)),
+            Lens::Equirectangular => (None, None, None),
         };
         let intrinsics = intrinsics.map(
             |k| object!(self, "Intrinsics", fx: k.fx, fy: k.fy, cx: k.cx, cy: k.cy, skew: k.skew),
         );
-        let distortion = camera.distortion().map(|distortion| {
+        let is_panorama = camera.lens == Lens::Equirectangular;
+        let distortion = camera.distortion().filter(|_| !is_panorama);
+        let distortion = distortion.map(|distortion| {
             let (class, names) = match distortion {
+                Distortion::Equirectangular => ("RationalDistortion", &[][..]),
                 Distortion::Rational(_) => ("RationalDistortion", &Distortion::RATIONAL[..]),
                 Distortion::Fisheye(_) => ("FisheyeDistortion", &Distortion::FISHEYE[..]),
             };
@@ -108,6 +112,7 @@ impl<'py> Classes<'py> {
             distortion: distortion.transpose()?,
             samples: camera.pixel_sampling.map_or(1, |sampling| sampling.samples),
             filter: camera.pixel_sampling.map(|sampling| sampling.filter.name()),
+            projection: is_panorama.then_some("equirectangular"),
         )
     }
 

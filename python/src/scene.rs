@@ -88,7 +88,15 @@ fn camera_from(part: &Part) -> PyResult<Camera> {
     let distortion = distortion.map(|d| distortion_from(&d)).transpose()?;
     let fov_deg = ["fov_x_deg", "fov_y_deg"].map(|name| part.optional_number(name));
     let [fov_x_deg, fov_y_deg] = fov_deg;
+    let projection = part.choice("projection", &["equirectangular"], |name| name)?;
     let lens = match (fov_x_deg?, fov_y_deg?, intrinsics, distortion) {
+        (None, None, None, None) if projection.is_some() => Lens::Equirectangular,
+        _ if projection.is_some() => {
+            return Err(part.error(
+                "projection is given with a lens",
+                "leave out fov_x_deg, fov_y_deg, intrinsics_px and distortion, or projection",
+            ));
+        }
         (Some(fov_x_deg), None, None, None) => Lens::FovX { fov_x_deg },
         (None, Some(fov_y_deg), None, None) => Lens::FovY { fov_y_deg },
         (None, None, Some(intrinsics), None) => Lens::Intrinsics(intrinsics),
@@ -99,7 +107,7 @@ fn camera_from(part: &Part) -> PyResult<Camera> {
         _ => {
             return Err(part.error(
                 "the lens is missing or ambiguous",
-                "give one of fov_x_deg, fov_y_deg and intrinsics_px; distortion needs intrinsics_px",
+                "give one of fov_x_deg, fov_y_deg, intrinsics_px and projection; distortion needs intrinsics_px",
             ));
         }
     };

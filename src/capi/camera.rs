@@ -17,6 +17,8 @@ pub const CAMLUX_LENS_RATIONAL: i32 = 2;
 pub const CAMLUX_LENS_FISHEYE: i32 = 3;
 /// Lens given by `fov_x_deg`.
 pub const CAMLUX_LENS_FOV_X: i32 = 4;
+/// All directions: 360 degrees of longitude from left to right, 180 degrees of latitude from top to bottom, the view in the middle.
+pub const CAMLUX_LENS_EQUIRECTANGULAR: i32 = 5;
 
 /// All samples of a pixel have the same weight.
 pub const CAMLUX_FILTER_BOX: i32 = 0;
@@ -46,7 +48,7 @@ pub struct camlux_camera {
     pub width_px: u32,
     /// Height of the image, pixels.
     pub height_px: u32,
-    /// One of CAMLUX_LENS_FOV_Y, _FOV_X, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored.
+    /// One of CAMLUX_LENS_FOV_Y, _FOV_X, _EQUIRECTANGULAR, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored.
     pub lens: i32,
     /// The camera's centre in world space, m.
     pub position_m: [f64; 3],
@@ -292,6 +294,7 @@ pub(super) fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
         CAMLUX_LENS_FOV_X => Lens::FovX {
             fov_x_deg: camera.fov_x_deg,
         },
+        CAMLUX_LENS_EQUIRECTANGULAR => Lens::Equirectangular,
         CAMLUX_LENS_INTRINSICS => Lens::Intrinsics(intrinsics),
         CAMLUX_LENS_RATIONAL => distorted(Distortion::Rational(rational)),
         CAMLUX_LENS_FISHEYE => distorted(Distortion::Fisheye([k1, k2, k3, k4])),
@@ -337,6 +340,10 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
             (found.lens, found.fov_x_deg) = (CAMLUX_LENS_FOV_X, fov_x_deg);
             return found;
         }
+        Lens::Equirectangular => {
+            found.lens = CAMLUX_LENS_EQUIRECTANGULAR;
+            return found;
+        }
         Lens::Intrinsics(_) | Lens::Distorted { .. } => {}
     }
     let Intrinsics {
@@ -350,7 +357,7 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
     (found.cx_px, found.cy_px) = (cx, cy);
     found.skew_px = skew;
     found.lens = match camera.distortion() {
-        None => CAMLUX_LENS_INTRINSICS,
+        None | Some(Distortion::Equirectangular) => CAMLUX_LENS_INTRINSICS,
         Some(Distortion::Rational(coefficients)) => {
             found.distortion.copy_from_slice(&coefficients[..8]);
             found.prism_tilt.copy_from_slice(&coefficients[8..]);

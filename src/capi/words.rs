@@ -1,7 +1,7 @@
 //! The library names values as scene files do. This table says what they are in C.
 
 /// What messages of the library contain, and what it is in C. A phrase stands before those that it contains.
-const WORDS: [(&str, &str); 34] = [
+const WORDS: [(&str, &str); 35] = [
     // Hints.
     (
         "give the sensor a wavelength_nm and a quantum_efficiency",

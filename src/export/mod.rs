@@ -70,11 +70,14 @@ impl Scene {
         toml.numbers("up", &up.to_array());
         toml.lens(&self.camera.lens);
         if let Some(distortion) = self.camera.distortion() {
-            let (key, names) = match distortion {
-                Distortion::Rational(_) => ("distortion", &Distortion::RATIONAL[..]),
-                Distortion::Fisheye(_) => ("fisheye", &Distortion::FISHEYE[..]),
+            let coefficients = match distortion {
+                Distortion::Rational(_) => Some(("distortion", &Distortion::RATIONAL[..])),
+                Distortion::Fisheye(_) => Some(("fisheye", &Distortion::FISHEYE[..])),
+                Distortion::Equirectangular => None,
             };
-            toml.named(key, names, distortion.coefficients());
+            if let Some((key, names)) = coefficients {
+                toml.named(key, names, distortion.coefficients());
+            }
         }
         if let Some(sampling) = pixel_sampling {
             toml.count("samples", sampling.samples.into());

@@ -85,6 +85,7 @@ impl Toml {
         match lens {
             Lens::FovY { fov_y_deg } => self.number("fov_y_deg", *fov_y_deg),
             Lens::FovX { fov_x_deg } => self.number("fov_x_deg", *fov_x_deg),
+            Lens::Equirectangular => self.string("projection", "equirectangular"),
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
                 self.intrinsics(intrinsics);
             }

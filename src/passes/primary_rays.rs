@@ -34,14 +34,18 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
     Ok(())
 }
 
-/// Uploads the direction of the ray through each pixel's centre, in the camera's axes and the shader's order: Z, X, Y.
+/// Uploads the direction of the ray through each pixel's centre, in the camera's axes and the shader's order: Z, X, Y. The fourth number is 1
+/// for a pixel that sees nothing, outside the image circle of a fisheye lens. It has the direction at the circle's edge, between which and its
+/// own the pixels at the edge interpolate.
 pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc<Buffer>> {
     let [width, height] = camera.resolution_px.map(|size| size as usize);
     let mut rays = vec![0.0; 4 * width * height];
     per_pixel(&mut rays, |i| {
         let [x_px, y_px] = [i % width, i / width].map(|place| place as f64 + 0.5);
-        let direction = camera.unproject(x_px, y_px).unwrap_or_default();
-        [direction.z, direction.x, direction.y, 0.0].map(|value| value as f32)
+        let seen = camera.unproject(x_px, y_px);
+        let direction = seen.unwrap_or_else(|| camera.direction_at_circle(x_px, y_px));
+        let is_unseen = f64::from(u8::from(seen.is_none()));
+        [direction.z, direction.x, direction.y, is_unseen].map(|value| value as f32)
     });
     commands.upload("rays of the lens", &rays)
 }

@@ -23,7 +23,9 @@ pub fn is_edge(
     let camera = &transport.surfaces.scene.camera;
     let origin = transport.to_local(camera.position_m);
     let surface_at = |hit: &Hit, [x_px, y_px]: [f64; 2]| {
-        let direction = view_ray(camera, x_px, y_px).0;
+        // It sees what it has hit.
+        let direction =
+            view_ray(camera, x_px, y_px).map_or(DVec3::ZERO, |(direction, _)| direction);
         transport.surfaces.at(hit, direction)
     };
     let mut at_centre = None;
@@ -35,8 +37,8 @@ pub fn is_edge(
     ];
     steps.into_iter().any(|[dx, dy]| {
         let near_px = [x_px + dx, y_px + dy];
-        let direction = view_ray(camera, near_px[0], near_px[1]).0;
-        let near = transport.trace(origin, direction);
+        let ray = view_ray(camera, near_px[0], near_px[1]);
+        let near = ray.and_then(|(direction, _)| transport.trace(origin, direction));
         let (Some(centre), Some(near)) = (centre, near) else {
             return centre.is_some() != near.is_some();
         };

@@ -75,9 +75,9 @@ impl Pixel {
     /// Computes what a point of the image plane shows.
     pub fn new(transport: &Transport, x_px: f64, y_px: f64) -> Pixel {
         let scene = &transport.surfaces.scene;
-        let (direction, per_depth) = view_ray(&scene.camera, x_px, y_px);
+        let ray = view_ray(&scene.camera, x_px, y_px);
         let origin = transport.to_local(scene.camera.position_m);
-        let hit = transport.trace(origin, direction);
+        let hit = ray.and_then(|(direction, _)| transport.trace(origin, direction));
         let is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), SUB_PIXEL_BITS);
         let footprint = scene.camera.pixel_sampling.map(|sampling| {
             let footprint = Footprint::of(transport, sampling.filter, [x_px, y_px]);
@@ -97,7 +97,7 @@ impl Pixel {
             indirect: [Moments::default(); 3],
             indirect_phasors: vec![Default::default(); transport.frequency_count()],
         };
-        let Some(hit) = hit else {
+        let (Some((direction, per_depth)), Some(hit)) = (ray, hit) else {
             return background;
         };
         let surface = transport.surfaces.at(&hit, direction);
@@ -129,7 +129,8 @@ impl Pixel {
     pub fn mark_edge(&mut self, transport: &Transport, [x_px, y_px]: [f64; 2], bits: u32) {
         let camera = &transport.surfaces.scene.camera;
         let origin = transport.to_local(camera.position_m);
-        let hit = transport.trace(origin, view_ray(camera, x_px, y_px).0);
+        let ray = view_ray(camera, x_px, y_px);
+        let hit = ray.and_then(|(direction, _)| transport.trace(origin, direction));
         self.is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), bits);
     }
 

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::scene::{Camera, Distortion, Intrinsics, Lens};
 
-/// Unit direction through a point of the image plane, and its length per unit of depth.
-pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
+/// Unit direction through a point of the image plane, and its length per unit of depth; `None` outside the image circle of a fisheye lens.
+pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> Option<(DVec3, f64)> {
     let forward = (camera.look_at_m - camera.position_m).normalize();
     let right = forward.cross(camera.up).normalize();
     let down = forward.cross(right);
@@ -31,6 +31,13 @@ pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
                 1.0,
             ]
         }
+        Lens::Equirectangular => {
+            let azimuth = (x_px / width - 0.5) * std::f64::consts::TAU;
+            // From straight down, which is the bottom of the image.
+            let polar = (1.0 - y_px / height) * std::f64::consts::PI;
+            let across = polar.sin();
+            [across * azimuth.sin(), polar.cos(), across * azimuth.cos()]
+        }
         Lens::Intrinsics(pinhole) => {
             let [x, y] = in_focal_lengths(pinhole);
             [x, y, 1.0]
@@ -38,11 +45,11 @@ pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
         Lens::Distorted {
             intrinsics,
             distortion,
-        } => undistorted(distortion, in_focal_lengths(intrinsics)),
+        } => undistorted(distortion, in_focal_lengths(intrinsics))?,
     };
     let direction = x * right + y * down + z * forward;
     let unit = direction.normalize();
-    (unit, unit.dot(forward).recip())
+    Some((unit, unit.dot(forward).recip()))
 }
 
 /// Halvings of the interval that contains a radius, enough to reach the last bit.
@@ -52,15 +59,16 @@ const ROUNDS: u32 = 50;
 
 /// The direction that a lens shows at an image point. Bisection inverts the radial part and needs no derivatives. Iterations remove the
 /// small tangential part and the thin prism.
-fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
-    match distortion {
+fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> Option<[f64; 3]> {
+    Some(match distortion {
+        Distortion::Equirectangular => [y.cos() * x.sin(), y.sin(), y.cos() * x.cos()],
         Distortion::Fisheye([k1, k2, k3, k4]) => {
             let shown_at = |angle: f64| {
                 let powers = [angle.powi(3), angle.powi(5), angle.powi(7), angle.powi(9)];
                 angle + k1 * powers[0] + k2 * powers[1] + k3 * powers[2] + k4 * powers[3]
             };
             let radius = x.hypot(y);
-            let angle = first_reaching(radius, std::f64::consts::PI, shown_at);
+            let angle = first_reaching(radius, std::f64::consts::PI, shown_at)?;
             let (sin, cos) = angle.sin_cos();
             let per_radius = if radius > 0.0 { sin / radius } else { 0.0 };
             [x * per_radius, y * per_radius, cos]
@@ -83,7 +91,7 @@ fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
                 let radius = radially[0].hypot(radially[1]);
                 let share = match radius {
                     0.0 => 1.0,
-                    _ => first_reaching(radius, 1e3, shown_at) / radius,
+                    _ => first_reaching(radius, 1e3, shown_at)? / radius,
                 };
                 let next = radially.map(|coordinate| coordinate * share);
                 let has_settled = (next[0] - u).hypot(next[1] - v) <= 1e-15 * (1.0 + radius);
@@ -94,7 +102,7 @@ fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
             }
             [found[0], found[1], 1.0]
         }
-    }
+    })
 }
 
 /// Takes a point from a tilted sensor to the plane across the axis, by undoing OpenCV's formula step by step.
@@ -108,12 +116,15 @@ fn untilted([x, y]: [f64; 2], [tau_x, tau_y]: [f64; 2]) -> [f64; 2] {
     [x / z, y / z]
 }
 
-/// The first point at which an increasing function that begins at 0 reaches a value. It searches in small steps, and then bisects the last
-/// one.
-fn first_reaching(value: f64, end: f64, function: impl Fn(f64) -> f64) -> f64 {
+/// The first point at which a function that begins at 0 and increases reaches a value. It searches in small steps, and then bisects the last
+/// one. `None` if the function decreases before, or ends.
+fn first_reaching(value: f64, end: f64, function: impl Fn(f64) -> f64) -> Option<f64> {
     let mut low = 0.0;
     let mut high = (value / 64.0).min(end);
-    while function(high) < value && high < end {
+    while function(high) < value {
+        if high >= end || function(high) < function(low) {
+            return None;
+        }
         low = high;
         high = (high + value / 64.0).min(end);
     }
@@ -125,5 +136,5 @@ fn first_reaching(value: f64, end: f64, function: impl Fn(f64) -> f64) -> f64 {
             high = middle;
         }
     }
-    0.5 * (low + high)
+    Some(0.5 * (low + high))
 }

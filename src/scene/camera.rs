@@ -1,5 +1,7 @@
 //! The camera and its lens.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::{DMat3, DMat4, DVec2, DVec3};
 
 use super::{Distortion, PixelSampling};
@@ -25,6 +27,9 @@ pub enum Lens {
     FovY { fov_y_deg: f64 },
     /// As [`Lens::FovY`], with the full horizontal field of view.
     FovX { fov_x_deg: f64 },
+    /// All directions: columns are evenly spaced in longitude, 360° from left to right, and rows in latitude, 180° from top to bottom. The view
+    /// is in the middle.
+    Equirectangular,
     /// Measured intrinsics.
     Intrinsics(Intrinsics),
     /// Measured intrinsics of a lens with distortion.
@@ -86,6 +91,16 @@ impl Lens {
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => intrinsics,
             Lens::FovY { fov_y_deg } => square_pixels(resolution_px, 1, fov_y_deg),
             Lens::FovX { fov_x_deg } => square_pixels(resolution_px, 0, fov_x_deg),
+            Lens::Equirectangular => {
+                let [width, height] = resolution_px.map(f64::from);
+                Intrinsics {
+                    fx: width / TAU,
+                    fy: height / PI,
+                    cx: 0.5 * width,
+                    cy: 0.5 * height,
+                    skew: 0.0,
+                }
+            }
         }
     }
 }
@@ -119,7 +134,7 @@ impl Camera {
             ..*self
         };
         match &mut resized.lens {
-            Lens::FovY { .. } | Lens::FovX { .. } => {}
+            Lens::FovY { .. } | Lens::FovX { .. } | Lens::Equirectangular => {}
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
                 let Intrinsics {
                     fx,
@@ -163,18 +178,20 @@ impl Camera {
         DMat4::from_cols(axes[0], axes[1], axes[2], self.position_m.extend(1.0))
     }
 
-    /// The distortion of the lens; `None` without distortion.
+    /// The distortion of the lens; `None` if straight lines stay straight.
     pub fn distortion(&self) -> Option<Distortion> {
         match self.lens {
             Lens::Distorted { distortion, .. } => Some(distortion),
+            Lens::Equirectangular => Some(Distortion::Equirectangular),
             Lens::FovY { .. } | Lens::FovX { .. } | Lens::Intrinsics(_) => None,
         }
     }
 
-    /// Direction through a point of the image plane. Its component along the view axis is 1; through a fisheye lens its length is 1.
+    /// Direction through a point of the image plane. Its component along the view axis is 1; if the lens may see what is behind the
+    /// camera, its length is 1.
     pub fn ray_direction(&self, x_px: f64, y_px: f64) -> DVec3 {
         let basis = self.basis();
-        // Every point of a valid camera's image has a direction.
+        // Only outside the image circle of a fisheye does a valid camera see nothing.
         let DVec3 { x, y, z } = self.unproject(x_px, y_px).unwrap_or(DVec3::Z);
         basis.forward * z + basis.right * x + basis.down * y
     }
@@ -194,8 +211,7 @@ impl Camera {
             let is_ahead = direction.z > 0.0;
             return is_ahead.then(|| on_pixels(direction.truncate() / direction.z));
         };
-        let is_fisheye = matches!(distortion, Distortion::Fisheye(_));
-        if !is_fisheye && direction.z <= 0.0 {
+        if !distortion.sees_behind() && direction.z <= 0.0 {
             return None;
         }
         let point = distortion.project(direction);
@@ -205,7 +221,35 @@ impl Camera {
         is_seen.then(|| on_pixels(point))
     }
 
-    /// Like [`Camera::ray_direction`], in the camera's axes; `None` if the distorted image [folds over](Distortion::unproject).
+    /// The direction where the line from the principal point to a point outside the image circle leaves the circle.
+    pub(crate) fn direction_at_circle(&self, x_px: f64, y_px: f64) -> DVec3 {
+        /// Halvings of the line: to 1e-6 of it.
+        const HALVINGS: u32 = 20;
+        let Intrinsics { cx, cy, .. } = self.intrinsics_px();
+        let (mut inside, mut outside, mut direction) = (0.0, 1.0, DVec3::Z);
+        for _ in 0..HALVINGS {
+            let share = 0.5 * (inside + outside);
+            match self.unproject(cx + share * (x_px - cx), cy + share * (y_px - cy)) {
+                Some(seen) => (inside, direction) = (share, seen),
+                None => outside = share,
+            }
+        }
+        direction
+    }
+
+    /// The share of the image's border that is outside the image circle of a fisheye lens, and black.
+    pub(crate) fn unseen_border(&self) -> f64 {
+        let [width, height] = self.resolution_px.map(f64::from);
+        let along = |length: f64| (0..=32).map(move |step| length * f64::from(step) / 32.0);
+        let rows = along(width).flat_map(|x| [[x, 0.0], [x, height]]);
+        let columns = along(height).flat_map(|y| [[0.0, y], [width, y]]);
+        let border: Vec<[f64; 2]> = rows.chain(columns).collect();
+        let is_unseen = |place: &&[f64; 2]| self.unproject(place[0], place[1]).is_none();
+        border.iter().filter(is_unseen).count() as f64 / border.len() as f64
+    }
+
+    /// Like [`Camera::ray_direction`], in the camera's axes; `None` outside the image circle of a fisheye lens, and where the distorted image
+    /// [folds over](Distortion::unproject).
     pub(crate) fn unproject(&self, x_px: f64, y_px: f64) -> Option<DVec3> {
         let point = self.intrinsics_px().point(x_px, y_px);
         match self.distortion() {

@@ -10,6 +10,8 @@ pub enum Distortion {
     Rational([f64; 14]),
     /// The model of `cv::fisheye` (Kannala and Brandt): k1 k2 k3 k4.
     Fisheye([f64; 4]),
+    /// Longitude and latitude, radians, as the two coordinates: all directions.
+    Equirectangular,
 }
 
 /// Steps from the principal point to an image point; each starts from the result of the one before.
@@ -39,11 +41,17 @@ impl Distortion {
         })
     }
 
-    /// The name of the model in OpenCV.
+    /// Whether it may show what is behind the camera. Such a lens has no cos⁴ vignetting.
+    pub fn sees_behind(&self) -> bool {
+        matches!(self, Distortion::Fisheye(_) | Distortion::Equirectangular)
+    }
+
+    /// The name of the model, in OpenCV if it has it.
     pub fn model(&self) -> &'static str {
         match self {
             Distortion::Rational(_) => "rational",
             Distortion::Fisheye(_) => "fisheye",
+            Distortion::Equirectangular => "equirectangular",
         }
     }
 
@@ -56,6 +64,7 @@ impl Distortion {
                 &coefficients[..length.unwrap_or(14)]
             }
             Distortion::Fisheye(coefficients) => coefficients,
+            Distortion::Equirectangular => &[],
         }
     }
 
@@ -72,10 +81,15 @@ impl Distortion {
                 let angle = across.length().atan2(direction.z);
                 across.normalize_or_zero() * fisheye(k, angle).0
             }
+            Distortion::Equirectangular => DVec2::new(
+                direction.x.atan2(direction.z),
+                direction.y.atan2(direction.x.hypot(direction.z)),
+            ),
         }
     }
 
-    /// The direction in the camera's axes at an image point: of length 1 for [`Distortion::Fisheye`], otherwise with z = 1. `None` if the
+    /// The direction in the camera's axes at an image point: of length 1 if the model [sees behind](Distortion::sees_behind), otherwise
+    /// with z = 1. `None` if the
     /// image folds over between the principal point and this point, or if the lens sees nothing that far out.
     pub fn unproject(&self, point: DVec2) -> Option<DVec3> {
         match self {
@@ -99,6 +113,10 @@ impl Distortion {
                 }
                 let across = point.normalize_or_zero() * angle.sin();
                 Some(across.extend(angle.cos()))
+            }
+            Distortion::Equirectangular => {
+                let ((sin_x, cos_x), (sin_y, cos_y)) = (point.x.sin_cos(), point.y.sin_cos());
+                Some(DVec3::new(cos_y * sin_x, sin_y, cos_y * cos_x))
             }
         }
     }

@@ -189,6 +189,7 @@ impl Bytes {
         match lens {
             Lens::FovY { fov_y_deg } => self.numbers([0.0, fov_y_deg]),
             Lens::FovX { fov_x_deg } => self.numbers([3.0, fov_x_deg]),
+            Lens::Equirectangular => self.numbers([4.0]),
             Lens::Intrinsics(intrinsics) => self.intrinsics(1.0, intrinsics),
             Lens::Distorted {
                 intrinsics,

@@ -103,12 +103,18 @@ impl Scene {
         placed("camera", 0, self.camera.validate())?;
         if let Some(sensor) = &self.sensor {
             placed("sensor", 0, sensor.validate())?;
-            let is_fisheye = matches!(self.camera.distortion(), Some(Distortion::Fisheye(_)));
+            let distortion = self.camera.distortion();
+            let sees_behind = distortion.is_some_and(|lens| lens.sees_behind());
             let has_aperture = sensor.f_number.is_some();
             let part = Part("sensor".into());
             let fitting = part.require(
-                !(is_fisheye && has_aperture),
-                "f_number is given for a fisheye lens, whose vignetting is not cos⁴",
+                !(sees_behind && has_aperture),
+                match distortion {
+                    Some(Distortion::Equirectangular) => {
+                        "f_number is given for a panorama, whose vignetting is not cos⁴"
+                    }
+                    _ => "f_number is given for a fisheye lens, whose vignetting is not cos⁴",
+                },
                 "remove f_number: E_C is then numerically equal to the radiance",
             );
             placed("sensor", 0, fitting)?;
@@ -302,9 +308,18 @@ impl Camera {
                 format_args!("fov_x_deg is {fov_x_deg}"),
                 "give degrees between 0 and 180, both excluded",
             ),
+            Lens::Equirectangular => Ok(()),
             Lens::Intrinsics(intrinsics) => intrinsics.validate(&part),
-            Lens::Distorted { intrinsics, .. } => {
+            Lens::Distorted {
+                intrinsics,
+                distortion,
+            } => {
                 intrinsics.validate(&part)?;
+                part.require(
+                    distortion != Distortion::Equirectangular,
+                    "a panorama has intrinsics",
+                    "give Lens::Equirectangular, which needs none",
+                )?;
                 self.validate_distortion(&part)
             }
         }
@@ -313,6 +328,14 @@ impl Camera {
     /// The lens must see one direction at each point of the image. Each of these points is between the principal point and the border, so
     /// checking the border is enough.
     fn validate_distortion(&self, part: &Part) -> Result<()> {
+        if let Some(Distortion::Fisheye(coefficients)) = self.distortion() {
+            // What is outside its image circle is black.
+            return part.require(
+                coefficients.iter().all(|value| value.is_finite()),
+                format_args!("the coefficients of the fisheye are {coefficients:?}"),
+                "give finite numbers",
+            );
+        }
         let [width, height] = self.resolution_px;
         let along = |length: u32| (0..=length).map(f64::from);
         let (right, bottom) = (f64::from(width), f64::from(height));

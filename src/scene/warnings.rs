@@ -53,6 +53,13 @@ impl Scene {
                 }
             }
         }
+        let unseen = self.camera.unseen_border();
+        if unseen > 0.0 {
+            warnings.push(format!(
+                "the image circle of the fisheye lens ends inside the image: {:.0} % of the image's border are outside it, and black; if the lens shows more, check its coefficients and focal lengths",
+                100.0 * unseen
+            ));
+        }
         if let Some(tof) = &self.tof
             && !self.lights.is_empty()
             && (0..self.lights.len()).all(|light| !tof.is_modulated(light))

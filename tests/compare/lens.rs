@@ -8,7 +8,7 @@ use camlux::{
     Scene,
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Distortion, Intrinsics, Lens, Shadow},
+    scene::{Distortion, Intrinsics, Lens, PixelFilter, PixelSampling, Shadow},
 };
 use glam::{DVec2, DVec3};
 
@@ -84,6 +84,102 @@ fn a_fisheye_sees_more_than_half_of_all_directions() {
     camera_errors(&scene, &frame, &kept).check("marked room", 0.06);
     let depth = frame.values(Layer::Depth).expect("every frame has it");
     assert!(depth[0] < 0.0, "the corner shows what is behind the camera");
+}
+
+/// Outside the image circle a fisheye is black, with or without samples; inside, it shows what the reference does.
+#[test]
+fn a_fisheye_is_black_outside_its_image_circle() {
+    let mut gpu = Gpu::open();
+    // The radius in which the lens shows something: π, and the maximum of θ·(1 - θ²/12), which is 4/3 at θ = 2.
+    for (k1, circle) in [(0.0, std::f64::consts::PI), (-1.0 / 12.0, 4.0 / 3.0)] {
+        let mut scene = rooms::marked_room();
+        scene.camera.resolution_px = [96, 96];
+        let focal_px = 40.0 / circle;
+        scene.camera.lens = Lens::Distorted {
+            intrinsics: Intrinsics {
+                fx: focal_px,
+                fy: focal_px,
+                cx: 48.0,
+                cy: 48.0,
+                skew: 0.0,
+            },
+            distortion: Distortion::Fisheye([k1, 0.0, 0.0, 0.0]),
+        };
+        let warnings = scene.warnings().join("\n");
+        assert!(
+            warnings.contains("100 % of the image's border are outside"),
+            "{warnings}"
+        );
+        let frame = gpu.render(&scene);
+        let truth = Reference::new(&scene, 1).expect("a valid scene").frame();
+        let ids = frame.ids(Layer::InstanceId).expect("every frame has it");
+        let due = truth.ids(Layer::InstanceId).expect("every frame has it");
+        for (i, (id, due)) in ids.iter().zip(due).enumerate() {
+            let place = DVec2::new((i % 96) as f64 + 0.5, (i / 96) as f64 + 0.5);
+            let radius_px = place.distance(DVec2::splat(48.0));
+            assert_eq!(*id > 0, radius_px < 40.0, "{place}");
+            assert_eq!(*due > 0, radius_px < 40.0, "{place}");
+        }
+        let range = frame.values(Layer::Range).expect("every frame has it");
+        let expected = truth.values(Layer::Range).expect("every frame has it");
+        let edges = truth.ids(Layer::Edge).expect("a reference has it");
+        let pairs = range.iter().zip(expected).zip(edges);
+        let seen = pairs.filter(|((a, _), edge)| a.is_finite() && **edge == 0);
+        for ((a, b), _) in seen {
+            assert!((a - b).abs() < 1e-4 * b, "{a} for {b}");
+        }
+        scene.camera.pixel_sampling = Some(PixelSampling {
+            samples: 4,
+            filter: PixelFilter::Box,
+        });
+        let radiance = gpu.render(&scene);
+        let radiance = radiance
+            .values(Layer::Radiance)
+            .expect("every frame has it");
+        for (i, bands) in radiance.chunks(3).enumerate() {
+            let place = DVec2::new((i % 96) as f64 + 0.5, (i / 96) as f64 + 0.5);
+            if place.distance(DVec2::splat(48.0)) > 41.0 {
+                assert_eq!(bands, [0.0; 3], "{place}");
+            }
+        }
+    }
+}
+
+/// All directions, in a room of which each wall tells its place.
+#[test]
+fn a_panorama_sees_all_directions() {
+    let mut scene = rooms::marked_room();
+    scene.camera.resolution_px = [128, 64];
+    scene.camera.lens = Lens::Equirectangular;
+    let (frame, kept) = render(&mut Gpu::open(), &scene);
+    camera_errors(&scene, &frame, &kept).check("marked room", 0.06);
+    // The middle column looks ahead, the first and the last one back; the rows go from straight up to straight down.
+    let positions = frame
+        .values(Layer::CameraPosition)
+        .expect("every frame has it");
+    let (positions, _) = positions.as_chunks::<3>();
+    let seen = |x: usize, y: usize| DVec3::from(positions[128 * y + x].map(f64::from)).normalize();
+    for (x, y, due) in [
+        (64, 32, DVec3::Z),
+        (0, 32, DVec3::NEG_Z),
+        (96, 32, DVec3::X),
+        (32, 32, DVec3::NEG_X),
+        (64, 0, DVec3::NEG_Y),
+        (64, 63, DVec3::Y),
+    ] {
+        // Half a pixel is 0.025 radians.
+        assert!(
+            seen(x, y).distance(due) < 0.04,
+            "({x}, {y}): {} for {due}",
+            seen(x, y)
+        );
+    }
+    let truth = Reference::new(&scene, 1).expect("a valid scene").frame();
+    let due = truth.values(Layer::CameraPosition).expect("it has it");
+    let edges = truth.ids(Layer::Edge).expect("a reference has it");
+    let pairs = positions.as_flattened().iter().zip(due).enumerate();
+    let differing = pairs.filter(|(i, (a, b))| edges[i / 3] == 0 && (*a - *b).abs() > 1e-5);
+    assert!(differing.count() <= 6);
 }
 
 #[test]

@@ -20,7 +20,13 @@ const POSE: [&str; 6] = [
 ];
 
 /// The keys that tell the focal lengths.
-const LENSES: [&str; 4] = ["fov_x_deg", "fov_y_deg", "intrinsics_px", "camera_matrix"];
+const LENSES: [&str; 5] = [
+    "fov_x_deg",
+    "fov_y_deg",
+    "intrinsics_px",
+    "camera_matrix",
+    "projection",
+];
 
 /// The keys that bend lines.
 const DISTORTIONS: [&str; 2] = ["distortion", "fisheye"];
@@ -147,7 +153,7 @@ pub(super) fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
     let distortion = distortion(keys)?;
     let given = keys.take_one(&LENSES)?;
     let intrinsics = match given {
-        Some(("fov_x_deg" | "fov_y_deg", fov)) if distortion.is_some() => {
+        Some(("fov_x_deg" | "fov_y_deg" | "projection", fov)) if distortion.is_some() => {
             return Err(fov.error(
                 "is given with a distortion, whose calibration tells the focal lengths",
                 "give intrinsics_px = { fx = .., fy = .., cx = .., cy = .. } instead",
@@ -162,6 +168,10 @@ pub(super) fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
             return Ok(Lens::FovY {
                 fov_y_deg: fov.number()?,
             });
+        }
+        Some(("projection", name)) => {
+            name.choice(&["equirectangular"], |name| name)?;
+            return Ok(Lens::Equirectangular);
         }
         Some(("camera_matrix", matrix)) => intrinsics_of_matrix(&matrix)?,
         Some((_, intrinsics)) => {
