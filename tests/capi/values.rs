@@ -259,7 +259,7 @@ fn frames_are_checked() {
     for (layer, words) in [
         (CAMLUX_LAYER_ENERGY, "camlux_scene_set_sensor"),
         (CAMLUX_LAYER_TOF_RANGE, "no layer tof0.range"),
-        (20, "layer is 20"),
+        (22, "layer is 22"),
         (-1, "layer is -1"),
     ] {
         let mut view = init!(camlux_view {});
