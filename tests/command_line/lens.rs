@@ -30,6 +30,7 @@ fn scene_file(folder: &Path, calibration: &Calibration) {
     let names: &[&str] = match distortion {
         Distortion::Rational(_) => &Distortion::RATIONAL,
         Distortion::Fisheye(_) => &Distortion::FISHEYE,
+        Distortion::Equirectangular => panic!("{} has no coefficients", calibration.name),
     };
     let key = if names.len() == 4 {
         "fisheye"
