@@ -127,8 +127,8 @@ impl Frames {
                 timing.check(&scene, name)?;
             }
             job.changes.check(&scene)?;
-            let folder = match job.scenes.len() {
-                1 => String::new(),
+            let folder = match (job.scenes.len(), job.has_rig) {
+                (1, false) => String::new(),
                 _ => format!("{}/", of_job.folder),
             };
             let hash = scene.hash();
