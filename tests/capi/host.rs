@@ -135,6 +135,7 @@ pub fn from_arrays(scene: &camlux::Scene) -> Scene {
         Lens::FovX { fov_x_deg } => {
             (c_camera.lens, c_camera.fov_x_deg) = (CAMLUX_LENS_FOV_X, fov_x_deg);
         }
+        Lens::Equirectangular => c_camera.lens = CAMLUX_LENS_EQUIRECTANGULAR,
         Lens::Intrinsics(lens)
         | Lens::Distorted {
             intrinsics: lens, ..
@@ -153,7 +154,7 @@ pub fn from_arrays(scene: &camlux::Scene) -> Scene {
         };
     }
     match camera.distortion() {
-        None => {}
+        None | Some(Distortion::Equirectangular) => {}
         Some(Distortion::Rational(coefficients)) => {
             c_camera.lens = CAMLUX_LENS_RATIONAL;
             c_camera.distortion.copy_from_slice(&coefficients[..8]);

@@ -201,6 +201,12 @@ void values_come_back()
     camera.fov_x_deg = 60;
     scene.set_camera(camera);
     CHECK(scene.camera().fov_x_deg == 60.0 && !scene.camera().lens);
+    camera.fov_x_deg.reset();
+    camera.equirectangular = true;
+    scene.set_camera(camera);
+    CHECK(scene.camera().equirectangular && !scene.camera().fov_x_deg && !scene.camera().lens);
+    camera.equirectangular = false;
+    scene.set_camera(camera);
 
     const std::uint32_t lamp = scene.add_light(camlux::light::disc({0, 1, 0}, {0, -1, 0}, 0.1, {1, 2, 3}));
     CHECK(scene.light(lamp).radius_m == 0.1);

@@ -387,7 +387,7 @@ fn a_scene_with_everything_comes_back() {
 
 #[test]
 fn variants_come_back() {
-    let edits: [fn(&mut Scene); 8] = [
+    let edits: [fn(&mut Scene); 9] = [
         |s| s.indirect = None,
         |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8)),
         |s| {
@@ -406,6 +406,14 @@ fn variants_come_back() {
             s.camera.lens = Lens::FovY {
                 fov_y_deg: 100.0 / 3.0,
             }
+        },
+        |s| {
+            s.camera.lens = Lens::Equirectangular;
+            // An aperture has the vignetting of a pinhole.
+            s.sensor = s.sensor.map(|sensor| Sensor {
+                f_number: None,
+                ..sensor
+            });
         },
         |s| {
             s.camera.pixel_sampling = None;
