@@ -738,7 +738,8 @@ typedef struct camlux_sensor {
   double quantum_efficiency;
   /**
    * Focal length divided by the diameter of the aperture. The irradiance on a pixel is its radiance times (pi/4) / f_number^2 * cos^4 of the
-   * angle to the axis. 0: the irradiance is numerically the radiance. Not with CAMLUX_LENS_FISHEYE.
+   * angle to the axis, or the polynomial of vignetting in place of cos^4. 0: the irradiance is numerically the radiance. With
+   * CAMLUX_LENS_FISHEYE and CAMLUX_LENS_EQUIRECTANGULAR only beside vignetting.
    */
   double f_number;
   /** Factors of quantum_efficiency for light in the bands R, G and B. Time of flight has its own. */
@@ -747,6 +748,15 @@ typedef struct camlux_sensor {
   int32_t bayer;
   /** 1: a pixel counts the electrons of all bands together, CAMLUX_LAYER_RAW_ELECTRONS; otherwise 0. */
   int32_t monochrome;
+  /**
+   * k1, k2 and k3 of the measured vignetting, 1 + k1 r^2 + k2 r^4 + k3 r^6, where r is the distance of a pixel's centre from the principal
+   * point over half the diagonal of the image, both in pixels. Above 0 wherever the lens sees. Read if has_vignetting is 1.
+   */
+  double vignetting[3];
+  /** 1: vignetting takes the place of cos^4, and f_number is needed; otherwise 0. */
+  int32_t has_vignetting;
+  /** 0. */
+  uint32_t reserved_end;
 } camlux_sensor;
 
 /** How the single bounce is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02. */
@@ -2525,7 +2535,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_CAMERA_INIT { CAMLUX_INITIALISED + sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0} }
 
-#define CAMLUX_SENSOR_INIT { CAMLUX_INITIALISED + sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0, {1.0, 1.0, 1.0}, 0, 0 }
+#define CAMLUX_SENSOR_INIT { CAMLUX_INITIALISED + sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0, {1.0, 1.0, 1.0}, 0, 0, {0.0, 0.0, 0.0}, 0, 0 }
 
 #define CAMLUX_TOF_NOISE_INIT { CAMLUX_INITIALISED + sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0 }
 

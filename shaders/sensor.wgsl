@@ -1,12 +1,17 @@
 // Energy on the pixel in the exposure: Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime. E_C is numerically the radiance
-// L*_{P→C}, as in the model; or, behind an aperture, L · (π/4)·(D/f)² · cos⁴θ.
+// L*_{P→C}, as in the model; or, behind an aperture, L · (π/4)·(D/f)² · cos⁴θ, or a measured vignetting in place of cos⁴θ.
 
 struct SensorParameters {
-    // C, and the unit vector of the axis; used with an aperture.
+    // C, and the unit vector of the axis; used with an aperture whose falloff is cos⁴.
     camera_position: vec3<f32>,
     // For light along the axis.
     joule_per_radiance: f32,
     forward: vec3<f32>,
+    // 1 / half the image's diagonal; these three are used with a measured vignetting.
+    per_half_diagonal: f32,
+    // Of r², r⁴ and r⁶.
+    vignetting: vec3<f32>,
+    principal_point: vec2<f32>,
 }
 
 var direct_radiance: texture_2d<f32>;
@@ -41,6 +46,12 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         let depth = dot(offset, parameters.forward);
         let squared_cosine = depth * depth / max(dot(offset, offset), 1e-37);
         radiance *= squared_cosine * squared_cosine;
+    }
+    if (VIGNETTED) {
+        let offset = (vec2<f32>(pixel) + 0.5 - parameters.principal_point) * parameters.per_half_diagonal;
+        let square = dot(offset, offset);
+        let k = parameters.vignetting;
+        radiance *= 1.0 + square * (k.x + square * (k.y + square * k.z));
     }
     textureStore(energy, pixel, vec4<f32>(radiance * parameters.joule_per_radiance, 0.0));
 }

@@ -10,7 +10,7 @@ axes! {
     Distribution { Broadcast8 "broadcast8", Broadcast4 "broadcast4", Tile "tile" }
     Lobes { Matte "matte", Glossy "glossy" }
     Frequencies { PhasorsOne "phasors one", PhasorsFour "phasors four" }
-    Seen { Aperture "aperture", Sampled "sampled" }
+    Falloff { Aperture "aperture", Sampled "sampled", Vignetted "vignetted" }
     Hit { Any "any", Closest "closest" }
     Search { Kernel "kernel", Query "query" }
     Traced { Cutout "cutout", Instanced "instanced" }
@@ -36,7 +36,7 @@ keys! {
     PixelFilterDepths { }
     PixelFilterInterpolate { phasors: bool, brdf: Brdf, }
     PixelFilterGathered { phasors: bool, brdf: Brdf, noisy: bool, }
-    Sensor { indirect: bool, emissive: bool, seen: Option<Seen>, }
+    Sensor { indirect: bool, emissive: bool, falloff: Option<Falloff>, }
     Trace { hit: Hit, search: Search, traced: Option<Traced>, }
     LightRaysEmit { }
     LightRaysShade { phasors: bool, brdf: Brdf, surface: Surface, instanced: bool, }

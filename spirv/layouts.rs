@@ -208,11 +208,15 @@ structs! {
         evenness: f32,
         variance_rate: f32,
     }
-    SensorParameters 32 {
+    SensorParameters 64 {
         camera_position: [f32; 3],
         joule_per_radiance: f32,
         forward: [f32; 3],
+        per_half_diagonal: f32,
+        vignetting: [f32; 3],
         _pad0: [u32; 1],
+        principal_point: [f32; 2],
+        _pad1: [u32; 2],
     }
     SmoothParameters 24 {
         stride: u32,

@@ -419,7 +419,7 @@ modules! {
     PIXEL_FILTER_GATHERED_PHASORS: Key::PixelFilterGathered { phasors: true, .. } =>
         "pixel_filter_gathered_phasors" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     SENSOR: Key::Sensor { .. } =>
-        "sensor" "sensor" c"compute_main" [8, 8, 1] 32 SENSOR_BINDINGS ["indirect", "emissive", "aperture", "sampled"] [];
+        "sensor" "sensor" c"compute_main" [8, 8, 1] 64 SENSOR_BINDINGS ["indirect", "emissive", "aperture", "sampled", "vignetted"] [];
     TRACE_ANY_KERNEL: Key::Trace { hit: Hit::Any, search: Search::Kernel, .. } =>
         "trace_any_kernel" "trace" c"compute_main" [64, 1, 1] 8 TRACE_ANY_KERNEL_BINDINGS ["cutout", "instanced"] [];
     TRACE_ANY_QUERY: Key::Trace { hit: Hit::Any, search: Search::Query, .. } =>

@@ -89,6 +89,8 @@ struct sensor {
     rgb band_weights = {1, 1, 1};
     bayer_pattern bayer = bayer_pattern::none;
     bool monochrome = false;
+    /** std::nullopt: cos^4. */
+    std::optional<std::array<double, 3>> vignetting = std::nullopt;
     /** std::nullopt: layers hold expected values. */
     std::optional<tof_noise> noise = std::nullopt;
 };
@@ -186,6 +188,10 @@ inline camlux_sensor raw_of(const sensor &from) noexcept
     set(to.band_weights, from.band_weights);
     to.bayer = number(from.bayer);
     to.monochrome = from.monochrome ? 1 : 0;
+    if (from.vignetting) {
+        std::copy(from.vignetting->begin(), from.vignetting->end(), to.vignetting);
+        to.has_vignetting = 1;
+    }
     return to;
 }
 
@@ -201,6 +207,9 @@ inline sensor sensor_of(const camlux_sensor &from) noexcept
     to.band_weights = rgb_of(from.band_weights);
     to.bayer = static_cast<bayer_pattern>(from.bayer);
     to.monochrome = from.monochrome != 0;
+    if (from.has_vignetting != 0) {
+        to.vignetting = {from.vignetting[0], from.vignetting[1], from.vignetting[2]};
+    }
     return to;
 }
 

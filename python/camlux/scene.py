@@ -406,6 +406,9 @@ class Sensor(Fields):
         both. Limits: 1 to 1e6.
     quantum_efficiency: η, electrons per photon. Limits: above 0, up to 1.
     f_number: focal length divided by the diameter of the aperture. Without it, E_C equals the radiance in number, as in the model.
+    vignetting: k1, k2 and k3 of the measured vignetting, in place of cos⁴: 1 + k1·r² + k2·r⁴ + k3·r⁶, where r is the distance of a
+        pixel's centre from the principal point over half the diagonal of the image, both in pixels. With an `f_number`. Limits: -10000
+        to 10000.
     band_weights: factors of `quantum_efficiency` for light in the bands R, G and B. Time of flight has its own. Limits: 0 to 1e6.
     bayer: colour filters of the pixels, row by row from the upper left one: each pixel then counts the electrons of one band.
     monochrome: whether a pixel counts the electrons of all bands together.
@@ -418,6 +421,7 @@ class Sensor(Fields):
     wavelength_nm: Number | None = None
     quantum_efficiency: Number | None = None
     f_number: Number | None = None
+    vignetting: Numbers | None = None
     band_weights: Bands = (1.0, 1.0, 1.0)
     bayer: Literal["RGGB", "GRBG", "GBRG", "BGGR"] | None = None
     monochrome: bool = False

@@ -157,6 +157,9 @@ impl<'py> Part<'py> {
                 ParameterValue::Pair(self.need(name, "give width and height, micrometres")?)
             }
             ParameterKind::Bands => ParameterValue::Bands(self.bands(name)?),
+            ParameterKind::Coefficients => ParameterValue::Coefficients(
+                self.need(name, &format!("give k1, k2 and k3{or_none}"))?,
+            ),
             ParameterKind::Count if is_optional => {
                 let count: u32 = self.need(name, "give a whole number, or None")?;
                 ParameterValue::Count(count.into())

@@ -258,7 +258,9 @@ impl<'py> Classes<'py> {
                 None => fields.set_item(name, None::<f64>)?,
                 Some(ParameterValue::Number(number)) => fields.set_item(name, number)?,
                 Some(ParameterValue::Pair([a, b])) => fields.set_item(name, (a, b))?,
-                Some(ParameterValue::Bands(bands)) => fields.set_item(name, triple(bands))?,
+                Some(ParameterValue::Bands(three) | ParameterValue::Coefficients(three)) => {
+                    fields.set_item(name, triple(three))?;
+                }
                 Some(ParameterValue::Count(count)) => fields.set_item(name, count)?,
                 Some(ParameterValue::Name(word)) => fields.set_item(name, word)?,
                 Some(ParameterValue::Flag(flag)) => fields.set_item(name, flag)?,

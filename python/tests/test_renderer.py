@@ -115,6 +115,25 @@ def test_a_sensor_counts_electrons(device, scene):
         renderer.render(scene)
 
 
+def test_a_measured_vignetting_takes_the_place_of_the_cosine(device, scene):
+    scene.indirect = None
+    scene.sensor = camlux.Sensor((3, 3), 1e-3, f_number=2)
+    renderer = camlux.Renderer(device)
+    radiance = renderer.render(scene)["radiance"]
+    scene.sensor.vignetting = (-0.5, 0.25, -0.125)
+    energy = renderer.render(scene)["energy"]
+    height, width = radiance.shape[:2]
+    x, y = np.meshgrid(np.arange(width) + 0.5 - width / 2, np.arange(height) + 0.5 - height / 2)
+    square = (x**2 + y**2) * 4 / (width**2 + height**2)
+    factor = 1 - 0.5 * square + 0.25 * square**2 - 0.125 * square**3
+    joule = 9e-12 * 1e-3 * np.pi / 4 / 2**2
+    np.testing.assert_allclose(energy, radiance * (factor * joule)[..., None], rtol=3e-6)
+    for wrong, words in [(1.0, "give k1, k2 and k3, or None"), ((-2, 0, 0), "vignetting makes the factor -1.000 in pixel")]:
+        scene.sensor.vignetting = wrong
+        with pytest.raises(camlux.SceneError, match=words):
+            renderer.render(scene)
+
+
 def with_time_of_flight(scene):
     scene.indirect = None
     scene.sensor = camlux.Sensor((10, 10), exposure_time_s=1e-3, duty_cycle=0.5, wavelength_nm=850, quantum_efficiency=0.5)

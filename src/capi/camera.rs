@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::*;
 use crate::scene::{
     BayerPattern, Camera, Distortion, Intrinsics, Lens, PixelFilter, PixelSampling, Sensor,
+    Vignetting,
 };
 
 /// Lens given by `fov_y_deg`.
@@ -102,7 +103,8 @@ pub struct camlux_sensor {
     /// Electrons per photon, above 0 and up to 1.
     pub quantum_efficiency: f64,
     /// Focal length divided by the diameter of the aperture. The irradiance on a pixel is its radiance times (pi/4) / f_number^2 * cos^4 of the
-    /// angle to the axis. 0: the irradiance is numerically the radiance. Not with CAMLUX_LENS_FISHEYE.
+    /// angle to the axis, or the polynomial of vignetting in place of cos^4. 0: the irradiance is numerically the radiance. With
+    /// CAMLUX_LENS_FISHEYE and CAMLUX_LENS_EQUIRECTANGULAR only beside vignetting.
     pub f_number: f64,
     /// Factors of quantum_efficiency for light in the bands R, G and B. Time of flight has its own.
     pub band_weights: [f64; 3],
@@ -110,6 +112,13 @@ pub struct camlux_sensor {
     pub bayer: i32,
     /// 1: a pixel counts the electrons of all bands together, CAMLUX_LAYER_RAW_ELECTRONS; otherwise 0.
     pub monochrome: i32,
+    /// k1, k2 and k3 of the measured vignetting, 1 + k1 r^2 + k2 r^4 + k3 r^6, where r is the distance of a pixel's centre from the principal
+    /// point over half the diagonal of the image, both in pixels. Above 0 wherever the lens sees. Read if has_vignetting is 1.
+    pub vignetting: [f64; 3],
+    /// 1: vignetting takes the place of cos^4, and f_number is needed; otherwise 0.
+    pub has_vignetting: i32,
+    /// 0.
+    pub reserved_end: u32,
 }
 
 c_struct!(
@@ -372,7 +381,7 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
 }
 
 fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
-    args::reserved(camlux_sensor::NAME, sensor.reserved)?;
+    args::reserved(camlux_sensor::NAME, sensor.reserved | sensor.reserved_end)?;
     let given = |value: f64| (value != 0.0).then_some(value);
     let patterns = args::choices![
         CAMLUX_BAYER_NONE => None,
@@ -388,6 +397,8 @@ fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
         wavelength_nm: given(sensor.wavelength_nm),
         quantum_efficiency: given(sensor.quantum_efficiency),
         f_number: given(sensor.f_number),
+        vignetting: args::flag("has_vignetting", sensor.has_vignetting)?
+            .then_some(Vignetting(sensor.vignetting)),
         band_weights: sensor.band_weights,
         bayer: args::one_of("bayer", sensor.bayer, &patterns)?,
         monochrome: args::flag("monochrome", sensor.monochrome)?,
@@ -414,6 +425,8 @@ fn sensor_to_c(sensor: &Sensor) -> camlux_sensor {
             Some(BayerPattern::Bggr) => CAMLUX_BAYER_BGGR,
         },
         monochrome: sensor.monochrome.into(),
+        vignetting: sensor.vignetting.unwrap_or_default().0,
+        has_vignetting: sensor.vignetting.is_some().into(),
         ..Default::default()
     }
 }

@@ -12,7 +12,7 @@ use crate::import::pattern_text;
 use crate::output::OutputFile;
 use crate::scene::{
     Camera, Carrier, Distortion, Material, Parameter, Parameters, PixelSampling, Profile,
-    Reflectance, Scene, Texels, TextureLookup, TimeOfFlight,
+    Reflectance, Scene, Sensor, Texels, TextureLookup, TimeOfFlight,
 };
 use crate::{Error, Result};
 use toml::Toml;
@@ -84,7 +84,7 @@ impl Scene {
             toml.string("filter", sampling.filter.name());
         }
         if let Some(sensor) = &self.sensor {
-            let of_lens = |row: &(&Parameter, _)| row.0.name == "f_number";
+            let of_lens = |row: &(&Parameter, _)| Sensor::OF_LENS.contains(&row.0.name);
             let (lens, sensor): (Vec<_>, Vec<_>) =
                 sensor.named_values().into_iter().partition(of_lens);
             toml.table("[sensor]");

@@ -23,7 +23,7 @@ use glam::DVec2;
 use crate::{
     Result,
     passes::{Context, sensor, trace::RayList, vpl},
-    vulkan::shaders::Seen,
+    vulkan::shaders::Falloff,
 };
 
 pub(crate) use buffer_pool::BufferPool;
@@ -127,22 +127,20 @@ pub(crate) fn draw(
     let plan = context.plan;
     let (joule, aperture) = (plan.joule_per_irradiance, plan.irradiance_per_radiance);
     let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
-    let seen = match &images.sampled {
-        Some(sampled) => (Seen::Sampled, "footprint", &sampled.footprint),
-        None => (
-            Seen::Aperture,
-            "position_instance",
-            &gbuffer.position_instance,
-        ),
+    let positions = &gbuffer.position_instance;
+    let falloff = match &images.sampled {
+        _ if plan.is_vignetting_measured => (Falloff::Vignetted, None),
+        Some(sampled) => (Falloff::Sampled, Some(("footprint", &sampled.footprint))),
+        None => (Falloff::Aperture, Some(("position_instance", positions))),
     };
-    for (factor, seen, sum) in [
-        (energy_factor, aperture.map(|_| seen), &images.energy),
+    for (factor, falloff, sum) in [
+        (energy_factor, aperture.map(|_| falloff), &images.energy),
         (Some(1.0), None, &images.radiance),
     ] {
         if let (Some(factor), Some(sum)) = (factor, sum) {
             let exposure = sensor::Exposure {
                 factor,
-                seen,
+                falloff,
                 direct,
                 indirect: images.indirect.as_ref(),
                 emission: images.emission.as_ref(),

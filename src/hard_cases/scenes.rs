@@ -305,6 +305,7 @@ pub fn with_tof(scene: Scene, frequencies_hz: &[f64]) -> Scene {
             exposure_time_s: 1e-3,
             duty_cycle: 0.5,
             f_number: None,
+            vignetting: None,
             wavelength_nm: Some(850.0),
             quantum_efficiency: Some(0.8),
             ..Sensor::DEFAULT

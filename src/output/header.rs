@@ -10,7 +10,7 @@ use crate::{
     model::{FrameKey, PhaseSampling},
     scene::{
         Camera, Intrinsics, Parameter, ParameterKind, ParameterValue, Parameters, PixelSampling,
-        SensorNoise, TimeOfFlight,
+        Sensor, SensorNoise, TimeOfFlight,
     },
 };
 
@@ -177,15 +177,14 @@ pub(super) fn attributes(
         let rows = sensor.named_values().into_iter();
         let rows = rows.filter(|(row, _)| counts_electrons || !OF_COUNTING.contains(&row.name));
         for (Parameter { name, .. }, value) in rows {
-            let part = if *name == "f_number" {
-                "lens"
-            } else {
-                "sensor"
-            };
+            let is_of_lens = Sensor::OF_LENS.contains(name);
+            let part = if is_of_lens { "lens" } else { "sensor" };
             let name = format!("{part}.{name}");
             match value {
                 Some(ParameterValue::Pair(numbers)) => add(&name, Attribute::Vector2(numbers)),
-                Some(ParameterValue::Bands(numbers)) => add(&name, Attribute::Vector3(numbers)),
+                Some(ParameterValue::Bands(numbers) | ParameterValue::Coefficients(numbers)) => {
+                    add(&name, Attribute::Vector3(numbers));
+                }
                 Some(ParameterValue::Name(word)) => add(&name, word.into()),
                 Some(ParameterValue::Flag(flag)) => add(&name, Attribute::Int(flag.into())),
                 value => {

@@ -1,6 +1,6 @@
 //! Computes a time-of-flight camera's layers from the phasors of its pixels. Uses f64, because f32 resolves a phase only to 1e-7 turns.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{
     Frame, FrameDescription, Layer, LayerData, TofQuantity, per_pixel, pixels_of_a_thread,
@@ -135,16 +135,27 @@ impl TofCamera<'_> {
         }
         let mut factors = vec![0.0; count];
         per_pixel(&mut factors, |i| {
-            [self.sensor.irradiance_per_radiance(self.ray(i).z)]
+            let share = match self.sensor.vignetting {
+                None => self.ray(i).z.powi(4),
+                Some(vignetting) => {
+                    let square = self.camera.squared_radius(self.centre_px(i));
+                    vignetting.at(square)
+                }
+            };
+            [self.sensor.irradiance_per_radiance(share)]
         });
         factors
     }
 
+    fn centre_px(&self, pixel: usize) -> DVec2 {
+        let width = self.camera.resolution_px[0] as usize;
+        DVec2::from([pixel % width, pixel / width].map(|place| place as f64 + 0.5))
+    }
+
     /// The ray of a pixel, of unit length, in the camera's axes.
     fn ray(&self, pixel: usize) -> DVec3 {
-        let width = self.camera.resolution_px[0] as usize;
-        let [x_px, y_px] = [pixel % width, pixel / width].map(|place| place as f64 + 0.5);
-        let direction = self.camera.unproject(x_px, y_px).unwrap_or_default();
+        let DVec2 { x, y } = self.centre_px(pixel);
+        let direction = self.camera.unproject(x, y).unwrap_or_default();
         direction / direction.length()
     }
 

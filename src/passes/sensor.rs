@@ -3,9 +3,10 @@
 use super::Context;
 use crate::{
     Result,
+    scene::Intrinsics,
     vulkan::{
         Image, Resource,
-        shaders::{Key, Seen, SensorParameters},
+        shaders::{Falloff, Key, SensorParameters},
     },
 };
 
@@ -13,19 +14,19 @@ use crate::{
 pub(crate) struct Exposure<'e> {
     /// What a pixel gets, over its radiance along the axis.
     pub factor: f64,
-    /// Where the pixels look; only behind an aperture. What shows it, the image's name in the kernel, and the image.
-    pub seen: Option<(Seen, &'static str, &'e Image)>,
+    /// How light off the axis is weaker; only behind an aperture. If an image shows it: the image's name in the kernel, and the image.
+    pub falloff: Option<(Falloff, Option<(&'static str, &'e Image)>)>,
     pub direct: &'e Image,
     pub indirect: Option<&'e Image>,
     pub emission: Option<&'e Image>,
     pub sum: &'e Image,
 }
 
-/// Computes sum = (direct + indirect + emission) · factor; behind an aperture, also times cos⁴ of the angle to the axis.
+/// Computes sum = (direct + indirect + emission) · factor; behind an aperture, also times the falloff.
 pub(crate) fn expose(context: &Context, exposure: &Exposure) -> Result<()> {
     let Exposure {
         factor,
-        seen,
+        falloff,
         direct,
         indirect,
         emission,
@@ -34,7 +35,7 @@ pub(crate) fn expose(context: &Context, exposure: &Exposure) -> Result<()> {
     let key = Key::Sensor {
         indirect: indirect.is_some(),
         emissive: emission.is_some(),
-        seen: seen.map(|(seen, ..)| seen),
+        falloff: falloff.map(|(falloff, _)| falloff),
     };
     let mut resources = vec![
         ("direct_radiance", Resource::Image(direct)),
@@ -42,12 +43,18 @@ pub(crate) fn expose(context: &Context, exposure: &Exposure) -> Result<()> {
     ];
     resources.extend(indirect.map(|image| ("indirect_radiance", Resource::Image(image))));
     resources.extend(emission.map(|image| ("emission", Resource::Image(image))));
-    resources.extend(seen.map(|(_, name, image)| (name, Resource::Image(image))));
-    let forward = context.scene.camera.basis().forward;
+    let shown = falloff.and_then(|(_, shown)| shown);
+    resources.extend(shown.map(|(name, image)| (name, Resource::Image(image))));
+    let camera = &context.scene.camera;
+    let Intrinsics { cx, cy, .. } = camera.intrinsics_px();
+    let vignetting = context.scene.sensor.and_then(|sensor| sensor.vignetting);
     let parameters = SensorParameters {
         camera_position: context.camera_position(),
         joule_per_radiance: factor as f32,
-        forward: forward.as_vec3().to_array(),
+        forward: camera.basis().forward.as_vec3().to_array(),
+        per_half_diagonal: (1.0 / camera.half_diagonal_px()) as f32,
+        vignetting: vignetting.unwrap_or_default().0.map(|k| k as f32),
+        principal_point: [cx, cy].map(|place| place as f32),
         ..SensorParameters::default()
     };
     context.prepare_images(&[sum])?;

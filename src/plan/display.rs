@@ -124,8 +124,13 @@ impl fmt::Display for Plan {
             writeln!(f, "  trace      by {name}, up to {at_once} rays at a time")?;
         }
         if self.joule_per_irradiance.is_some() {
-            let aperture = self.irradiance_per_radiance;
-            let vignetting = aperture.map_or("", |_| "     behind an aperture, cos⁴");
+            let vignetting = match self.irradiance_per_radiance {
+                None => "",
+                Some(_) if self.is_vignetting_measured => {
+                    "     behind an aperture, measured vignetting"
+                }
+                Some(_) => "     behind an aperture, cos⁴",
+            };
             writeln!(f, "  sensor{vignetting}")?;
         }
         writeln!(f, "left out")?;

@@ -83,6 +83,8 @@ pub struct Plan {
     pub joule_per_irradiance: Option<f64>,
     /// Irradiance on the pixel over the radiance of light along the axis, sr; `None` without an aperture.
     pub irradiance_per_radiance: Option<f64>,
+    /// Whether light off the axis falls by a measured polynomial instead of cos⁴.
+    pub(crate) is_vignetting_measured: bool,
     /// `None` without time of flight.
     pub tof: Option<TofPlan>,
     /// Requested relRMSE of the direct light of lights with an area; `None` without such lights.
@@ -305,6 +307,9 @@ impl Plan {
                 .sensor
                 .filter(|sensor| sensor.f_number.is_some())
                 .map(|sensor| sensor.irradiance_per_radiance(1.0)),
+            is_vignetting_measured: scene
+                .sensor
+                .is_some_and(|sensor| sensor.vignetting.is_some()),
             tof,
             target_area_light_error: (scene.has_area_light() && !scene.is_dark()).then(|| {
                 let target = scene.indirect.and_then(|indirect| indirect.target_error());

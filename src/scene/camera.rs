@@ -221,31 +221,61 @@ impl Camera {
         is_seen.then(|| on_pixels(point))
     }
 
+    /// Half the diagonal of the image.
+    pub(crate) fn half_diagonal_px(&self) -> f64 {
+        let [width, height] = self.resolution_px.map(f64::from);
+        0.5 * width.hypot(height)
+    }
+
+    /// The square of a point's distance from the principal point over half the diagonal of the image.
+    pub(crate) fn squared_radius(&self, place_px: DVec2) -> f64 {
+        let Intrinsics { cx, cy, .. } = self.intrinsics_px();
+        ((place_px - DVec2::new(cx, cy)) / self.half_diagonal_px()).length_squared()
+    }
+
     /// The direction where the line from the principal point to a point outside the image circle leaves the circle.
     pub(crate) fn direction_at_circle(&self, x_px: f64, y_px: f64) -> DVec3 {
-        /// Halvings of the line: to 1e-6 of it.
-        const HALVINGS: u32 = 20;
+        let DVec2 { x, y } = self.last_seen_px(DVec2::new(x_px, y_px));
+        self.unproject(x, y).unwrap_or(DVec3::Z)
+    }
+
+    /// The last point that the lens sees on the line from the principal point to a point that it does not see.
+    fn last_seen_px(&self, place_px: DVec2) -> DVec2 {
         let Intrinsics { cx, cy, .. } = self.intrinsics_px();
-        let (mut inside, mut outside, mut direction) = (0.0, 1.0, DVec3::Z);
-        for _ in 0..HALVINGS {
-            let share = 0.5 * (inside + outside);
-            match self.unproject(cx + share * (x_px - cx), cy + share * (y_px - cy)) {
-                Some(seen) => (inside, direction) = (share, seen),
-                None => outside = share,
-            }
-        }
-        direction
+        let DVec2 { x, y } = place_px;
+        let place = |share: f64| DVec2::new(cx + share * (x - cx), cy + share * (y - cy));
+        place(halve(|share| {
+            let DVec2 { x, y } = place(share);
+            self.unproject(x, y).is_some()
+        }))
+    }
+
+    /// The point farthest from the principal point, of those in the image that the lens sees.
+    pub(crate) fn farthest_seen_px(&self) -> DVec2 {
+        let last_seen_px = |[x, y]: [f64; 2]| match self.unproject(x, y) {
+            Some(_) => DVec2::new(x, y),
+            None => self.last_seen_px(DVec2::new(x, y)),
+        };
+        let seen = self.border_px().into_iter().map(last_seen_px);
+        let distance = |place: &DVec2| self.squared_radius(*place);
+        seen.max_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .unwrap_or_default()
     }
 
     /// The share of the image's border that is outside the image circle of a fisheye lens, and black.
     pub(crate) fn unseen_border(&self) -> f64 {
+        let border = self.border_px();
+        let is_unseen = |place: &&[f64; 2]| self.unproject(place[0], place[1]).is_none();
+        border.iter().filter(is_unseen).count() as f64 / border.len() as f64
+    }
+
+    /// Points on the border of the image, among them its corners.
+    fn border_px(&self) -> Vec<[f64; 2]> {
         let [width, height] = self.resolution_px.map(f64::from);
         let along = |length: f64| (0..=32).map(move |step| length * f64::from(step) / 32.0);
         let rows = along(width).flat_map(|x| [[x, 0.0], [x, height]]);
         let columns = along(height).flat_map(|y| [[0.0, y], [width, y]]);
-        let border: Vec<[f64; 2]> = rows.chain(columns).collect();
-        let is_unseen = |place: &&[f64; 2]| self.unproject(place[0], place[1]).is_none();
-        border.iter().filter(is_unseen).count() as f64 / border.len() as f64
+        rows.chain(columns).collect()
     }
 
     /// Like [`Camera::ray_direction`], in the camera's axes; `None` outside the image circle of a fisheye lens, and where the distorted image
@@ -257,4 +287,18 @@ impl Camera {
             Some(distortion) => distortion.unproject(point),
         }
     }
+}
+
+/// The share of a line, to 1e-6 of it, up to which something is true. It is true at 0 and false at 1.
+pub(super) fn halve(is_true: impl Fn(f64) -> bool) -> f64 {
+    const HALVINGS: u32 = 20;
+    let (mut inside, mut outside) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let share = 0.5 * (inside + outside);
+        match is_true(share) {
+            true => inside = share,
+            false => outside = share,
+        }
+    }
+    inside
 }

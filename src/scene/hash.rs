@@ -38,6 +38,7 @@ impl Scene {
                 wavelength_nm: _,
                 quantum_efficiency: _,
                 f_number: _,
+                vignetting: _,
                 band_weights: _,
                 bayer: _,
                 monochrome: _,
@@ -48,6 +49,10 @@ impl Scene {
         if let Some(f_number) = sensor.and_then(|sensor| sensor.f_number) {
             bytes.name("f_number");
             bytes.numbers([f_number]);
+        }
+        if let Some(vignetting) = sensor.and_then(|sensor| sensor.vignetting) {
+            bytes.name("vignetting");
+            bytes.numbers(vignetting.0);
         }
         bytes.name(shadow.map_or("chosen", Shadow::name));
         bytes.name(indirect.map_or("none", |indirect| indirect.name()));
@@ -165,7 +170,9 @@ impl Bytes {
             None => self.numbers([0.0]),
             Some(ParameterValue::Number(number)) => self.numbers([1.0, number]),
             Some(ParameterValue::Pair([a, b])) => self.numbers([1.0, a, b]),
-            Some(ParameterValue::Bands([r, g, b])) => self.numbers([1.0, r, g, b]),
+            Some(ParameterValue::Bands([a, b, c]) | ParameterValue::Coefficients([a, b, c])) => {
+                self.numbers([1.0, a, b, c]);
+            }
             Some(ParameterValue::Count(count)) => self.numbers([1.0, count as f64]),
             Some(ParameterValue::Name(name)) => self.name(name),
             Some(ParameterValue::Flag(flag)) => self.numbers([1.0, f64::from(flag)]),

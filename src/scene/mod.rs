@@ -65,7 +65,7 @@ pub use pattern_integral::PatternIntegral;
 pub use pixel_sampling::{PixelFilter, PixelSampling};
 pub use profile::*;
 pub use projected_image::ProjectedImage;
-pub use sensor::{BayerPattern, CountedElectrons, Photodetector, Sensor};
+pub use sensor::{BayerPattern, CountedElectrons, Photodetector, Sensor, Vignetting};
 pub use sensor_noise::SensorNoise;
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};

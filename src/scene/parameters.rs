@@ -28,6 +28,8 @@ pub enum ParameterKind {
     Pair,
     /// A number for each band.
     Bands,
+    /// k1, k2 and k3 of a polynomial.
+    Coefficients,
     /// A whole number that fits a `u32`.
     Count,
     /// A whole number that fits a `u64`.
@@ -43,6 +45,7 @@ pub enum ParameterValue {
     Number(f64),
     Pair([f64; 2]),
     Bands(Bands),
+    Coefficients([f64; 3]),
     Count(u64),
     Name(&'static str),
     Flag(bool),
@@ -98,7 +101,9 @@ impl std::fmt::Display for ParameterValue {
         match self {
             ParameterValue::Number(number) => write!(f, "{number}"),
             ParameterValue::Pair(numbers) => write!(f, "{numbers:?}"),
-            ParameterValue::Bands(numbers) => write!(f, "{numbers:?}"),
+            ParameterValue::Bands(numbers) | ParameterValue::Coefficients(numbers) => {
+                write!(f, "{numbers:?}")
+            }
             ParameterValue::Count(count) => write!(f, "{count}"),
             ParameterValue::Name(name) => write!(f, "{name}"),
             ParameterValue::Flag(flag) => write!(f, "{flag}"),
@@ -214,6 +219,10 @@ pub(super) fn check_limits(part: &Part, parameters: &dyn Parameters) -> Result<(
                 let names = [" of R", " of G", " of B"];
                 names.into_iter().zip(bands).collect()
             }
+            ParameterValue::Coefficients(coefficients) => [" k1", " k2", " k3"]
+                .into_iter()
+                .zip(coefficients)
+                .collect(),
             value => value
                 .number()
                 .map(|number| ("", number))

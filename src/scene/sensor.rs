@@ -26,6 +26,8 @@ parameters! {
         quantum_efficiency: Option<f64> = None, Limits::positive(1.0, "give electrons per photon, above 0 up to 1");
         /// Focal length divided by the diameter of the aperture. Without it, E_C equals the radiance in number, as in the model.
         f_number: Option<f64> = None, ABOVE_ZERO;
+        /// k1, k2 and k3 of the measured vignetting, in place of cos⁴: 1 + k1·r² + k2·r⁴ + k3·r⁶, where r is the distance of a pixel's centre from the principal point over half the diagonal of the image, both in pixels. With an `f_number`.
+        vignetting: Option<Vignetting> = None, Limits::between(-1e4, 1e4, "give finite coefficients, as fitted to a flat field");
         /// Factors of `quantum_efficiency` for light in the bands R, G and B. Time of flight has its own.
         band_weights: Bands = [1.0; 3], Limits::between(0.0, 1e6, "give a weight from 0 to 1e6 for each band");
         /// Colour filters of the pixels, row by row from the upper left one: each pixel then counts the electrons of one band.
@@ -36,6 +38,44 @@ parameters! {
     with {
         /// How electrons are counted: shot noise, dark current, read noise, full well, gain and bits. `None`: layers hold expected values.
         noise: Option<SensorNoise>;
+    }
+}
+
+/// Relative illumination of a lens, measured: coefficients of r², r⁴ and r⁶, Lensfun's model "pa".
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Vignetting(pub [f64; 3]);
+
+impl Vignetting {
+    /// Light at the square of r, over that at the principal point.
+    pub fn at(self, square: f64) -> f64 {
+        let [k1, k2, k3] = self.0;
+        1.0 + square * (k1 + square * (k2 + square * k3))
+    }
+
+    /// The square of r with the least light, from one square of r to another.
+    pub(super) fn darkest(self, least: f64, most: f64) -> f64 {
+        let [k1, k2, k3] = self.0;
+        // Where the slope, k1 + 2·k2·r² + 3·k3·r⁴, is 0. Neither solution cancels, and either may be without end.
+        let half = -(k2 + k2.signum() * (k2 * k2 - 3.0 * k1 * k3).max(0.0).sqrt());
+        let level = [half / (3.0 * k3), k1 / half];
+        let inside = level.into_iter().filter(|at| (least..most).contains(at));
+        let all = [least, most].into_iter().chain(inside);
+        let darker = |a: f64, b: f64| if self.at(b) < self.at(a) { b } else { a };
+        all.reduce(darker).unwrap_or(least)
+    }
+}
+
+impl ParameterType for Vignetting {
+    const KIND: ParameterKind = ParameterKind::Coefficients;
+
+    fn get(&self) -> Option<ParameterValue> {
+        Some(ParameterValue::Coefficients(self.0))
+    }
+
+    fn set(&mut self, value: ParameterValue) {
+        if let ParameterValue::Coefficients(coefficients) = value {
+            self.0 = coefficients;
+        }
     }
 }
 
@@ -113,14 +153,16 @@ impl Sensor {
         pixel_area_m2 * self.duty_cycle * self.exposure_time_s
     }
 
-    /// E_C divided by the radiance, for light at this cosine of the angle to the axis, sr: (π/4)·cos⁴θ divided by the square of the
-    /// f-number.
-    pub fn irradiance_per_radiance(&self, cosine: f64) -> f64 {
+    /// E_C divided by the radiance, sr: (π/4) divided by the square of the f-number, times this share of the light on the axis.
+    pub fn irradiance_per_radiance(&self, share: f64) -> f64 {
         match self.f_number {
             None => 1.0,
-            Some(f_number) => FRAC_PI_4 * cosine.powi(4) / f_number.powi(2),
+            Some(f_number) => FRAC_PI_4 * share / f_number.powi(2),
         }
     }
+
+    /// The names of those that are the lens's, in scene files and in headers of images.
+    pub(crate) const OF_LENS: [&str; 2] = ["f_number", "vignetting"];
 
     /// For time of flight; `None` if wavelength or quantum efficiency are not given.
     pub fn photodetector(&self) -> Option<Photodetector> {
@@ -146,6 +188,11 @@ impl Sensor {
             self.wavelength_nm.is_some() == self.quantum_efficiency.is_some(),
             "has only one of wavelength_nm and quantum_efficiency",
             "give both, such as wavelength_nm = 850.0 and quantum_efficiency = 0.8, or neither",
+        )?;
+        part.require(
+            self.vignetting.is_none() || self.f_number.is_some(),
+            "vignetting is given without an f_number",
+            "give f_number, too: vignetting only tells how much darker the corners are",
         )?;
         part.require(
             !(self.bayer.is_some() && self.monochrome),

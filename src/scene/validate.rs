@@ -3,10 +3,11 @@
 use std::collections::{HashMap, hash_map::Entry};
 use std::fmt::Display;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3, UVec2};
 
 use super::{
-    BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Profile, Scene, Shadow,
+    BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Profile, Scene,
+    Sensor, Shadow, Vignetting, camera::halve,
 };
 use crate::{Error, Result, keys::Keys};
 
@@ -54,6 +55,11 @@ impl Places {
     /// Also keeps the lines of the table's keys.
     pub fn insert_table(&mut self, kind: &'static str, index: usize, table: &Keys) {
         self.insert(kind, index, table.at.clone());
+        self.insert_keys(kind, index, table);
+    }
+
+    /// Keeps the lines of the keys of a table that belongs to the part.
+    pub fn insert_keys(&mut self, kind: &'static str, index: usize, table: &Keys) {
         let lines = table.lines();
         self.keys
             .extend(lines.map(|(key, at)| ((kind, index, key), at)));
@@ -103,20 +109,10 @@ impl Scene {
         placed("camera", 0, self.camera.validate())?;
         if let Some(sensor) = &self.sensor {
             placed("sensor", 0, sensor.validate())?;
-            let distortion = self.camera.distortion();
-            let sees_behind = distortion.is_some_and(|lens| lens.sees_behind());
-            let has_aperture = sensor.f_number.is_some();
-            let part = Part("sensor".into());
-            let fitting = part.require(
-                !(sees_behind && has_aperture),
-                match distortion {
-                    Some(Distortion::Equirectangular) => {
-                        "f_number is given for a panorama, whose vignetting is not cos⁴"
-                    }
-                    _ => "f_number is given for a fisheye lens, whose vignetting is not cos⁴",
-                },
-                "remove f_number: E_C is then numerically equal to the radiance",
-            );
+            let fitting = match sensor.vignetting {
+                None => self.validate_cosine_falloff(sensor),
+                Some(vignetting) => self.validate_vignetting(vignetting),
+            };
             placed("sensor", 0, fitting)?;
         }
         if let Some(indirect) = &self.indirect {
@@ -179,6 +175,45 @@ impl Scene {
 }
 
 impl Scene {
+    fn validate_cosine_falloff(&self, sensor: &Sensor) -> Result<()> {
+        let distortion = self.camera.distortion();
+        let sees_behind = distortion.is_some_and(|lens| lens.sees_behind());
+        let has_aperture = sensor.f_number.is_some();
+        Part("sensor".into()).require(
+            !(sees_behind && has_aperture),
+            match distortion {
+                Some(Distortion::Equirectangular) => {
+                    "f_number is given for a panorama, whose vignetting is not cos⁴"
+                }
+                _ => "f_number is given for a fisheye lens, whose vignetting is not cos⁴",
+            },
+            "add vignetting = [k1, k2, k3], as measured, or remove f_number: E_C is then numerically equal to the radiance",
+        )
+    }
+
+    /// The polynomial must be above 0 wherever the lens sees.
+    fn validate_vignetting(&self, vignetting: Vignetting) -> Result<()> {
+        let camera = &self.camera;
+        let Intrinsics { cx, cy, .. } = camera.intrinsics_px();
+        let size_px = UVec2::from(camera.resolution_px).as_dvec2();
+        let nearest_px = DVec2::new(cx, cy).clamp(DVec2::ZERO, size_px);
+        let farthest_px = camera.farthest_seen_px();
+        let [least, most] = [nearest_px, farthest_px].map(|place| camera.squared_radius(place));
+        let darkest = vignetting.darkest(least, most);
+        if vignetting.at(darkest) > 0.0 {
+            return Ok(());
+        }
+        // On the line from the nearest point to the farthest, the distance from the principal point grows.
+        let place_px = |share: f64| nearest_px.lerp(farthest_px, share);
+        let share = halve(|share| camera.squared_radius(place_px(share)) < darkest);
+        let pixel = place_px(share).floor().min(size_px - 1.0);
+        Part("sensor".into()).require(
+            false,
+            format_args!("vignetting makes the factor {:.3} in pixel ({}, {})", vignetting.at(darkest), pixel.x, pixel.y),
+            "give coefficients of a polynomial that is above 0 wherever the lens sees; r = 1 is half the image's diagonal",
+        )
+    }
+
     /// An error of range is one of the time of flight of single points.
     fn validate_range_target(&self, indirect: &super::IndirectLight) -> Result<()> {
         let part = Part("indirect".into());

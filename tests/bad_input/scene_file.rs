@@ -10,6 +10,8 @@ fn refuses_toml(toml: &str, parts: &[&str]) {
     assert_says(&folder.error(folder.load(toml)), parts);
 }
 
+const SENSOR: &str = "[sensor]\npixel_pitch_um = [1, 1]\nexposure_time_s = 1\n";
+
 /// A camera block with one line replaced.
 fn camera_with(line: &str, replacement: &str) -> String {
     assert!(CAMERA.contains(line));
@@ -79,6 +81,13 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
             "scene.toml:10: unknown key \"power\" in [[light]]", "did you mean \"power_w\"?";
         format!("{CAMERA}[lens]\nf_number = 2.8\n{LIGHT}{MESH}") =>
             "scene.toml:7: [lens] has no effect without [sensor]", "add a [sensor] table";
+        format!("{CAMERA}{SENSOR}[lens]\nvignetting = -0.3\n{LIGHT}{MESH}") =>
+            "scene.toml:11: \"vignetting\" in [lens] is the number -0.3", "give an array of 3 finite numbers";
+        format!("{CAMERA}{SENSOR}[lens]\nvignetting = [-0.3, 0, 0]\n{LIGHT}{MESH}") =>
+            "scene.toml:11, sensor: vignetting is given without an f_number", "give f_number";
+        format!("{CAMERA}{SENSOR}[lens]\nf_number = 2.8\nvignetting = [-1.5, 0, 0]\n{LIGHT}{MESH}") =>
+            "scene.toml:12, sensor: vignetting makes the factor -0.500 in pixel (",
+            "give coefficients of a polynomial that is above 0";
         format!("{CAMERA}{LIGHT}relative_to = \"robot\"\n") =>
             "scene.toml:11: unknown relative_to \"robot\" in [[light]]",
             "choose one of: camera, mesh";

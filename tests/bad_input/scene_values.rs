@@ -6,7 +6,7 @@ use crate::common::scene_folder::assert_says;
 use camlux::scene::{
     AreaShape, BayerPattern, Camera, ChargeUnit, Direct, Encoding, IndirectLight, Intrinsics, Lens,
     Light, Material, Mesh, MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene,
-    Sensor, SensorNoise, Shadow, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
+    Sensor, SensorNoise, Shadow, SpotCone, Texels, Texture, TimeOfFlight, Vignetting, VplSum,
 };
 use glam::DVec3;
 
@@ -34,6 +34,7 @@ fn scene() -> Scene {
             exposure_time_s: 1e-3,
             duty_cycle: 0.5,
             f_number: None,
+            vignetting: None,
             wavelength_nm: None,
             quantum_efficiency: None,
             ..Sensor::DEFAULT
@@ -257,6 +258,8 @@ fn scenes_from_slices_are_validated() {
             counts(s).bayer = Some(BayerPattern::Rggb);
             s.sensor.as_mut().unwrap().monochrome = true;
         } => "sensor: has both bayer and monochrome; give one of them";
+        |s| counts(s).vignetting = Some(Vignetting([0.0, f64::NAN, 0.0])) => "sensor: vignetting k2 is NaN; give finite coefficients";
+        |s| counts(s).vignetting = Some(Vignetting([0.0; 3])) => "sensor: vignetting is given without an f_number";
         |s| counts(s).band_weights[1] = -1.0 => "sensor: band_weights of G is -1; give a weight from 0";
         |s| counts(s).noise.as_mut().unwrap().prnu = 2.0 => "sensor noise: prnu is 2; give a share";
         |s| counts(s).noise.as_mut().unwrap().dsnu_e = NAN => "sensor noise: dsnu_e is NaN";

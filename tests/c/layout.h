@@ -89,7 +89,7 @@ CHECK(camlux_camera_skew_px_size, sizeof(((camlux_camera *)0)->skew_px) == 8);
 CHECK(camlux_camera_prism_tilt_offset, offsetof(camlux_camera, prism_tilt) == 216);
 CHECK(camlux_camera_prism_tilt_size, sizeof(((camlux_camera *)0)->prism_tilt) == 48);
 
-CHECK(size_of_camlux_sensor, sizeof(camlux_sensor) == 96);
+CHECK(size_of_camlux_sensor, sizeof(camlux_sensor) == 128);
 CHECK(camlux_sensor_struct_size_offset, offsetof(camlux_sensor, struct_size) == 0);
 CHECK(camlux_sensor_struct_size_size, sizeof(((camlux_sensor *)0)->struct_size) == 4);
 CHECK(camlux_sensor_reserved_offset, offsetof(camlux_sensor, reserved) == 4);
@@ -112,6 +112,12 @@ CHECK(camlux_sensor_bayer_offset, offsetof(camlux_sensor, bayer) == 88);
 CHECK(camlux_sensor_bayer_size, sizeof(((camlux_sensor *)0)->bayer) == 4);
 CHECK(camlux_sensor_monochrome_offset, offsetof(camlux_sensor, monochrome) == 92);
 CHECK(camlux_sensor_monochrome_size, sizeof(((camlux_sensor *)0)->monochrome) == 4);
+CHECK(camlux_sensor_vignetting_offset, offsetof(camlux_sensor, vignetting) == 96);
+CHECK(camlux_sensor_vignetting_size, sizeof(((camlux_sensor *)0)->vignetting) == 24);
+CHECK(camlux_sensor_has_vignetting_offset, offsetof(camlux_sensor, has_vignetting) == 120);
+CHECK(camlux_sensor_has_vignetting_size, sizeof(((camlux_sensor *)0)->has_vignetting) == 4);
+CHECK(camlux_sensor_reserved_end_offset, offsetof(camlux_sensor, reserved_end) == 124);
+CHECK(camlux_sensor_reserved_end_size, sizeof(((camlux_sensor *)0)->reserved_end) == 4);
 
 CHECK(size_of_camlux_tof_noise, sizeof(camlux_tof_noise) == 72);
 CHECK(camlux_tof_noise_struct_size_offset, offsetof(camlux_tof_noise, struct_size) == 0);
@@ -601,7 +607,7 @@ static const unsigned char rust_camlux_device_info[] = {128,3,48,202,0,0,0,0,0,0
 static const camlux_camera init_of_camlux_camera = CAMLUX_CAMERA_INIT;
 static const unsigned char rust_camlux_camera[] = {8,1,48,202,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_sensor init_of_camlux_sensor = CAMLUX_SENSOR_INIT;
-static const unsigned char rust_camlux_sensor[] = {96,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_sensor[] = {128,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_tof_noise init_of_camlux_tof_noise = CAMLUX_TOF_NOISE_INIT;
 static const unsigned char rust_camlux_tof_noise[] = {72,0,48,202,12,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_tof init_of_camlux_tof = CAMLUX_TOF_INIT;
@@ -650,7 +656,7 @@ static const struct init inits[] = {
     {"camlux_device_options", 24, rust_camlux_device_options, &init_of_camlux_device_options},
     {"camlux_device_info", 896, rust_camlux_device_info, &init_of_camlux_device_info},
     {"camlux_camera", 264, rust_camlux_camera, &init_of_camlux_camera},
-    {"camlux_sensor", 96, rust_camlux_sensor, &init_of_camlux_sensor},
+    {"camlux_sensor", 128, rust_camlux_sensor, &init_of_camlux_sensor},
     {"camlux_tof_noise", 72, rust_camlux_tof_noise, &init_of_camlux_tof_noise},
     {"camlux_tof", 136, rust_camlux_tof, &init_of_camlux_tof},
     {"camlux_indirect", 64, rust_camlux_indirect, &init_of_camlux_indirect},

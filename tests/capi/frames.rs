@@ -12,7 +12,7 @@ use camlux::{
     glam::{DQuat, DVec3},
     scene::{
         AreaShape, Distortion, Encoding, Intrinsics, Lens, Light, PixelFilter, PixelSampling,
-        Texels,
+        Texels, Vignetting,
     },
 };
 
@@ -87,7 +87,9 @@ fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
         };
         let is_fisheye = matches!(distortion, Distortion::Fisheye(_));
         let sensor = expected.sensor.as_mut().expect("the scene has one");
-        sensor.f_number = (!is_fisheye).then_some(2.0);
+        sensor.f_number = Some(2.0);
+        // The principal point is 36 half diagonals away from the pixels.
+        sensor.vignetting = is_fisheye.then_some(Vignetting([-3e-4, 1e-7, -5e-11]));
         let (samples, filter) = (3, PixelFilter::Gaussian);
         expected.camera.pixel_sampling = is_fisheye.then_some(PixelSampling { samples, filter });
         let built = from_arrays(&expected);

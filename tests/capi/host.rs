@@ -174,6 +174,8 @@ pub fn from_arrays(scene: &camlux::Scene) -> Scene {
             wavelength_nm: sensor.wavelength_nm.unwrap_or_default(),
             quantum_efficiency: sensor.quantum_efficiency.unwrap_or_default(),
             f_number: sensor.f_number.unwrap_or_default(),
+            vignetting: sensor.vignetting.unwrap_or_default().0,
+            has_vignetting: sensor.vignetting.is_some().into(),
         });
         ok(built.set_sensor(&c_sensor));
     }

@@ -108,7 +108,10 @@ fn settings_come_back() {
     let mut sensor = init!(camlux_sensor {
         pixel_pitch_um: [3.0; 2],
         exposure_time_s: 1e-3,
-        bayer: CAMLUX_BAYER_GRBG
+        bayer: CAMLUX_BAYER_GRBG,
+        f_number: 2.0,
+        vignetting: [-0.25, 0.0, 0.125],
+        has_vignetting: 1
     });
     fails(
         scene.set_sensor(&sensor),
@@ -134,6 +137,22 @@ fn settings_come_back() {
     }
     assert_eq!((is_set, noise.prnu, noise.seed), (1, 0.01, 5));
     assert_eq!((got.bayer, got.exposure_time_s), (CAMLUX_BAYER_GRBG, 2e-3));
+    assert_eq!(
+        (got.vignetting, got.has_vignetting),
+        ([-0.25, 0.0, 0.125], 1)
+    );
+    // Zeros are a lens without vignetting, which is not cos⁴.
+    for has_vignetting in [1, 0] {
+        let even = camlux_sensor {
+            vignetting: [0.0; 3],
+            has_vignetting,
+            ..sensor
+        };
+        ok(scene.set_sensor(&even));
+        // SAFETY: a struct of its size, and a pointer to a number.
+        ok(unsafe { camlux_scene_get_sensor(scene.raw(), &mut got, &mut is_set) });
+        assert_eq!(got.has_vignetting, has_vignetting);
+    }
     sensor.wavelength_nm = 0.0;
     fails(
         scene.set_sensor(&sensor),

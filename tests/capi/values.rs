@@ -39,6 +39,18 @@ fn cameras_and_sensors_are_checked() {
     };
     fails(sensor(unexposed), SCENE, "exposure_time_s");
     fails(sensor(|s| s.reserved = 1), ARGUMENT, "reserved");
+    fails(sensor(|s| s.reserved_end = 1), ARGUMENT, "reserved");
+    let words = "has_vignetting is 2; give 0 or 1";
+    fails(sensor(|s| s.has_vignetting = 2), ARGUMENT, words);
+    let vignetted = |s: &mut camlux_sensor| {
+        (s.pixel_pitch_um, s.exposure_time_s) = ([1.0; 2], 1e-3);
+        (s.vignetting, s.has_vignetting) = ([-0.3, 0.0, 0.0], 1);
+    };
+    fails(
+        sensor(vignetted),
+        SCENE,
+        "vignetting is given without an f_number",
+    );
     let direct = scene.set_direct(&with(|d| d.shadow = 3));
     fails(direct, ARGUMENT, "shadow is 3");
 }

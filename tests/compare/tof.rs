@@ -9,7 +9,7 @@ use camlux::{
     model::{Phasor, SPEED_OF_LIGHT_M_S, range_m},
     output::{Frame, Layer, LayerData, TofQuantity},
     reference::Reference,
-    scene::{ChargeUnit, SensorNoise, Shadow},
+    scene::{ChargeUnit, Distortion, Lens, SensorNoise, Shadow, Vignetting},
 };
 use glam::DVec3;
 
@@ -346,5 +346,54 @@ fn an_aperture_takes_light_and_no_phase() {
             assert!((before[2][i] - after[2][i]).abs() < 1e-6);
         }
         assert!(lit > 500, "{lit}");
+    }
+}
+
+/// Each tap without noise is linear in the light, so it changes by the polynomial: in frames and in the reference, also through a fisheye.
+#[test]
+fn a_measured_vignetting_scales_every_tap() {
+    const COEFFICIENTS: [f64; 3] = [-0.6, 0.5, -0.35];
+    let mut gpu = Gpu::open();
+    for is_fisheye in [false, true] {
+        let mut scene = modulated_demo_scene("cornell", [48, 32], &[100e6]);
+        scene.indirect = None;
+        if is_fisheye {
+            let intrinsics = scene.camera.intrinsics_px();
+            scene.camera.lens = Lens::Distorted {
+                intrinsics,
+                distortion: Distortion::Fisheye([0.05, 0.0, 0.0, 0.0]),
+            };
+        }
+        let mut render = |scene: &Scene| {
+            let reference = Reference::new(scene, 1).expect("a valid scene").frame();
+            [gpu.render(scene), reference]
+        };
+        let plain = render(&scene);
+        let sensor = scene.sensor.as_mut().expect("it was given");
+        sensor.f_number = Some(1.4);
+        sensor.vignetting = Some(Vignetting(COEFFICIENTS));
+        let behind = render(&scene);
+        for (plain, behind) in plain.iter().zip(&behind) {
+            for phase in 0..4 {
+                let layer = Layer::Tof(0, TofQuantity::Taps(phase));
+                let of = |frame: &Frame| frame.values(layer).expect("it is there").to_vec();
+                let (before, after) = (of(plain), of(behind));
+                let (mut lit, mut least) = (0, 1.0f64);
+                for (i, (before, after)) in before.iter().zip(&after).enumerate() {
+                    let [x, y] = [i / 2 % 48, i / 2 / 48].map(|place| place as f64 + 0.5);
+                    let r = (x - 24.0).hypot(y - 16.0) / 24f64.hypot(16.0);
+                    let [k1, k2, k3] = COEFFICIENTS;
+                    let factor = 1.0 + k1 * r.powi(2) + k2 * r.powi(4) + k3 * r.powi(6);
+                    let due = f64::from(*before) * factor * std::f64::consts::FRAC_PI_4 / 1.96;
+                    // Both taps are rounded to f32.
+                    let error = (f64::from(*after) - due).abs();
+                    assert!(error <= 1.3e-7 * due.abs(), "{after} {due} at {x}, {y}");
+                    if *before > 0.0 {
+                        (lit, least) = (lit + 1, least.min(factor));
+                    }
+                }
+                assert!(lit > 1000 && least < 0.81, "{lit} {least}");
+            }
+        }
     }
 }

@@ -279,6 +279,9 @@ void settings_come_back()
     sensor.quantum_efficiency = 0.25;
     sensor.f_number = 2;
     scene.set_sensor(sensor);
+    CHECK(!scene.sensor()->vignetting);
+    sensor.vignetting = {-0.3, 0.1, -0.05};
+    scene.set_sensor(sensor);
     CHECK(same(camlux::detail::raw_of(*scene.sensor()), camlux::detail::raw_of(sensor)) && !scene.sensor()->noise);
     sensor.bayer = camlux::bayer_pattern::bggr;
     sensor.noise = camlux::tof_noise();

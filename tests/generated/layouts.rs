@@ -135,6 +135,7 @@ pub fn layouts() -> Vec<Layout> {
         camlux_sensor {
             reserved, pixel_pitch_um, exposure_time_s, duty_cycle, wavelength_nm,
             quantum_efficiency, f_number, band_weights, bayer, monochrome,
+            vignetting, has_vignetting, reserved_end,
         }
         camlux_tof_noise {
             bits, seed, dark_e_per_s, read_noise_e, full_well_e, gain_dn_per_e, black_level_dn,

@@ -79,6 +79,7 @@ fn python_class(
             ParameterKind::Number => "Number".into(),
             ParameterKind::Pair => "Numbers".into(),
             ParameterKind::Bands => "Bands".into(),
+            ParameterKind::Coefficients => "Numbers".into(),
             ParameterKind::Count | ParameterKind::LargeCount => "Whole".into(),
             ParameterKind::Flag => "bool".into(),
             ParameterKind::Name(names) => format!("Literal[\"{}\"]", names.join("\", \"")),
@@ -89,7 +90,9 @@ fn python_class(
             None => " = None".into(),
             Some(ParameterValue::Number(number)) => format!(" = {number:?}"),
             Some(ParameterValue::Pair(numbers)) => format!(" = {numbers:?}"),
-            Some(ParameterValue::Bands([r, g, b])) => format!(" = ({r:?}, {g:?}, {b:?})"),
+            Some(ParameterValue::Bands([a, b, c]) | ParameterValue::Coefficients([a, b, c])) => {
+                format!(" = ({a:?}, {b:?}, {c:?})")
+            }
             Some(ParameterValue::Count(count)) => format!(" = {count}"),
             Some(ParameterValue::Name(word)) => format!(" = \"{word}\""),
             Some(ParameterValue::Flag(flag)) => {

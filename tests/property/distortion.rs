@@ -4,7 +4,7 @@ use crate::common::calibrations;
 use crate::common::gpu::{distort, rational};
 use crate::common::rooms;
 use crate::common::rows::assert_says;
-use camlux::scene::{Camera, Distortion, Intrinsics, Lens, Sensor};
+use camlux::scene::{Camera, Distortion, Intrinsics, Lens, Sensor, Vignetting};
 use glam::{DMat3, DVec2, DVec3};
 
 fn camera(resolution_px: [u32; 2], lens: Lens) -> Camera {
@@ -186,7 +186,7 @@ fn an_image_that_folds_over_is_refused() {
 }
 
 #[test]
-fn a_fisheye_has_no_f_number() {
+fn a_fisheye_has_an_f_number_only_with_a_measured_vignetting() {
     let mut scene = rooms::marked_room();
     scene.sensor = Some(Sensor {
         pixel_pitch_um: [10.0; 2],
@@ -203,5 +203,84 @@ fn a_fisheye_has_no_f_number() {
     };
     assert_eq!(said(Distortion::Rational([0.0; 14])), None);
     let error = said(Distortion::Fisheye([0.0; 4])).expect("it is refused");
-    assert_says(&error, &["f_number is given for a fisheye lens"]);
+    assert_says(
+        &error,
+        &["f_number is given for a fisheye lens", "add vignetting"],
+    );
+    let sensor = scene.sensor.as_mut().expect("it was given");
+    sensor.vignetting = Some(Vignetting([-0.2, 0.0, 0.0]));
+    assert!(scene.validate().is_ok());
+    scene.camera.lens = Lens::Equirectangular;
+    assert!(scene.validate().is_ok());
+    scene.sensor.as_mut().expect("it was given").vignetting = None;
+    let error = scene.validate().expect_err("it is refused").to_string();
+    assert_says(&error, &["f_number is given for a panorama"]);
+}
+
+/// A vignetting must leave light wherever the lens sees. The corners are at r = 1.
+#[test]
+fn a_vignetting_is_above_0_where_the_lens_sees() {
+    let mut scene = rooms::marked_room();
+    let mut refused = |lens, vignetting| {
+        scene.camera.resolution_px = [60, 80];
+        scene.camera.lens = lens;
+        scene.sensor = Some(Sensor {
+            pixel_pitch_um: [10.0; 2],
+            exposure_time_s: 1e-3,
+            f_number: Some(2.0),
+            vignetting: Some(Vignetting(vignetting)),
+            ..Sensor::DEFAULT
+        });
+        scene.validate().err().map(|error| error.to_string())
+    };
+    let plain = Lens::FovY { fov_y_deg: 50.0 };
+    assert_eq!(refused(plain, [-0.99, 0.0, 0.0]), None);
+    let error = refused(plain, [-1.25, 0.0, 0.0]).expect("the corners have -0.25");
+    assert!(
+        error.contains("-0.250 in pixel (0, 0)") || error.contains("-0.250 in pixel (59, 79)"),
+        "{error}"
+    );
+    // 1 - 5r² + 6r⁴ is -1/24 at r² = 5/12, and 2 in the corners; 1 - 4r² + 6r⁴ - 2.5r⁶ is least at r² = 0.4648, 1/8 + 0.0003.
+    let error = refused(plain, [-5.0, 6.0, 0.0]).expect("it is below 0 between");
+    assert!(
+        error.contains("vignetting makes the factor -0.042 in pixel"),
+        "{error}"
+    );
+    let (_, pixel) = error.split_once("in pixel (").expect("it names the pixel");
+    let (pixel, _) = pixel.split_once(')').expect("it ends");
+    let place: Vec<f64> = pixel
+        .split(", ")
+        .map(|place| place.parse().unwrap())
+        .collect();
+    let r = (place[0] + 0.5 - 30.0).hypot(place[1] + 0.5 - 40.0) / 50.0;
+    assert!((r * r - 5.0 / 12.0).abs() < 0.02, "{pixel}");
+    // With a slope of a double root, and with one that is nowhere 0.
+    assert_eq!(refused(plain, [-3.0, 3.0, -0.99]), None);
+    assert!(refused(plain, [-3.0, 3.0, -1.01]).is_some());
+    assert_eq!(refused(plain, [1.0, 1.0, 1.0]), None);
+    // The principal point is in the corner: r is 2 in the opposite one, pixel (59, 79).
+    let intrinsics = Intrinsics {
+        fx: 80.0,
+        fy: 80.0,
+        cx: 0.0,
+        cy: 0.0,
+        skew: 0.0,
+    };
+    let cornered = Lens::Intrinsics(intrinsics);
+    assert_eq!(refused(cornered, [-0.2499, 0.0, 0.0]), None);
+    let error = refused(cornered, [-0.26, 0.0, 0.0]).expect("1 - 0.26·4");
+    assert!(error.contains("-0.040 in pixel (59, 79)"), "{error}");
+    // A fisheye of f = 8 px sees π·8 = 25.13 px around the middle, r² = 0.2527; outside, it is black.
+    let fisheye = Lens::Distorted {
+        intrinsics: Intrinsics {
+            fx: 8.0,
+            fy: 8.0,
+            cx: 30.0,
+            cy: 40.0,
+            skew: 0.0,
+        },
+        distortion: Distortion::Fisheye([0.0; 4]),
+    };
+    assert_eq!(refused(fisheye, [-3.9, 0.0, 0.0]), None);
+    assert!(refused(fisheye, [-4.0, 0.0, 0.0]).is_some());
 }

@@ -4,7 +4,10 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, distort, p
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Encoding, IndirectLight, Sensor, Texels, Texture},
+    scene::{
+        Distortion, Encoding, IndirectLight, Intrinsics, Lens, PixelFilter, PixelSampling, Sensor,
+        Texels, Texture, Vignetting,
+    },
 };
 
 /// A demo scene whose indirect light need not be exact.
@@ -117,6 +120,77 @@ fn behind_an_aperture_energy_falls_by_the_fourth_power_of_the_cosine() {
             );
         }
         assert!(least < 0.9, "{least}");
+    }
+}
+
+/// A fisheye that is black in the image's corners, and a pinhole whose principal point is off the middle. Compares every pixel with the polynomial in f64.
+#[test]
+fn a_measured_vignetting_takes_the_place_of_the_cosine() {
+    const COEFFICIENTS: [f64; 3] = [-0.6, 0.3, -0.12];
+    let mut gpu = Gpu::open();
+    let off_axis = |distortion: Option<Distortion>| {
+        let intrinsics = Intrinsics {
+            // Of the fisheye, in pixels for each radian: its image circle ends before the farthest corner.
+            fx: if distortion.is_some() { 9.0 } else { 60.0 },
+            fy: if distortion.is_some() { 9.5 } else { 62.0 },
+            cx: 19.25,
+            cy: 27.5,
+            skew: 0.0,
+        };
+        match distortion {
+            None => Lens::Intrinsics(intrinsics),
+            Some(distortion) => Lens::Distorted {
+                intrinsics,
+                distortion,
+            },
+        }
+    };
+    let fisheye = Some(Distortion::Fisheye([0.02, 0.0, 0.0, 0.0]));
+    for (indirect, distortion, samples) in [
+        (true, None, 1),
+        (false, None, 1),
+        (false, fisheye, 1),
+        (true, fisheye, 1),
+        (true, None, 3),
+        (false, fisheye, 3),
+    ] {
+        let mut scene = coarse("cornell");
+        scene.camera.lens = off_axis(distortion);
+        scene.camera.resolution_px = [48, 40];
+        if distortion.is_some() {
+            // Inside the box, with the floor in the wide part of the image.
+            (scene.camera.position_m.z, scene.camera.up.y) = (0.1, -1.0);
+        }
+        scene.camera.pixel_sampling = (samples > 1).then_some(PixelSampling {
+            samples,
+            filter: PixelFilter::Box,
+        });
+        if !indirect {
+            scene.indirect = None;
+        }
+        let plain = gpu.render(&scene);
+        let sensor = scene.sensor.as_mut().expect("the scene has one");
+        sensor.f_number = Some(2.0);
+        sensor.vignetting = Some(Vignetting(COEFFICIENTS));
+        let frame = gpu.render(&scene);
+        assert!(values(&plain, Layer::Radiance) == values(&frame, Layer::Radiance));
+        let (mut lit, mut least) = (0, 1.0f64);
+        let energies = values(&frame, Layer::Energy).iter();
+        for (i, (&energy, &before)) in energies.zip(values(&plain, Layer::Energy)).enumerate() {
+            let pixel = i / 3;
+            let [x, y] = [pixel % 48, pixel / 48].map(|place| place as f64 + 0.5);
+            let r = (x - 19.25).hypot(y - 27.5) / (0.5 * 48f64.hypot(40.0));
+            let [k1, k2, k3] = COEFFICIENTS;
+            let factor = 1.0 + k1 * r.powi(2) + k2 * r.powi(4) + k3 * r.powi(6);
+            let due = f64::from(before) * std::f64::consts::FRAC_PI_4 / 4.0 * factor;
+            // The device has f32 coefficients, and the square of r to a few ulp.
+            let error = (f64::from(energy) - due).abs();
+            assert!(error <= 3e-6 * due, "{energy:e} {due:e} at {x}, {y}");
+            if before > 0.0 {
+                (lit, least) = (lit + 1, least.min(factor));
+            }
+        }
+        assert!(lit > 3000 && least < 0.7, "{lit} {least}");
     }
 }
 

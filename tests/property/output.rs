@@ -8,7 +8,7 @@ use camlux::output::{
     ExrCompression, ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData,
     LayeredImage, OutputFile, PassTime, PngView, write_exr, write_exr_files, write_png,
 };
-use camlux::scene::{Camera, IndirectLight, Intrinsics, Lens, Light, Sensor, VplSum};
+use camlux::scene::{Camera, IndirectLight, Intrinsics, Lens, Light, Sensor, Vignetting, VplSum};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 use glam::DVec3;
 
@@ -65,7 +65,8 @@ pub fn frame() -> Frame {
                 pixel_pitch_um: [12.0, 10.0],
                 exposure_time_s: 1e-3,
                 duty_cycle: 0.5,
-                f_number: None,
+                f_number: Some(2.5),
+                vignetting: Some(Vignetting([-0.1, 1.0 / 3.0, 0.0])),
                 wavelength_nm: None,
                 quantum_efficiency: None,
                 ..Sensor::DEFAULT
@@ -283,6 +284,10 @@ fn header_tells_how_the_frame_was_made() {
         attribute(&image, "camlux.sensor.duty_cycle"),
         Some(AttributeValue::F32(0.5))
     );
+    assert_eq!(
+        attribute(&image, "camlux.lens.f_number"),
+        Some(AttributeValue::F32(2.5))
+    );
     // All digits, in types that readers show as vectors.
     let intrinsics = camera().intrinsics_px();
     for (name, kind, numbers) in [
@@ -291,6 +296,7 @@ fn header_tells_how_the_frame_was_made() {
         ("light.0.position_m", "v3d", &[0.0, 1.98, 0.1]),
         ("light.0.power_w", "v3d", &[50.0, 40.0, 1e-7]),
         ("sensor.pixel_pitch_um", "v2d", &[12.0, 10.0]),
+        ("lens.vignetting", "v3d", &[-0.1, 1.0 / 3.0, 0.0]),
     ] {
         let name = format!("camlux.{name}");
         assert_eq!(doubles(&image, &name, kind), numbers, "{name}");

@@ -9,7 +9,7 @@ use camlux::scene::{
     Filter, FinalGather, IndirectLight, Instance, Intrinsics, Lens, Light, Material, Mesh,
     MetallicRoughness, Pattern, PixelFilter, PixelSampling, PlacedLight, ProjectedImage,
     RsmAverage, Scene, Sensor, SensorNoise, Shadow, Shared, SpotCone, Texels, Texture,
-    TextureLookup, TimeOfFlight, VplSum, Wrap,
+    TextureLookup, TimeOfFlight, Vignetting, VplSum, Wrap,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -330,6 +330,7 @@ fn scene() -> Scene {
             wavelength_nm: Some(850.1),
             quantum_efficiency: Some(0.7),
             f_number: Some(2.8),
+            vignetting: Some(Vignetting([-1.0 / 3.0, 0.1, -1e-3])),
             band_weights: [0.3, 1.0, 1.0 / 3.0],
             bayer: Some(BayerPattern::Gbrg),
             monochrome: false,

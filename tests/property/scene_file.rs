@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
     AreaShape, Carrier, DEFAULT_TARGET_ERROR, ErrorNorm, FinalGather, IndirectLight, Intrinsics,
-    Lens, Light, MeshFile, MeshOptions, RsmAverage, Scene, Shadow, SpotCone, VplSum,
+    Lens, Light, MeshFile, MeshOptions, RsmAverage, Scene, Shadow, SpotCone, Vignetting, VplSum,
 };
 use glam::DVec3;
 
@@ -69,6 +69,7 @@ exposure_time_s = 1.0e-3
 duty_cycle = 0.5
 [lens]
 f_number = 2.8
+vignetting = [-0.25, 0.125, 0]
 [[light]]
 kind = \"spot\"
 position = [0, 2, 0]
@@ -112,6 +113,8 @@ stderr_layer = true
     assert_eq!(scene.camera.lens, Lens::Intrinsics(intrinsics));
     assert_eq!(scene.sensor.unwrap().pixel_pitch_um, [12.0, 10.0]);
     assert_eq!(scene.sensor.unwrap().f_number, Some(2.8));
+    let vignetting = scene.sensor.unwrap().vignetting;
+    assert_eq!(vignetting, Some(Vignetting([-0.25, 0.125, 0.0])));
     let lights = scene.lights.iter().map(|placed| placed.light.clone());
     assert_eq!(
         lights.collect::<Vec<_>>(),

@@ -5,7 +5,7 @@ use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
     AreaShape, DEFAULT_TARGET_ERROR, Distortion, Encoding, ErrorNorm, Filter, IndirectLight,
     Intrinsics, Lens, Light, MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene,
-    Shadow, SpotCone, Texels, TextureLookup, VplSum, Wrap,
+    Shadow, SpotCone, Texels, TextureLookup, Vignetting, VplSum, Wrap,
 };
 use glam::DVec3;
 
@@ -61,7 +61,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 85] = [
+    let edits: [fn(&mut Scene); 88] = [
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }).into(),
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }).into(),
         |s| {
@@ -85,6 +85,9 @@ fn hash_changes_with_everything_but_names() {
         |s| s.sensor.as_mut().unwrap().pixel_pitch_um[1] = 11.0,
         |s| s.sensor.as_mut().unwrap().exposure_time_s = 2e-3,
         |s| s.sensor.as_mut().unwrap().duty_cycle = 0.4,
+        |s| s.sensor.as_mut().unwrap().f_number = Some(2.0),
+        |s| s.sensor.as_mut().unwrap().vignetting = Some(Vignetting([0.0; 3])),
+        |s| s.sensor.as_mut().unwrap().vignetting = Some(Vignetting([0.0, 0.0, 0.1])),
         |s| s.direct.shadow = Some(Shadow::Map),
         |s| s.direct.shadow = Some(Shadow::Rays),
         |s| s.indirect = None,

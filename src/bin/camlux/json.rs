@@ -65,7 +65,9 @@ pub fn text(run: &RunSummary) -> String {
             None => json!(null),
             Some(ParameterValue::Number(number)) => json!(number),
             Some(ParameterValue::Pair(numbers)) => json!(numbers),
-            Some(ParameterValue::Bands(numbers)) => json!(numbers),
+            Some(ParameterValue::Bands(numbers) | ParameterValue::Coefficients(numbers)) => {
+                json!(numbers)
+            }
             Some(ParameterValue::Count(count)) => json!(count),
             Some(ParameterValue::Name(word)) => json!(word),
             Some(ParameterValue::Flag(flag)) => json!(flag),

@@ -50,7 +50,10 @@ impl Scene {
         let mut optional = |key: &'static str| -> Result<Option<Keys>> {
             let table = keys.table(key)?;
             if let Some(table) = &table {
-                places.insert_table(key, 0, table);
+                match key {
+                    "lens" => places.insert_keys("sensor", 0, table),
+                    _ => places.insert_table(key, 0, table),
+                }
             }
             Ok(table)
         };
@@ -298,6 +301,7 @@ fn value_of(parameter: &Parameter, keys: &mut Keys) -> Result<Option<ParameterVa
         ParameterKind::Number => value.number().map(ParameterValue::Number),
         ParameterKind::Pair => value.numbers().map(ParameterValue::Pair),
         ParameterKind::Bands => value.bands().map(ParameterValue::Bands),
+        ParameterKind::Coefficients => value.numbers().map(ParameterValue::Coefficients),
         ParameterKind::Count => Ok(ParameterValue::Count(value.count()?.into())),
         ParameterKind::LargeCount => value.large_count().map(ParameterValue::Count),
         ParameterKind::Flag => value.flag().map(ParameterValue::Flag),

@@ -17,7 +17,7 @@ use super::{read_parameters, sensor_noise, value_of};
 
 /// Reads `[sensor]`, and `[lens]` with the rest of its parameters.
 pub(super) fn sensor(mut sensor: Keys, lens: Option<Keys>) -> Result<Sensor> {
-    let is_of_lens = |parameter: &Parameter| parameter.name == "f_number";
+    let is_of_lens = |parameter: &Parameter| Sensor::OF_LENS.contains(&parameter.name);
     let known = Sensor::DEFAULT.rows().iter().filter(|row| !is_of_lens(row));
     let known: Vec<&str> = known.map(|row| row.name).chain(["noise"]).collect();
     sensor.only(&known)?;
