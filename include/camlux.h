@@ -759,6 +759,40 @@ typedef struct camlux_sensor {
   uint32_t reserved_end;
 } camlux_sensor;
 
+/**
+ * The noise of a sensor (EMVA 1288), with or without time of flight, and its conversion of electrons to digital numbers. Each value of a
+ * pixel is a separate well: for time of flight, each tap. Initialise with CAMLUX_TOF_NOISE_INIT, and set at least full_well_e. Defaults: 12
+ * bits, 1 DN per electron, shot noise only.
+ */
+typedef struct camlux_tof_noise {
+  /** Set by CAMLUX_TOF_NOISE_INIT. */
+  uint32_t struct_size;
+  /** Bits, 1 to 24: DN are from 0 to 2^bits - 1. */
+  uint32_t bits;
+  /** Seed of the noise. The noise also differs for each frame_index and seed of camlux_render_options, and for each camera. */
+  uint64_t seed;
+  /** Dark current of a well, electrons per second. */
+  double dark_e_per_s;
+  /** Standard deviation of the read noise, electrons. */
+  double read_noise_e;
+  /** Largest number of electrons that a well holds. */
+  double full_well_e;
+  /** DN per electron. */
+  double gain_dn_per_e;
+  /** DN for 0 electrons. */
+  double black_level_dn;
+  /**
+   * Dark signal non-uniformity (DSNU), electrons: standard deviation over the pixels of what a pixel adds to every reading. It depends on
+   * the seed, and stays from frame to frame.
+   */
+  double dsnu_e;
+  /**
+   * Photo response non-uniformity (PRNU), 0 to 1: standard deviation over the pixels of the factor of their quantum efficiency. It stays
+   * like dsnu_e.
+   */
+  double prnu;
+} camlux_tof_noise;
+
 /** How the single bounce is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02. */
 typedef struct camlux_indirect {
   /** Set by CAMLUX_INDIRECT_INIT. */
@@ -966,40 +1000,6 @@ camlux_status camlux_scene_set_direct(camlux_scene *scene, const camlux_direct *
 
 /** Charges are digital numbers, DN, computed with the gain of camlux_tof_noise. */
 #define CAMLUX_CHARGE_DN 1
-
-/**
- * The noise of a sensor (EMVA 1288), with or without time of flight, and its conversion of electrons to digital numbers. Each value of a
- * pixel is a separate well: for time of flight, each tap. Initialise with CAMLUX_TOF_NOISE_INIT, and set at least full_well_e. Defaults: 12
- * bits, 1 DN per electron, shot noise only.
- */
-typedef struct camlux_tof_noise {
-  /** Set by CAMLUX_TOF_NOISE_INIT. */
-  uint32_t struct_size;
-  /** Bits, 1 to 24: DN are from 0 to 2^bits - 1. */
-  uint32_t bits;
-  /** Seed of the noise. The noise also differs for each frame_index and seed of camlux_render_options, and for each camera. */
-  uint64_t seed;
-  /** Dark current of a well, electrons per second. */
-  double dark_e_per_s;
-  /** Standard deviation of the read noise, electrons. */
-  double read_noise_e;
-  /** Largest number of electrons that a well holds. */
-  double full_well_e;
-  /** DN per electron. */
-  double gain_dn_per_e;
-  /** DN for 0 electrons. */
-  double black_level_dn;
-  /**
-   * Dark signal non-uniformity (DSNU), electrons: standard deviation over the pixels of what a pixel adds to every reading. It depends on
-   * the seed, and stays from frame to frame.
-   */
-  double dsnu_e;
-  /**
-   * Photo response non-uniformity (PRNU), 0 to 1: standard deviation over the pixels of the factor of their quantum efficiency. It stays
-   * like dsnu_e.
-   */
-  double prnu;
-} camlux_tof_noise;
 
 /**
  * A time-of-flight camera (AMCW): its pixels correlate light with the modulation of the source. Initialise with CAMLUX_TOF_INIT: four

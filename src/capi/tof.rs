@@ -12,36 +12,6 @@ pub const CAMLUX_CHARGE_ELECTRONS: i32 = 0;
 /// Charges are digital numbers, DN, computed with the gain of camlux_tof_noise.
 pub const CAMLUX_CHARGE_DN: i32 = 1;
 
-/// The noise of a sensor (EMVA 1288), with or without time of flight, and its conversion of electrons to digital numbers. Each value of a
-/// pixel is a separate well: for time of flight, each tap. Initialise with CAMLUX_TOF_NOISE_INIT, and set at least full_well_e. Defaults: 12
-/// bits, 1 DN per electron, shot noise only.
-#[repr(C)]
-#[derive(Debug, Clone, Copy)]
-pub struct camlux_tof_noise {
-    /// Set by CAMLUX_TOF_NOISE_INIT.
-    pub struct_size: u32,
-    /// Bits, 1 to 24: DN are from 0 to 2^bits - 1.
-    pub bits: u32,
-    /// Seed of the noise. The noise also differs for each frame_index and seed of camlux_render_options, and for each camera.
-    pub seed: u64,
-    /// Dark current of a well, electrons per second.
-    pub dark_e_per_s: f64,
-    /// Standard deviation of the read noise, electrons.
-    pub read_noise_e: f64,
-    /// Largest number of electrons that a well holds.
-    pub full_well_e: f64,
-    /// DN per electron.
-    pub gain_dn_per_e: f64,
-    /// DN for 0 electrons.
-    pub black_level_dn: f64,
-    /// Dark signal non-uniformity (DSNU), electrons: standard deviation over the pixels of what a pixel adds to every reading. It depends on
-    /// the seed, and stays from frame to frame.
-    pub dsnu_e: f64,
-    /// Photo response non-uniformity (PRNU), 0 to 1: standard deviation over the pixels of the factor of their quantum efficiency. It stays
-    /// like dsnu_e.
-    pub prnu: f64,
-}
-
 /// A time-of-flight camera (AMCW): its pixels correlate light with the modulation of the source. Initialise with CAMLUX_TOF_INIT: four
 /// phase images, band R, contrast 1, electrons, no frequency yet.
 #[repr(C)]
@@ -70,12 +40,6 @@ pub struct camlux_tof {
     /// Number of these lights; 0: all lights are modulated.
     pub ambient_light_count: usize,
 }
-
-c_struct!(
-    camlux_tof_noise, 56,
-    bits: SensorNoise::DEFAULT.bits,
-    gain_dn_per_e: SensorNoise::DEFAULT.gain_dn_per_e,
-);
 
 c_struct!(
     camlux_tof, 136,
