@@ -406,16 +406,10 @@ fn variants_come_back() {
         |s| {
             s.camera.lens = Lens::FovY {
                 fov_y_deg: 100.0 / 3.0,
-            }
+            };
+            s.sensor.as_mut().unwrap().vignetting = None;
         },
-        |s| {
-            s.camera.lens = Lens::Equirectangular;
-            // An aperture has the vignetting of a pinhole.
-            s.sensor = s.sensor.map(|sensor| Sensor {
-                f_number: None,
-                ..sensor
-            });
-        },
+        |s| s.camera.lens = Lens::Equirectangular,
         |s| {
             s.camera.pixel_sampling = None;
             if let Some(IndirectLight::FinalGather(gather)) = &mut s.indirect {
