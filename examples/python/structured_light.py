@@ -17,7 +17,7 @@ raw = [np.asarray(frame["raw_dn"]) for frame in frames]
 gray = np.array([shown > inverse for shown, inverse in zip(raw[::2], raw[1::2])])
 bits = np.logical_xor.accumulate(gray, axis=0)  # Gray code to binary, the highest bit first
 column = sum(bit * (1 << 7 - i) for i, bit in enumerate(bits)) + 0.5
-camera = frames[0].info["camera"]["intrinsics_px"]
+camera = frames[0].line["camera"]["intrinsics_px"]
 x = (np.arange(raw[0].shape[1]) + 0.5 - camera["cx"]) / camera["fx"]  # of a pixel at depth 1
 disparity = x - (column - CENTRE_PX) / FOCAL_PX
 depth = BASELINE_M / np.where(disparity > 0, disparity, np.nan)
