@@ -66,17 +66,23 @@ impl SensorReadout {
         read: impl Fn(usize) -> [f64; N] + Sync,
         wanted: &mut WantedLayers,
     ) -> Vec<(Layer, LayerData)> {
+        let noise = self.sensor.noise.filter(|_| (wanted.is_wanted)(of_numbers));
+        let has_electrons = (wanted.is_wanted)(of_electrons);
         let mut layers = Vec::new();
-        if (wanted.is_wanted)(of_electrons) {
+        if !has_electrons && noise.is_none() {
+            return layers;
+        }
+        // Both layers are of one reading.
+        let mut electrons = vec![0.0; N * count];
+        per_pixel(&mut electrons, read);
+        if has_electrons {
             let mut values = (wanted.floats)(N * count);
-            per_pixel(&mut values, |i| read(i).map(|electrons| electrons as f32));
+            per_pixel(&mut values, |i| [electrons[i] as f32]);
             layers.push((of_electrons, LayerData::Float(values)));
         }
-        if let Some(noise) = self.sensor.noise.filter(|_| (wanted.is_wanted)(of_numbers)) {
+        if let Some(noise) = noise {
             let mut values = (wanted.floats)(N * count);
-            per_pixel(&mut values, |i| {
-                read(i).map(|electrons| noise.digital_number(electrons) as f32)
-            });
+            per_pixel(&mut values, |i| [noise.digital_number(electrons[i]) as f32]);
             layers.push((of_numbers, LayerData::Float(values)));
         }
         layers
