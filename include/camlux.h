@@ -821,8 +821,8 @@ typedef struct camlux_indirect {
   uint64_t max_rays;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR. */
   int32_t stderr_layer;
-  /** 0. */
-  uint32_t reserved;
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: largest number of surfaces that reflect light on its way from a light to what the camera sees, 1 to 16; 0: 1. */
+  uint32_t bounces;
   /**
    * CAMLUX_ESTIMATOR_FINAL_GATHER only, with time of flight: target of the range error that the error of the bounce causes, rms over pixels,
    * millimetres, 0.1 to 1000; target_error is then for the light alone. 0: target_error is for the phasors, too.

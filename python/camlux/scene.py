@@ -475,6 +475,7 @@ class FinalGather(Fields):
     target_range_error_mm: with time of flight: target of the range error that the error of the bounce causes, rms over pixels, of the
         worst frequency, mm. `target_error` is then for the light alone; without it, `target_error` is also for the phasors. Limits: 0.1
         to 1000.
+    bounces: largest number of surfaces that reflect light on its way from a light to what the camera sees. Limits: 1 to 16.
     """
 
     estimator: ClassVar[str] = "final-gather"
@@ -485,6 +486,7 @@ class FinalGather(Fields):
     max_rays: Whole | None = None
     stderr_layer: bool = False
     target_range_error_mm: Number | None = None
+    bounces: Whole = 1
 
 
 @dataclass(slots=True, eq=False)

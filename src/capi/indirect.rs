@@ -44,8 +44,8 @@ pub struct camlux_indirect {
     pub max_rays: u64,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR.
     pub stderr_layer: i32,
-    /// 0.
-    pub reserved: u32,
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: largest number of surfaces that reflect light on its way from a light to what the camera sees, 1 to 16; 0: 1.
+    pub bounces: u32,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only, with time of flight: target of the range error that the error of the bounce causes, rms over pixels,
     /// millimetres, 0.1 to 1000; target_error is then for the light alone. 0: target_error is for the phasors, too.
     pub target_range_error_mm: f64,
@@ -187,7 +187,7 @@ const ESTIMATORS: [(i32, &str, IndirectLight); 3] = {
 };
 
 /// The parameters by their names.
-fn members(raw: &mut camlux_indirect) -> [(&'static str, Member<'_>); 8] {
+fn members(raw: &mut camlux_indirect) -> [(&'static str, Member<'_>); 9] {
     [
         ("target_error", Member::Number(&mut raw.target_error)),
         (
@@ -203,6 +203,7 @@ fn members(raw: &mut camlux_indirect) -> [(&'static str, Member<'_>); 8] {
         ("error_norm", Member::Norm(&mut raw.error_norm)),
         ("stderr_layer", Member::Flag(&mut raw.stderr_layer)),
         ("rsm_size", Member::Count(&mut raw.rsm_size)),
+        ("bounces", Member::Count(&mut raw.bounces)),
     ]
 }
 
@@ -265,7 +266,6 @@ fn indirect_to_c(indirect: &IndirectLight) -> camlux_indirect {
 }
 
 fn indirect_from_c(mut raw: camlux_indirect) -> Outcome<IndirectLight> {
-    args::reserved(camlux_indirect::NAME, raw.reserved)?;
     let mut indirect = args::one_of("estimator", raw.estimator, &ESTIMATORS)?;
     let members = members(&mut raw);
     for (name, member) in &members {

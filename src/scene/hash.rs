@@ -69,9 +69,14 @@ impl Scene {
                 "stderr_layer",
             ];
             let added = IndirectLight::all_parameters().map(|parameter| parameter.name);
-            let added = added.filter(|name| !FIRST.contains(name));
+            let added = added.filter(|name| *name != "bounces" && !FIRST.contains(name));
             for name in FIRST.into_iter().chain(added) {
                 bytes.parameter(indirect.value(name));
+            }
+            // The same for scenes of a single bounce.
+            if let Some(gather) = indirect.gather().filter(|gather| gather.bounces > 1) {
+                bytes.name("bounces");
+                bytes.numbers([f64::from(gather.bounces)]);
             }
         }
         bytes.length(lights);

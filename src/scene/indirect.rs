@@ -29,6 +29,12 @@ const RSM_SIZES: Limits = Limits::positive(
     "give the texels along one face's edge, such as 64",
 );
 
+const BOUNCES: Limits = Limits::between(
+    1.0,
+    16.0,
+    "give a number of bounces from 1 to 16, such as 4",
+);
+
 parameters! {
     /// Single bounce by rays, refined to the target error.
     pub struct FinalGather {
@@ -50,6 +56,8 @@ parameters! {
         /// With time of flight: target of the range error that the error of the bounce causes, rms over pixels, of the worst frequency, mm.
         /// `target_error` is then for the light alone; without it, `target_error` is also for the phasors.
         target_range_error_mm: Option<f64> = None, Limits::between(0.1, 1000.0, "give millimetres from 0.1 to 1000, such as 5");
+        /// Largest number of surfaces that reflect light on its way from a light to what the camera sees.
+        bounces: u32 = 1, BOUNCES;
     }
 }
 

@@ -184,8 +184,8 @@ CHECK(camlux_indirect_max_rays_offset, offsetof(camlux_indirect, max_rays) == 40
 CHECK(camlux_indirect_max_rays_size, sizeof(((camlux_indirect *)0)->max_rays) == 8);
 CHECK(camlux_indirect_stderr_layer_offset, offsetof(camlux_indirect, stderr_layer) == 48);
 CHECK(camlux_indirect_stderr_layer_size, sizeof(((camlux_indirect *)0)->stderr_layer) == 4);
-CHECK(camlux_indirect_reserved_offset, offsetof(camlux_indirect, reserved) == 52);
-CHECK(camlux_indirect_reserved_size, sizeof(((camlux_indirect *)0)->reserved) == 4);
+CHECK(camlux_indirect_bounces_offset, offsetof(camlux_indirect, bounces) == 52);
+CHECK(camlux_indirect_bounces_size, sizeof(((camlux_indirect *)0)->bounces) == 4);
 CHECK(camlux_indirect_target_range_error_mm_offset, offsetof(camlux_indirect, target_range_error_mm) == 56);
 CHECK(camlux_indirect_target_range_error_mm_size, sizeof(((camlux_indirect *)0)->target_range_error_mm) == 8);
 

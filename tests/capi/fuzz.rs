@@ -92,6 +92,7 @@ impl Sequence {
                         max_ms: r.pick(&[0.0, 0.0, 50.0, some_error]),
                         max_rays: r.pick(&[0, 0, 1, 1 << 40]),
                         stderr_layer: r.pick(&[0, 0, 1, 2]),
+                        bounces: r.pick(&[0, 0, 2, 17]),
                         target_range_error_mm: r.pick(&[0.0, 0.0, 5.0, some_error])
                     });
                     camlux_scene_set_indirect(scene, r.pointer(&mut indirect))

@@ -60,7 +60,7 @@ fn indirect_light_is_checked() {
     let scene = new_scene();
     let indirect = |change| scene.set_indirect(&with(change));
     fails(indirect(|i| i.estimator = 3), ARGUMENT, "estimator is 3");
-    fails(indirect(|i| i.reserved = 1), ARGUMENT, "reserved");
+    fails(indirect(|i| i.bounces = 17), SCENE, "bounces");
     let words = "stderr_layer is 2; give 0 or 1";
     fails(indirect(|i| i.stderr_layer = 2), ARGUMENT, words);
     let words = "error_norm is 2; give one of CAMLUX_NORM_IMAGE (0), CAMLUX_NORM_LOCAL (1)";

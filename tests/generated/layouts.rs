@@ -147,7 +147,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_indirect {
             estimator, rsm_size, error_norm, target_error, interpolation_error, max_ms,
-            max_rays, stderr_layer, reserved, target_range_error_mm,
+            max_rays, stderr_layer, bounces, target_range_error_mm,
         }
         camlux_direct {
             shadow,

@@ -374,6 +374,7 @@ fn scene() -> Scene {
             max_ms: Some(1e4 / 3.0),
             max_rays: Some(9_007_199_254_740_993),
             stderr_layer: true,
+            bounces: 16,
             // Without a target of the range: the camera averages over samples.
             ..FinalGather::new(0.1)
         })),

@@ -98,6 +98,7 @@ error_norm = \"local\"
 max_ms = 250
 max_rays = 5_000_000_000
 stderr_layer = true
+bounces = 3
 ",
     );
     assert_eq!(scene.camera.resolution_px, [640, 480]);
@@ -145,6 +146,7 @@ stderr_layer = true
             max_ms: Some(250.0),
             max_rays: Some(5_000_000_000),
             stderr_layer: true,
+            bounces: 3,
             ..FinalGather::new(0.05)
         }))
     );

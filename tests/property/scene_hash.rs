@@ -102,6 +102,7 @@ fn hash_changes_with_everything_but_names() {
         |s| s.indirect = Some(gather!(0.02, max_rays = Some(64))),
         |s| s.indirect = Some(gather!(0.02, error_norm = ErrorNorm::Local)),
         |s| s.indirect = Some(gather!(0.02, stderr_layer = true)),
+        |s| s.indirect = Some(gather!(0.02, bounces = 2)),
         |s| s.lights.push(s.lights[0].clone()),
         |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]).into(),
         |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]).into(),

@@ -19,6 +19,9 @@ pub struct IndirectArgs {
     /// Target error of the range of [tof], rms, mm: 0.1 to 1000
     #[arg(long, value_name = "MM")]
     pub target_range_error_mm: Option<f64>,
+    /// Bounces of final-gather, 1 to 16
+    #[arg(long, value_name = "NUMBER")]
+    pub bounces: Option<u32>,
     /// Time limit of final-gather, milliseconds
     #[arg(long, value_name = "MS")]
     pub max_ms: Option<f64>,
@@ -96,6 +99,10 @@ impl IndirectArgs {
             ),
             ("interpolation_error", number(self.interpolation_error)),
             ("rsm_size", rsm_size.map(ParameterValue::Count)),
+            (
+                "bounces",
+                self.bounces.map(|n| ParameterValue::Count(n.into())),
+            ),
         ];
         let given = options.into_iter();
         given
@@ -200,8 +207,9 @@ mod tests {
             max_rays: Some(5_000_000_000),
             stderr_layer: true,
             target_range_error_mm: Some(2.5),
+            bounces: 3,
         });
-        let options = "--rsm-size 8 --error-norm local --max-ms 250 --max-rays 5000000000 --stderr-layer --target-range-error-mm 2.5";
+        let options = "--rsm-size 8 --error-norm local --max-ms 250 --max-rays 5000000000 --stderr-layer --target-range-error-mm 2.5 --bounces 3";
         assert_gives(options, GATHER, gather_8);
         assert_gives("", gather_8, gather_8);
         assert_gives("--target-error 0.1", GATHER, TENTH);
