@@ -456,4 +456,6 @@ pub struct ReferenceSamples {
     pub samples_per_pixel: u32,
     /// Samples are stratified within a round; rounds are independent of each other.
     pub samples_per_round: u32,
+    /// Most surfaces that reflect light on its way from a light to what the camera sees.
+    pub bounces: u32,
 }

@@ -152,6 +152,7 @@ pub(super) fn attributes(
             add("estimator", "path-sampled".into());
             add("samples_per_pixel", count(samples.samples_per_pixel));
             add("samples_per_round", count(samples.samples_per_round));
+            add("bounces", count(samples.bounces));
         }
         (None, None) => add("estimator", "none".into()),
     }

@@ -62,8 +62,10 @@ impl Reference {
 
     /// The power of two that divides the samples into enough rounds of acceptable length.
     fn round_for(&self, samples_per_pixel: u32) -> u32 {
-        let paths_per_sample = self.paths_per_round() / u64::from(self.samples_per_round);
-        let bearable = MOST_PATHS_PER_ROUND / paths_per_sample.max(1);
+        let seen = self.pixels.iter();
+        let seen = seen.filter(|pixel| pixel.point.is_some() || pixel.footprint.is_some());
+        let most_paths_per_sample = seen.count() as u64 * self.transport.most_paths();
+        let bearable = MOST_PATHS_PER_ROUND / most_paths_per_sample.max(1);
         let most = bearable.min(MOST_SAMPLES_PER_ROUND.into()) as u32;
         let samples = (samples_per_pixel / ROUNDS).min(most);
         1 << samples.max(FEWEST_SAMPLES_PER_ROUND).ilog2()

@@ -1,4 +1,4 @@
-//! The true single bounce, path-sampled on the CPU in f64. The engine's images are measured against it.
+//! The true indirect light, path-sampled on the CPU in f64. The engine's images are measured against it.
 //!
 //! It shares the scene with the rest of the engine and, for time of flight, e^{iφ} and the quantities derived from phasors. It shares
 //! nothing else with the shaders, the f64 kernels and the rasteriser: it traces rays through a tree of boxes instead of maps and has its
@@ -6,6 +6,7 @@
 //! 10 km are computed alike.
 
 mod brdf;
+mod draws;
 mod edge;
 mod emissive;
 mod footprint;
@@ -38,7 +39,9 @@ use crate::{
         Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, PixelPhasors,
         ReferenceSamples, TofCamera, TofQuantity, WantedLayers,
     },
-    scene::{Bands, Camera, ChargeUnit, Direct, PixelSampling, TimeOfFlight},
+    scene::{
+        Bands, Camera, ChargeUnit, Direct, FinalGather, IndirectLight, PixelSampling, TimeOfFlight,
+    },
 };
 
 /// Paths between two calls of the progress function: a fifth of a second on two cores.
@@ -56,6 +59,7 @@ pub struct Reference {
     pixels: Vec<Pixel>,
     samples_per_round: u32,
     rounds: u32,
+    paths: u64,
     /// Number of the first round; its random numbers depend on it.
     first_round: u32,
     wall_milliseconds: f64,
@@ -71,10 +75,15 @@ impl Reference {
         scene.validate()?;
         let scene = scene.in_world();
         let start = Instant::now();
-        // The engine's method does not change the ground truth.
+        // The engine's method does not change the ground truth, but for the number of bounces. The hash has it, too.
+        let bounces = bounces_of(&scene);
+        let more = (bounces > 1).then_some(FinalGather {
+            bounces,
+            ..FinalGather::DEFAULT
+        });
         let scene = Scene {
             direct: Direct::default(),
-            indirect: None,
+            indirect: more.map(IndirectLight::FinalGather),
             camera: Camera {
                 pixel_sampling: scene.camera.pixel_sampling.map(|sampling| PixelSampling {
                     samples: DIRECT_SAMPLES,
@@ -109,6 +118,7 @@ impl Reference {
             pixels,
             samples_per_round: samples_per_round.clamp(1, 1 << 16).next_power_of_two(),
             rounds: 0,
+            paths: 0,
             first_round: 0,
             wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
         })
@@ -161,6 +171,14 @@ impl Reference {
             return Err(refuse("it does not hold a reference".into()));
         }
         let mut reference = Reference::new(scene, samples_per_round)?;
+        // Files without the number are older than it.
+        let bounces = [count("camlux.bounces").unwrap_or(1), bounces_of(scene)];
+        if bounces[0] != bounces[1] {
+            return Err(refuse(format!(
+                "its bounces are up to {}, and those of the scene up to {}",
+                bounces[0], bounces[1]
+            )));
+        }
         let hash = image.attribute("camlux.scene_hash");
         if hash != Some(reference.scene.hash().as_str()) {
             return Err(refuse(
@@ -225,14 +243,10 @@ impl Reference {
         self.rounds.saturating_mul(self.samples_per_round)
     }
 
-    /// Paths of a round, over all pixels that see a surface: for each sample, one from the pixel and one from each light. Each path takes
-    /// two rays: one to the next surface, and one to test whether light gets through.
-    pub fn paths_per_round(&self) -> u64 {
-        let seen = self.pixels.iter();
-        let seen = seen.filter(|pixel| pixel.point.is_some() || pixel.footprint.is_some());
-        seen.count() as u64
-            * u64::from(self.samples_per_round)
-            * (1 + self.transport.light_count() as u64)
+    /// Light paths so far, without those of a file that was continued. From each vertex of a sample, one goes on from the vertex and one
+    /// begins at each light. Each takes two rays: one to the next surface, and one to test whether light gets through.
+    pub fn paths(&self) -> u64 {
+        self.paths
     }
 
     /// Whether no sample has found indirect light so far.
@@ -293,8 +307,8 @@ impl Reference {
         let (round, samples) = (self.first_round + self.rounds, self.samples_per_round);
         let transport = &self.transport;
         let mut means = Vec::with_capacity(self.pixels.len());
-        let paths_per_pixel = samples as usize * (1 + self.transport.light_count());
-        let pixels_per_step = (PATHS_PER_STEP / paths_per_pixel).max(1);
+        let most_paths = samples as usize * self.transport.most_paths() as usize;
+        let pixels_per_step = (PATHS_PER_STEP / most_paths).max(1);
         for pixels in self.pixels.chunks(pixels_per_step) {
             let first = means.len();
             means.par_extend(pixels.par_iter().enumerate().map(|(i, pixel)| {
@@ -306,8 +320,9 @@ impl Reference {
             }
         }
         self.rounds += 1;
-        for (pixel, mean) in self.pixels.iter_mut().zip(means) {
+        for (pixel, (mean, paths)) in self.pixels.iter_mut().zip(means) {
             pixel.add_round(&mean, self.rounds);
+            self.paths += paths;
         }
         self.wall_milliseconds += start.elapsed().as_secs_f64() * 1e3;
         Ok(())
@@ -379,7 +394,9 @@ impl Reference {
             reference: Some(ReferenceSamples {
                 samples_per_pixel: self.samples_per_pixel(),
                 samples_per_round: self.samples_per_round,
+                bounces: bounces_of(&self.scene),
             }),
+            indirect: None,
             ..FrameDescription::new(&self.scene, self.scene.hash())
         };
         layers.extend(self.tof_layers(&description, &radiance));
@@ -457,6 +474,12 @@ impl Reference {
     fn ids(&self, value: impl Fn(&Pixel) -> u32) -> LayerData {
         LayerData::Id(self.pixels.iter().map(value).collect())
     }
+}
+
+/// Most surfaces that reflect light before P. The sums have a single one.
+fn bounces_of(scene: &Scene) -> u32 {
+    let gather = scene.indirect.as_ref().and_then(IndirectLight::gather);
+    gather.map_or(1, |gather| gather.bounces)
 }
 
 /// Each pixel of a layer of two or three channels; with two, the third is 0.

@@ -1,8 +1,12 @@
-//! The light that reaches a surface point directly and by one bounce.
+//! The light that reaches a surface point directly and by bounces.
 //!
 //! A bounce L–Q–P is sampled in two ways. From P, a direction sampled from f_P's lobes finds Q. From L, an emitted ray finds Q. The first
 //! works best if Q is near P, the second if Q is near L. The balance heuristic (Veach & Guibas 1995) combines their samples: a sample of
 //! either counts F(Q) / (p_P(Q) + p_L(Q)), where F is the integrand over surface area and the p are the densities of the two ways.
+//!
+//! With more bounces, the direction from P goes on: Q becomes the next vertex, at which the light of a single bounce is sampled in the same
+//! two ways, with other random numbers. So a path of n bounces has n − 1 directions that only one way samples, and a last Q at which the two
+//! ways are combined. What surfaces emit is sampled where it arrives: by a direction from a vertex and by a point of an emissive surface.
 
 use std::ops::Range;
 
@@ -10,7 +14,9 @@ use glam::DVec3;
 use sobol_burley::sample_4d;
 
 use super::{
+    bounces_of,
     brdf::Lobes,
+    draws::Draws,
     emissive::EmissiveSides,
     light::{Emitter, Illumination},
     rays::{Hit, Ray, Triangles},
@@ -32,6 +38,8 @@ pub struct Transport {
     triangles: Triangles,
     emitters: Vec<Emitter>,
     tof: Option<TimeOfFlight>,
+    /// Most surfaces that reflect light before P.
+    bounces: u32,
     origin_m: DVec3,
     /// A power of two, so that scaling rounds nothing.
     pub metres_per_unit: f64,
@@ -47,6 +55,43 @@ pub struct Receiver {
     /// |PC|
     distance: f64,
     lobes: Lobes,
+}
+
+/// A point of a path from C.
+#[derive(Debug, Clone, Copy)]
+struct Vertex {
+    /// Its camera is the vertex before it, but its distance is the path's length to C.
+    receiver: Receiver,
+    /// Number of vertices before it; 0: P.
+    index: u32,
+    /// What radiance from here to the vertex before it counts at C, over the density of the path.
+    throughput: DVec3,
+}
+
+impl Vertex {
+    /// The next vertex, at what a direction from this one meets; `None` where the density of the direction is 0.
+    fn next(&self, direction: DVec3, met: Surface) -> Option<Vertex> {
+        let Receiver {
+            surface: p,
+            to_camera,
+            distance,
+            lobes,
+        } = &self.receiver;
+        let density = lobes.density(direction);
+        if density <= 0.0 {
+            return None;
+        }
+        let f_p = p.brdf.eval(direction, p.normal, *to_camera);
+        let step = met.position.distance(p.position);
+        Some(Vertex {
+            receiver: Receiver {
+                distance: distance + step,
+                ..Receiver::new(met, -direction, step)
+            },
+            index: self.index + 1,
+            throughput: self.throughput * f_p * (p.normal.dot(direction) / density),
+        })
+    }
 }
 
 /// The light of paths that end at C.
@@ -80,17 +125,6 @@ impl Receiver {
     }
 }
 
-/// Uniform numbers in 0 to 1 for one sample.
-pub struct Draws<'a> {
-    pub lobe: f64,
-    pub direction: [f64; 2],
-    /// For each light: where in its area a path begins, and in which direction.
-    pub area: &'a dyn Fn(usize) -> [f64; 2],
-    pub emission: &'a dyn Fn(usize) -> [f64; 2],
-    /// For emissive surfaces: a point that lights P itself.
-    pub own: &'a dyn Fn(usize) -> [f64; 2],
-}
-
 /// Points of each area light that its direct light is averaged over.
 pub const AREA_SAMPLES: u32 = 1024;
 
@@ -120,14 +154,38 @@ impl Transport {
             surfaces,
             emitters,
             tof,
+            bounces: bounces_of(scene),
             origin_m,
             metres_per_unit,
         }
     }
 
-    /// Number of lights, with the emissive surfaces as one.
-    pub fn light_count(&self) -> usize {
-        self.emitters.len()
+    /// The most light paths of a sample of the indirect light.
+    pub fn most_paths(&self) -> u64 {
+        (0..=self.last_vertex()).map(|i| self.paths_at(i)).sum()
+    }
+
+    /// Light paths from one vertex: its own, and those from lights.
+    fn paths_at(&self, vertex: u32) -> u64 {
+        1 + self.lights_at(vertex).count() as u64
+    }
+
+    /// The last vertex of the longest paths. Emission needs one more than lamps: it is sampled where it arrives.
+    fn last_vertex(&self) -> u32 {
+        match self.emissive() {
+            Some(_) if self.bounces > 1 => self.bounces,
+            _ => self.bounces - 1,
+        }
+    }
+
+    /// The lights whose single bounce a vertex samples, and their indices. Emissive surfaces are among them at P alone. Their points come
+    /// as near to later vertices as those to each other, in corners, and there neither of the two ways is good.
+    fn lights_at(&self, vertex: u32) -> impl Iterator<Item = (usize, &Emitter)> {
+        let lights = self.emitters.iter().enumerate();
+        lights.filter(move |(_, emitter)| match emitter {
+            Emitter::Surfaces(_) => vertex == 0,
+            _ => vertex < self.bounces,
+        })
     }
 
     /// Number of time-of-flight frequencies.
@@ -232,59 +290,100 @@ impl Transport {
         }
     }
 
-    /// One sample of the light that surfaces send to P: of the single bounce, and of what they emit. Its expected value is the indirect
-    /// light from P to C.
-    pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> Arrived {
+    /// One sample of the light that surfaces send to P: by bounces, and what they emit. Its expected value is the indirect light from P to
+    /// C. Also returns the number of light paths that it took.
+    pub fn indirect(&self, receiver: &Receiver, draws: Draws) -> (Arrived, u64) {
         let mut arrived = Arrived::default();
+        let mut vertex = Vertex {
+            receiver: *receiver,
+            index: 0,
+            throughput: DVec3::ONE,
+        };
+        // After P, a path goes on in proportion to what it still carries.
+        let mut carried = 0.0;
+        let mut paths = 0;
+        loop {
+            let draws = draws.at_vertex(vertex.index);
+            let onward = self.bounce_at(&vertex, draws, &mut arrived);
+            paths += self.paths_at(vertex.index);
+            let Some(mut next) = onward.filter(|next| next.index <= self.last_vertex()) else {
+                return (arrived, paths);
+            };
+            let left = next.throughput.max_element();
+            if next.index == 1 {
+                carried = left;
+            }
+            let survival = (left / carried).min(1.0);
+            // Also ends a path that carries nothing.
+            if !(left > 0.0 && draws.onward().survival < survival) {
+                return (arrived, paths);
+            }
+            next.throughput /= survival;
+            vertex = next;
+        }
+    }
+
+    /// Adds one sample of the light that a vertex gets by a single bounce, times the throughput, and of what surfaces emit to it. The vertex
+    /// after P leaves the latter out: it is the single bounce at P. Returns the next vertex, if the sampled direction meets one.
+    fn bounce_at(&self, vertex: &Vertex, draws: Draws, arrived: &mut Arrived) -> Option<Vertex> {
+        let Vertex {
+            receiver,
+            index: vertex_index,
+            throughput,
+        } = vertex;
         let at_point = |index: usize, emitter: &Emitter| {
             let has_area = emitter.has_area();
-            has_area.then(|| emitter.at_point((draws.area)(index), &self.surfaces))?
+            has_area.then(|| emitter.at_point(draws.area(index), &self.surfaces))?
         };
+        let emissive = self.emissive().filter(|_| *vertex_index != 1);
         let p = &receiver.surface;
-        let direction = receiver.lobes.sample(draws.lobe, draws.direction);
+        let onward = draws.onward();
+        let direction = receiver.lobes.sample(onward.lobe, onward.direction);
+        let mut next = None;
         if is_above(p, direction) {
             let ray = Ray {
                 from_triangle: p.triangle,
                 ..Ray::half_line(p.start(), direction)
             };
             if let Some(q) = self.follow(&ray) {
-                if let Some((light, sides)) = self.emissive() {
+                if let Some((light, sides)) = emissive {
                     let radiance = self.emitted(receiver, &q, sides);
-                    self.add_path(&mut arrived, radiance, light, f64::INFINITY);
+                    self.add_path(arrived, throughput * radiance, light, f64::INFINITY);
                 }
-                for (index, emitter) in self.emitters.iter().enumerate() {
+                for (index, emitter) in self.lights_at(*vertex_index) {
                     let at_point = at_point(index, emitter);
                     let emitter = at_point.as_ref().unwrap_or(emitter);
                     if let Some((contribution, illumination, length)) =
                         self.bounce(receiver, &q, emitter)
                         && self.is_lit(&q, &illumination)
                     {
-                        self.add_path(&mut arrived, contribution, index, length);
+                        self.add_path(arrived, throughput * contribution, index, length);
                     }
                 }
+                next = vertex.next(direction, q);
             }
         }
-        if let Some((light, sides)) = self.emissive()
-            && let Some(q) = sides.surface_at((draws.own)(light), &self.surfaces, p.position)
+        if let Some((light, sides)) = emissive
+            && let Some(q) = sides.surface_at(draws.own(light), &self.surfaces, p.position)
             && self.is_between_free(p, &q)
         {
             let radiance = self.emitted(receiver, &q, sides);
-            self.add_path(&mut arrived, radiance, light, f64::INFINITY);
+            self.add_path(arrived, throughput * radiance, light, f64::INFINITY);
         }
-        for (index, emitter) in self.emitters.iter().enumerate() {
+        for (index, emitter) in self.lights_at(*vertex_index) {
             let at_point = at_point(index, emitter);
             let emitter = at_point.as_ref().unwrap_or(emitter);
-            let ray = emitter.sample((draws.emission)(index));
+            let ray = emitter.sample(draws.emission(index));
             let Some(q) = self.follow(&ray) else {
                 continue;
             };
             if let Some((contribution, _, length)) = self.bounce(receiver, &q, emitter)
                 && self.is_between_free(p, &q)
             {
-                self.add_path(&mut arrived, contribution, index, length);
+                self.add_path(arrived, throughput * contribution, index, length);
             }
         }
-        arrived
+        next
     }
 
     /// The emissive surfaces, and their index among the lights.

@@ -1,11 +1,11 @@
 //! A pixel: what it sees, and the statistics of its samples.
 
 use glam::DVec3;
-use sobol_burley::sample_4d;
 
+use super::draws::Draws;
 use super::edge::{SUB_PIXEL_BITS, is_edge};
 use super::footprint::{Footprint, drawn_px, receiver_at};
-use super::path::{AREA_SAMPLES, Arrived, Draws, Receiver, Transport};
+use super::path::{AREA_SAMPLES, Arrived, Receiver, Transport};
 use super::view_ray::view_ray;
 use crate::{model::Phasor, scene::PixelFilter};
 
@@ -147,25 +147,26 @@ impl Pixel {
         self.point.filter(|p| !p.surface.brdf.is_black())
     }
 
-    /// Mean of a round of samples of the indirect radiance. It depends only on these arguments.
+    /// Mean of a round of samples of the indirect radiance, and the number of light paths that they took. It depends only on these
+    /// arguments.
     pub fn sample_round(
         &self,
         transport: &Transport,
         samples: u32,
         index: u32,
         round: u32,
-    ) -> Arrived {
+    ) -> (Arrived, u64) {
         let mut mean = Arrived::default();
+        let mut paths = 0;
         if !self.is_sampled() {
-            return mean;
+            return (mean, paths);
         }
         let centre = self.receiver();
         let seed = mix(index, round);
         for sample in 0..samples {
-            let draw = |set: u32, seed: u32| sample_4d(sample, set, seed).map(f64::from);
+            let draws = Draws::new(sample, seed);
             let drawn = |filter: PixelFilter| {
-                let [u, v, ..] = draw(2, seed);
-                let at_px = drawn_px(filter, self.centre_px, [u, v]);
+                let at_px = drawn_px(filter, self.centre_px, draws.footprint());
                 let (receiver, _) = receiver_at(transport, at_px)?;
                 (!receiver.surface.brdf.is_black()).then_some(receiver)
             };
@@ -176,33 +177,11 @@ impl Pixel {
             let Some(receiver) = receiver else {
                 continue;
             };
-            let [u0, u1, lobe, _] = draw(0, seed);
-            // Two lights share a set of four dimensions; another seed gives another sequence.
-            let emission = |light: usize| {
-                let [a, b, c, d] = draw(1, mix(seed, light as u32 / 2));
-                [[a, b], [c, d]][light % 2]
-            };
-            let area = |light: usize| {
-                let [a, b, c, d] = draw(3, mix(seed, light as u32 / 2));
-                [[a, b], [c, d]][light % 2]
-            };
-            let own = |light: usize| {
-                let [a, b, ..] = draw(4, mix(seed, light as u32));
-                [a, b]
-            };
-            let draws = Draws {
-                lobe,
-                direction: [u0, u1],
-                area: &area,
-                emission: &emission,
-                own: &own,
-            };
-            mean.add(
-                &transport.indirect(&receiver, &draws),
-                1.0 / f64::from(samples),
-            );
+            let (arrived, taken) = transport.indirect(&receiver, draws);
+            mean.add(&arrived, 1.0 / f64::from(samples));
+            paths += taken;
         }
-        mean
+        (mean, paths)
     }
 
     /// Moments of re and im of the indirect light's phasor.

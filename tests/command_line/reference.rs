@@ -94,12 +94,48 @@ fn what_is_no_reference_of_the_scene_is_left_alone() {
     refused("another resolution");
     assert_eq!(fs::read(&path).unwrap(), other);
 
+    let more = run(
+        folder.path(),
+        &["--spp", "64", "--size", "8", "8", "--bounces", "3"],
+    );
+    assert_fails(
+        &more,
+        &[
+            "up to 1, and those of the scene up to 3",
+            "a.exr",
+            "remove this one",
+        ],
+    );
+    assert_eq!(fs::read(&path).unwrap(), other);
+
     let rendered = program(folder.path(), &["render"])
         .arg(scene_file("cornell"))
         .args(["--size", "16", "12", "--rsm-size", "4", "-o", "a.exr"])
         .output();
     assert_succeeds(&rendered.unwrap());
     refused("does not hold a reference");
+}
+
+/// More bounces are more light, and the file knows their number.
+#[test]
+fn bounces_are_those_of_the_option() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut last = 0.0;
+    for bounces in ["1", "4"] {
+        let path = folder.path().join("a.exr");
+        let _ = fs::remove_file(path);
+        assert_succeeds(&run(folder.path(), &["--spp", "256", "--bounces", bounces]));
+        let again = assert_succeeds(&run(folder.path(), &["--spp", "512", "--bounces", bounces]));
+        assert!(again.contains("adding to 256 samples"), "{again}");
+        let image = read(folder.path());
+        assert_eq!(image.attribute("camlux.bounces"), Some(bounces));
+        assert_eq!(image.attribute("camlux.estimator"), Some("path-sampled"));
+        let light: f32 = image.values(Layer::Indirect).unwrap().iter().sum();
+        assert!(light > 1.2 * last, "{light} after {last}");
+        last = light;
+    }
+    let refused = run(folder.path(), &["--spp", "256", "--bounces", "17"]);
+    assert_fails(&refused, &["bounces is 17", "from 1 to 16"]);
 }
 
 #[test]

@@ -28,6 +28,7 @@ mod pixel_samples;
 mod ply;
 mod rays;
 mod reference;
+mod reference_bounces;
 mod reference_mesh;
 mod reference_tof;
 mod reference_truth;

@@ -1,10 +1,11 @@
-//! `camlux reference`: samples the true single bounce of a scene to the requested error.
+//! `camlux reference`: samples the true indirect light of a scene to the requested error.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use camlux::output::{ExrOptions, OutputFile, write_exr};
 use camlux::reference::{Goal, Reference};
+use camlux::scene::{FinalGather, IndirectLight};
 use camlux::{Error, Scene};
 
 use crate::options::{SizeArgs, warn_of};
@@ -33,6 +34,9 @@ pub struct Args {
     /// Sample until this relative standard error: 0.01 is 1 %
     #[arg(long, value_name = "SHARE", group = "goal", value_parser = parse_share)]
     pub stderr: Option<f64>,
+    /// Bounces, 1 to 16 [default: those of the scene]
+    #[arg(long, value_name = "NUMBER")]
+    pub bounces: Option<u32>,
     #[command(flatten)]
     pub size: SizeArgs,
 }
@@ -56,7 +60,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     require_extension("--output", &args.output, "exr")?;
     // Checks the output path first, so that a long computation does not end in a write error.
     drop(OutputFile::create(&args.output)?);
-    let scene = args.size.load(&args.scene)?;
+    let mut scene = args.size.load(&args.scene)?;
+    if let Some(bounces) = args.bounces {
+        // Nothing else of it changes a reference.
+        scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
+            bounces,
+            ..FinalGather::DEFAULT
+        }));
+    }
     warn_of(&scene, &args.scene.display());
     let path = &args.output;
     let shown = path.display();
@@ -66,11 +77,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let samples = reference.samples_per_pixel();
         tell(&format!("{shown}: adding to {samples} samples per pixel"));
     }
-    let rounds_before = resumed.as_ref().map_or(0, Reference::rounds);
     let start = Instant::now();
     let reference = refine(&scene, goal, resumed, path)?;
-    let added_rounds = reference.rounds() - rounds_before;
-    tell(&describe(&reference, added_rounds, start.elapsed()));
+    tell(&describe(&reference, start.elapsed()));
     tell(&format!("wrote {shown}"));
     Ok(())
 }
@@ -129,7 +138,7 @@ fn save(reference: &Reference, path: &Path) -> Result<(), Error> {
 }
 
 /// Number of samples and the standard error that they reach.
-fn describe(reference: &Reference, added_rounds: u32, time: Duration) -> String {
+fn describe(reference: &Reference, time: Duration) -> String {
     let samples = reference.samples_per_pixel();
     let rounds = reference.rounds();
     let found = match reference.relative_standard_error() {
@@ -140,8 +149,7 @@ fn describe(reference: &Reference, added_rounds: u32, time: Duration) -> String 
         None => "no indirect light was found".into(),
     };
     let seconds = time.as_secs_f64();
-    let paths = reference.paths_per_round() * u64::from(added_rounds);
-    let rate = 1e-6 * paths as f64 / seconds;
+    let rate = 1e-6 * reference.paths() as f64 / seconds;
     format!(
         "{samples} samples per pixel in {rounds} rounds; {found}; {seconds:.1} s, {rate:.2} M paths/s"
     )
