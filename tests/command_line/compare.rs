@@ -388,6 +388,27 @@ fn warnings_go_to_stderr() {
     let output = compare(folder.path(), &["1.exr", "3.exr"]);
     let said = "differ in camlux.camera.position_m; check that both show the same scene";
     assert_succeeds(&output, said);
+    let bounced = |name: &str, attributes: &[(&str, &str)]| {
+        let pixels: &[f32] = &[1.0; 5];
+        self::write(
+            &folder.path().join(name),
+            (5, 1),
+            &[("direct", pixels)],
+            attributes,
+        );
+    };
+    bounced("one.exr", &[("camlux.estimator", "rsm-average")]);
+    let three = [
+        ("camlux.estimator", "path-sampled"),
+        ("camlux.bounces", "3"),
+    ];
+    bounced("three.exr", &three);
+    bounced("none.exr", &[("camlux.estimator", "none")]);
+    let output = compare(folder.path(), &["one.exr", "three.exr"]);
+    let said = "one.exr has indirect light of up to 1 bounces and three.exr of up to 3;";
+    assert_succeeds(&output, said);
+    assert_succeeds(&compare(folder.path(), &["three.exr", "three.exr"]), "");
+    assert_succeeds(&compare(folder.path(), &["none.exr", "three.exr"]), "");
     assert_succeeds(&compare(folder.path(), &["1.exr", "1.exr"]), "");
     assert_succeeds(&compare(folder.path(), &["1.exr", "t.exr"]), "");
 }

@@ -319,3 +319,16 @@ pub fn differing_scenes(image: &LayeredImage, reference: &LayeredImage) -> Optio
     let names: BTreeSet<&str> = a.symmetric_difference(&b).map(|(name, _)| *name).collect();
     Some(Vec::from_iter(names).join(", "))
 }
+
+/// The bounces of the indirect light of both images, if their numbers differ.
+pub fn differing_bounces(image: &LayeredImage, reference: &LayeredImage) -> Option<[u32; 2]> {
+    let bounces = |image: &LayeredImage| {
+        let estimator = image.attribute("camlux.estimator")?;
+        let number = image.attribute("camlux.bounces");
+        // Only an estimator of more bounces than one gives their number.
+        let number = number.map_or(Some(1), |number| number.parse().ok());
+        number.filter(|_| estimator != "none")
+    };
+    let both = [bounces(image)?, bounces(reference)?];
+    (both[0] != both[1]).then_some(both)
+}
