@@ -1,7 +1,7 @@
 //! Measures how the time of final gathering grows with the numbers of triangles and pixels.
 
 use camlux::Scene;
-use camlux::scene::IndirectLight;
+use camlux::scene::{FinalGather, IndirectLight};
 use serde::{Deserialize, Serialize};
 
 use super::Subject;
@@ -39,6 +39,11 @@ pub fn rows(
 ) -> Result<Vec<GrowthRow>, Failure> {
     let Subject { name, scene, .. } = subject;
     let measured = measured.group("growth", (name, scene.hash(), TARGET_ERROR));
+    let in_scene = scene.indirect.as_ref().and_then(IndirectLight::gather);
+    let gather = FinalGather {
+        bounces: in_scene.map_or(1, |gather| gather.bounces),
+        ..FinalGather::new(TARGET_ERROR)
+    };
     let row = |scale: f64| {
         let size_px = scene.camera.resolution_px;
         let resolution_px = size_px.map(|px| ((f64::from(px) * scale).round() as u32).max(1));
@@ -48,7 +53,7 @@ pub fn rows(
             stopwatch.steps.begin(format!("growth: {what}"))?;
             let scene = Scene {
                 camera: scene.camera.resized(resolution_px),
-                indirect: Some(IndirectLight::final_gather(TARGET_ERROR)),
+                indirect: Some(IndirectLight::FinalGather(gather)),
                 ..scene.clone()
             };
             // The warm-up.

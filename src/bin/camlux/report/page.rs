@@ -43,7 +43,7 @@ const HOW_TO_READ: &str = "<details><summary>How to read the plots</summary><ul>
 <li>Each point is one setting. Lower left is better.</li>
 <li><b>Time</b> is one frame, from the call to the finished OpenEXR file. Scene, device and pipelines are ready. The point is the median of the runs; \
 whiskers reach from the fastest to the slowest.</li>
-<li><b>Model error</b> is the relRMSE of the indirect light, √(Σ(x−t)²/Σt²), against the reference, a path-traced single bounce. The noise of the reference is \
+<li><b>Model error</b> is the relRMSE of the indirect light, √(Σ(x−t)²/Σt²), against the reference, which is path-traced with as many bounces as the scene has. The noise of the reference is \
 subtracted. Pixels on edges are left out, since either of two surfaces may show there.</li>
 <li>A hollow point is an upper bound: the noise of the reference hides the error. The dashed line is that noise.</li>
 <li>The error of the camlux reference is its own standard error.</li>
@@ -185,11 +185,12 @@ fn describe(scene: &SceneReport) -> String {
         ""
     };
     format!(
-        "{}: {width} × {height} pixels, {} triangles, lights: {}. Reference: {} samples a pixel, {origin}{} of work for this report; {floor}. \
+        "{}: {width} × {height} pixels, {} triangles, lights: {}. Reference: up to {} bounces, {} samples a pixel, {origin}{} of work for this report; {floor}. \
          {} pixels ({}) on edges are left out.",
         scene.file,
         scene.triangles,
         scene.lights.join(", "),
+        reference.bounces,
         reference.samples_per_pixel,
         duration(reference.seconds),
         reference.edge_pixels,

@@ -76,6 +76,7 @@ pub fn obtain(
         file,
         scene_hash: image.frame.description.scene_hash.clone(),
         samples_per_pixel: reference.samples_per_pixel(),
+        bounces: image.bounces(),
         edge_pixels,
         edge_share: edge_pixels as f64 / surface_pixels.max(1) as f64,
         was_there,
@@ -94,6 +95,12 @@ impl ReferenceImage {
             white: white_radiance(values(&frame, Layer::Indirect)?),
             frame,
         })
+    }
+
+    /// Most surfaces that reflect light before what the camera sees.
+    pub fn bounces(&self) -> u32 {
+        let samples = self.frame.description.reference;
+        samples.map_or(1, |samples| samples.bounces)
     }
 
     /// # Errors

@@ -50,6 +50,8 @@ pub struct ReferenceInfo {
     pub file: String,
     pub scene_hash: String,
     pub samples_per_pixel: u32,
+    /// Most surfaces that reflect light before what the camera sees.
+    pub bounces: u32,
     /// Pixels on an edge, where rounding decides which of two surfaces a pixel shows. No figure counts them. Also their share of the pixels
     /// that show a surface.
     pub edge_pixels: usize,

@@ -1,6 +1,6 @@
 //! The engine's settings that trade speed for accuracy, as series.
 
-use camlux::scene::{IndirectLight, VplSum};
+use camlux::scene::{FinalGather, IndirectLight, VplSum};
 
 /// RSM sizes of the plain sums. From each size to the next, the number of pairs, and so the time, grows fourfold.
 const SIZES: [u32; 6] = [8, 16, 32, 64, 128, 256];
@@ -17,8 +17,9 @@ pub struct Setting {
     pub sum: Option<VplSum>,
 }
 
-/// The series, each ordered from its fastest setting to its slowest.
-pub fn series(is_quick: bool) -> Vec<Vec<Setting>> {
+/// The series for a scene of so many bounces, each ordered from its fastest setting to its slowest. The sums have a single bounce, so there
+/// are none with more.
+pub fn series(is_quick: bool, bounces: u32) -> Vec<Vec<Setting>> {
     let (sizes, target_errors) = if is_quick {
         (&SIZES[..4], &QUICK_TARGET_ERRORS[..])
     } else {
@@ -39,10 +40,14 @@ pub fn series(is_quick: bool) -> Vec<Vec<Setting>> {
         series: "final-gather",
         // The word "requested" is needed, because the measured error beside it may differ.
         label: format!("requested {} %", (1e4 * requested).round() / 1e2),
-        indirect: IndirectLight::final_gather(requested),
+        indirect: IndirectLight::FinalGather(FinalGather {
+            bounces,
+            ..FinalGather::new(requested)
+        }),
         sum: None,
     });
     let sums = VplSum::ALL.map(sums).into_iter();
+    let sums = sums.filter(|_| bounces == 1);
     sums.chain([final_gather.collect()]).collect()
 }
 
@@ -52,16 +57,19 @@ mod tests {
 
     #[test]
     fn a_report_has_every_estimator() {
-        let names = |is_quick| {
+        let names = |is_quick, bounces| {
             let name = |settings: &Vec<Setting>| {
                 let labels = settings.iter().map(|setting| setting.label.as_str());
                 let labels: Vec<&str> = labels.collect();
                 format!("{}: {}", settings[0].series, labels.join(", "))
             };
-            series(is_quick).iter().map(name).collect::<Vec<String>>()
+            series(is_quick, bounces)
+                .iter()
+                .map(name)
+                .collect::<Vec<String>>()
         };
         assert_eq!(
-            names(false),
+            names(false, 1),
             [
                 "rsm-average: 8², 16², 32², 64², 128², 256²",
                 "instant-radiosity: 8², 16², 32², 64², 128², 256²",
@@ -69,12 +77,18 @@ mod tests {
             ]
         );
         assert_eq!(
-            names(true),
+            names(true, 1),
             [
                 "rsm-average: 8², 16², 32², 64²",
                 "instant-radiosity: 8², 16², 32², 64²",
                 "final-gather: requested 5 %, requested 2 %",
             ]
         );
+        assert_eq!(
+            names(true, 3),
+            ["final-gather: requested 5 %, requested 2 %"]
+        );
+        let settings = &series(true, 3)[0];
+        assert_eq!(settings[1].indirect.gather().unwrap().bounces, 3);
     }
 }

@@ -72,7 +72,7 @@ impl Sweep<'_> {
     /// Errors of rendering and writing.
     pub fn settings(&mut self) -> Result<(Vec<Entry>, Vec<String>), Failure> {
         let (mut entries, mut skipped): (Vec<Entry>, Vec<String>) = (Vec::new(), Vec::new());
-        for settings in settings::series(self.options.is_quick) {
+        for settings in settings::series(self.options.is_quick, self.reference.bounces()) {
             let first = entries.len();
             for setting in &settings {
                 let what = format!("{} {}", setting.series, setting.label);
