@@ -30,7 +30,7 @@ class Clock:
 
 
 class PathTraced:
-    """Direct light and `samples` samples of the single bounce per pixel, with Z of each modulation frequency."""
+    """Direct light and `samples` samples of the bounces per pixel, with Z of each modulation frequency."""
 
     def __init__(self, tracer: Tracer, size_px: tuple[int, int], samples: int):
         self.tracer, self.size_px, self.samples = tracer, size_px, samples

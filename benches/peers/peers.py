@@ -34,17 +34,17 @@ NOTES = [
     "mitsuba: Mitsuba's rays, materials and lights, but an estimator made for this comparison, in Mitsuba's "
     "favour: the primary hit is traced once a pixel and not once a sample, no sample is spent on direct light, "
     "and the samples are multi-jittered.",
-    "mitsuba-path: the plugin path as it is shipped, max_depth 3, independent samples, less the direct light. "
+    "mitsuba-path: the plugin path as it is shipped, max_depth 2 above the bounces, independent samples, less the direct light. "
     "With several lights its indirect light holds the noise of choosing one for the direct light.",
     "mitsuba+oidn: the frames of mitsuba with the indirect light denoised in the best quality, guided by albedo "
     "and normals without noise; mitsuba+oidn-fast: in the fastest.",
-    "All compute the true single bounce, with visibility; camlux's estimators may leave visibility out.",
-    "Mitsuba is general: it would also render area lights, many bounces and transmission.",
+    "All compute the same number of bounces, with visibility; camlux's estimators may leave visibility out.",
+    "Mitsuba is general: it would also render area lights and transmission.",
 ]
 
 NOTES_OF_TIME_OF_FLIGHT = [
     "Phasors: mitsuba's samples each with cosine and sine of the length of its path; mitransient: its plugin "
-    "transient_path as it is shipped, max_depth 3, by rays through the pixels' centres, which its film does not send.",
+    "transient_path as it is shipped, max_depth 2 above the bounces, by rays through the pixels' centres, which its film does not send.",
     "mitsuba-path and the denoised peers have no phasors.",
 ]
 

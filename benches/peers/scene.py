@@ -69,6 +69,8 @@ class Scene:
     meshes: list[Mesh]
     materials: dict[str, Material] = field(default_factory=dict)
     tof: TimeOfFlight | None = None
+    # Most surfaces that reflect light before what the camera sees.
+    bounces: int = 1
 
     def has_area_light(self) -> bool:
         return any(light.kind == "area" for light in self.lights)
@@ -104,7 +106,8 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
         add_mesh(scene, path.parent, keys, f"mesh {number}")
     scene.lights = [light(keys, path.parent) for keys in toml["light"]]
     if "indirect" not in toml:
-        raise Unsupported("the scene has no [indirect]: there is no single bounce to compare")
+        raise Unsupported("the scene has no [indirect]: there is no indirect light to compare")
+    scene.bounces = toml["indirect"].get("bounces", 1)
     if "tof" in toml:
         scene.tof = time_of_flight(toml)
     move_to_local_space(scene)

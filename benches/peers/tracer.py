@@ -12,6 +12,11 @@ from material import Facets, Image, Material
 from scene import Light, Mesh, Scene
 
 
+# The depth from which Mitsuba's `path` ends paths by chance (Russian roulette), and its least chance to end one.
+ROULETTE_DEPTH = 5
+MOST_SURVIVAL = 0.95
+
+
 class Tracer:
     """Renders a scene. Images are unevaluated Dr.Jit arrays of 3 bands by pixels, row by row from the top."""
 
@@ -19,6 +24,7 @@ class Tracer:
         """`bsdf_of` gives Mitsuba's BSDF of a material. Without it, it is camlux's."""
         self.pixel_count = scene.size_px[0] * scene.size_px[1]
         self.tof = scene.tof
+        self.bounces = scene.bounces
         self.origin = mi.Point3f(scene.camera_position)
         self.directions = floats(scene.ray_directions)
         bsdfs = {name: mi.load_dict((bsdf_of or bsdf)(material)) for name, material in scene.materials.items()}
@@ -28,6 +34,10 @@ class Tracer:
         for number, mesh in enumerate(scene.meshes):
             parts[f"mesh_{number}"] = shape(mesh, bsdfs[mesh.material])
         self.scene = mi.load_dict(parts)
+
+    def max_depth(self) -> int:
+        """Segments of the longest path, for Mitsuba's plugins."""
+        return self.bounces + 2
 
     def primary_rays(self):
         pixel = dr.arange(mi.UInt32, self.pixel_count)
@@ -80,7 +90,7 @@ class Tracer:
     def by_transient_path(self, samples: int, seed: int):
         """Direct and indirect light, and Z of each modulation frequency, by mitransient's plugin `transient_path`. All samples are
         traced at once and added up as in its `phasor_hdr_film`."""
-        path = mi.load_dict({"type": "transient_path", "max_depth": 3, "rr_depth": 1000})
+        path = mi.load_dict({"type": "transient_path", "max_depth": self.max_depth()})
         lane_count = self.pixel_count * samples
         pixel = dr.arange(mi.UInt32, lane_count) // dr.opaque(mi.UInt32, samples)
         ray = mi.RayDifferential3f(self.origin, dr.gather(mi.Vector3f, self.directions, pixel))
@@ -106,11 +116,10 @@ class Tracer:
 
     @dr.syntax
     def indirect(self, pattern: "Pattern", iterations: int):
-        """The single bounce, and Z of each modulation frequency, as the mean of the first `iterations` samples of the pattern.
+        """The light of all bounces, and Z of each modulation frequency, as the mean of the first `iterations` samples of the pattern.
 
-        The bounce is what `path` estimates with max_depth 3, minus the direct light. Z uses the path length of each sample.
-        `iterations` is not compiled into the kernel."""
-        context = mi.BSDFContext()
+        It is what `path` estimates, minus the direct light. Z uses the path length of each sample. `iterations` is not compiled
+        into the kernel."""
         si = self.primary_hits()
         bsdf_at_pixel = si.bsdf()
         # A local variable, so that Dr.Jit carries its state from one sample to the next.
@@ -120,25 +129,44 @@ class Tracer:
         index = mi.UInt32(0)
         count = dr.opaque(mi.UInt32, iterations)
         while index < count:
-            bs, weight = bsdf_at_pixel.sample(
-                context, si, pattern.point_1d(index, 0, jitter), pattern.point_2d(index, 1, jitter), si.is_valid()
-            )
-            active = si.is_valid() & (dr.max(weight) > 0)
-            lit = self.scene.ray_intersect(si.spawn_ray(si.to_world(bs.wo)), active)
-            ds, irradiance = self.scene.sample_emitter_direction(
-                lit, pattern.point_2d(index, 2, jitter), True, lit.is_valid()
-            )
-            value = lit.bsdf().eval(context, lit, lit.to_local(ds.d), lit.is_valid() & (ds.pdf > 0))
-            sample = weight * value * irradiance
-            radiance += sample
-            phasors = self.added(phasors, sample, dr.select(lit.is_valid(), si.t + lit.t + ds.dist, 0))
+            radiance, phasors = self._with_path(radiance, phasors, si, bsdf_at_pixel, pattern, index, jitter)
             index += 1
         return radiance / mi.Float(count), [z / mi.Float(count) for z in phasors]
+
+    def _with_path(self, radiance, phasors: list, si, bsdf_at_pixel, pattern: "Pattern", index, jitter):
+        """Radiance and phasors plus those of a path from the pixel, which reflects a lamp's light at each hit."""
+        context = mi.BSDFContext()
+        at, bsdf_at, throughput, length = si, bsdf_at_pixel, mi.Color3f(1), si.t
+        active = si.is_valid()
+        for bounce in range(self.bounces):
+            first = 3 * bounce
+            bs, weight = bsdf_at.sample(
+                context, at, pattern.point_1d(index, first, jitter), pattern.point_2d(index, first + 1, jitter), active
+            )
+            throughput = throughput * weight
+            active &= dr.max(throughput) > 0
+            if bounce + 1 >= ROULETTE_DEPTH:
+                survival = dr.minimum(dr.max(throughput), MOST_SURVIVAL)
+                active &= jitter.next_1d() < survival
+                throughput = dr.select(active, throughput / survival, 0)
+            lit = self.scene.ray_intersect(at.spawn_ray(at.to_world(bs.wo)), active)
+            active = lit.is_valid()
+            ds, irradiance = self.scene.sample_emitter_direction(
+                lit, pattern.point_2d(index, first + 2, jitter), True, active
+            )
+            bsdf_at = lit.bsdf()
+            value = bsdf_at.eval(context, lit, lit.to_local(ds.d), active & (ds.pdf > 0))
+            sample = throughput * value * irradiance
+            length = length + lit.t
+            radiance += sample
+            phasors = self.added(phasors, sample, dr.select(active, length + ds.dist, 0))
+            at = lit
+        return radiance, phasors
 
     @dr.syntax
     def by_path_plugin(self, samples: int, seed: int):
         """Direct and indirect light by the unmodified plugin `path`, with independent samples."""
-        path = mi.load_dict({"type": "path", "max_depth": 3, "rr_depth": 1000})
+        path = mi.load_dict({"type": "path", "max_depth": self.max_depth()})
         sampler = mi.load_dict({"type": "independent"})
         sampler.seed(seed, self.pixel_count)
         radiance = mi.Color3f(0)
