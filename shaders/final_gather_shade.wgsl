@@ -1,4 +1,5 @@
-// Shades what the rays along directions hit: what each Q contributes if one light reaches it, and the ray from Q to that light.
+// Shades what the rays along directions and longer paths hit: what each Q contributes if one light reaches it, and the ray from Q to that
+// light.
 
 #import final_gather_mis
 #import lights
@@ -10,6 +11,7 @@
 var vpl_densities: texture_storage_2d<rgba32float, read>;
 var<storage, read_write> rays: array<Ray>;
 var<storage, read> hits: array<u32>;
+var<storage, read> paths: array<Path>;
 
 // Density of a light's VPLs, as in Vpl, at a point that the light reaches, on a surface that faces the light.
 fn facing_vpl_density(light: Light, position: vec3<f32>) -> f32 {
@@ -39,31 +41,59 @@ fn point_for(packet: Packet, pixel: vec2<u32>) -> Light {
     return light;
 }
 
-// An invocation shades every LANES-th sample of one lobe: loading a light takes as long as tracing some rays.
+// What the end of a longer path contributes, as mis_contribution.
+fn path_contribution(path: Path, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_density: f32) -> Contribution {
+    let density = path.density + candidate_density(parameters.path_vpls, vpl_density, distance_squared, cosine_q);
+    var contribution: Contribution;
+    contribution.lobe = path.lobe;
+    contribution.irradiance = select(vec3<f32>(0.0), path.weight * radiance / max(density, 1e-30), cosine_q > 0.0);
+    return contribution;
+}
+
+// An invocation shades some samples of one lobe: loading a light takes as long as tracing some rays.
 @compute @workgroup_size(64)
 fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let item = LANES * (group.x + 65535u * group.y) + local / LANES;
+    var count = SAMPLES;
+    var lanes = LANES;
+    if (DEEP) {
+        count = parameters.path_count;
+        lanes = min(LANES, count);
+    }
+    let item = 64u / lanes * (group.x + 65535u * group.y) + local / lanes;
     let index = item / direction_count();
     let lobe = item % direction_count();
     if (index >= parameters.packet_count) {
         return;
     }
     let packet = packets[index];
-    let receiver = receiver_of(packet);
+    let pixel = pixel_of(packet);
+    var receiver: Receiver;
+    if (!DEEP) {
+        receiver = receiver_of(packet);
+    }
     var light: Light;
     if (!EMISSIVE) {
-        light = point_for(packet, receiver.pixel);
+        light = point_for(packet, pixel);
     }
     let end = light_end(light);
-    for (var sample = local % LANES; sample < SAMPLES; sample += LANES) {
-        let ray = direction_ray(index, lobe, sample);
+    for (var sample = local % lanes; sample < count; sample += lanes) {
+        var ray = direction_ray(index, lobe, sample);
+        var to_light = light_ray(parameters.light_index, index, lobe, sample);
+        var path: Path;
+        if (DEEP) {
+            let place = path_at(index, lobe, sample);
+            ray = parameters.first_path + place;
+            to_light = path_light_ray(parameters.light_index, place);
+            path = paths[path_place(place)];
+            receiver.start = rays[ray].origin;
+            receiver.position = receiver.start;
+        }
         let direction = rays[ray].direction;
         let met = hits[ray];
         let is_hit = met != NOTHING_HIT;
         let hit = ray_hit(select(0u, met, is_hit), receiver.start, direction);
         let offset = hit.position - receiver.position;
         let cosine_q = -dot(hit.geometric_normal, direction);
-        let to_light = light_ray(parameters.light_index, index, lobe, sample);
         if (EMISSIVE) {
             // Q's own light needs no further ray.
             let radiance = select(vec3<f32>(0.0), hit.emission, is_hit);
@@ -78,8 +108,14 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         let cosine_light = dot(hit.shading_normal, illumination.to_light);
         let geometric_cosine_light = dot(hit.geometric_normal, illumination.to_light);
         let reflected = eval_brdf(hit.brdf, hit.shading_normal, illumination.to_light, -direction);
-        var contribution = mis_contribution(receiver, direction, dot(offset, offset), reflected * illumination.irradiance * cosine_light,
-            cosine_q, facing_vpl_density(light, hit.position) * geometric_cosine_light);
+        let radiance = reflected * illumination.irradiance * cosine_light;
+        let vpl_density = facing_vpl_density(light, hit.position) * geometric_cosine_light;
+        var contribution: Contribution;
+        if (DEEP) {
+            contribution = path_contribution(path, dot(offset, offset), radiance, cosine_q, vpl_density);
+        } else {
+            contribution = mis_contribution(receiver, direction, dot(offset, offset), radiance, cosine_q, vpl_density);
+        }
         // A loop that other lights skip: drivers that compute both sides of a branch would make all of them pay for it.
         for (var i = 0u; i < min(light.pattern_columns, 1u); i++) {
             contribution.irradiance *= pattern_intensity(light, -illumination.to_light);
@@ -87,7 +123,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         let is_lit = is_hit && cosine_light > 0.0 && geometric_cosine_light > 0.0 && any(contribution.irradiance > vec3<f32>(0.0));
         contribution.irradiance = select(vec3<f32>(0.0), contribution.irradiance, is_lit);
         if (PHASORS) {
-            let turns = turns_from_light(light, hit.position) + modulation.turns_per_unit * length(offset);
+            let turns = turns_from_light(light, hit.position) + modulation.turns_per_unit * (path.length + length(offset));
             contribution.turns = select(vec4<f32>(-1.0), turns, light.is_modulated == 1u);
         }
         // Q is on the side that P sees, even if it is also in a second surface.

@@ -68,6 +68,23 @@ fn add_pair(found: ptr<function, Found>, ray: u32) {
     }
 }
 
+// What the longer paths find.
+fn found_by_paths(index: u32) -> Found {
+    var found: Found;
+    for (var lobe = 0u; lobe < direction_count(); lobe++) {
+        for (var number = 0u; number < parameters.path_count; number += 2u) {
+            let path = path_at(index, lobe, number);
+            if (parameters.vpl_samples > 0u) {
+                add_pair(&found, path_vpl_ray(path));
+            }
+            for (var light = parameters.light_index; light < parameters.light_end; light++) {
+                add_pair(&found, path_light_ray(light, path));
+            }
+        }
+    }
+    return found;
+}
+
 fn found_by(index: u32) -> Found {
     var found: Found;
     for (var light = parameters.light_index; light < parameters.light_end; light++) {
@@ -103,19 +120,24 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     }
     let span = spans[slot];
     let place = RESULT_VECTORS * span.result;
-    let cleared = select(RESULT_VECTORS, 0u, span.adds == 1u || parameters.light_index > 0u);
+    let cleared = select(RESULT_VECTORS, 0u, span.adds == 1u || parameters.light_index > 0u || DEEP);
     for (var i = 0u; i < cleared; i++) {
         results[place + i] = vec4<f32>(0.0);
     }
     let diffuse = diffuse_factor(vec3<f32>(1.0)).x;
     for (var i = 0u; i < span.packet_count; i++) {
         let index = span.first_packet + i;
-        let found = found_by(index);
+        var found: Found;
+        if (DEEP) {
+            found = found_by_paths(index);
+        } else {
+            found = found_by(index);
+        }
         keep(span.result, 0u, scaled_signal(found.diffuse, vec3<f32>(diffuse)), scaled_squares(found.diffuse_differences, diffuse * diffuse));
         if (GLOSSY) {
             keep(span.result, 1u, found.specular, found.specular_differences);
         }
-        let pilot_count = select(0u, SAMPLES, parameters.is_pilot == 1u);
+        let pilot_count = select(0u, SAMPLES, parameters.is_pilot == 1u && !DEEP);
         for (var sample = 0u; sample < pilot_count; sample++) {
             if (hits[vpl_ray(index, sample)] != NOTHING_HIT) {
                 pilot_samples[SAMPLES * span.result + sample].found = 0.0;

@@ -41,10 +41,13 @@ keys! {
     LightRaysEmit { }
     LightRaysShade { phasors: bool, brdf: Brdf, surface: Surface, instanced: bool, }
     LightRaysSurfaces { phasors: bool, brdf: Brdf, }
+    LightPathsEmit { phasors: bool, brdf: Brdf, }
+    LightPathsShade { phasors: bool, brdf: Brdf, surface: Surface, instanced: bool, }
     FinalGatherEmit { receiver: Receiver, }
     FinalGatherDraw { phasors: bool, receiver: Receiver, }
-    FinalGatherShade { phasors: bool, receiver: Receiver, surface: Surface, instanced: bool, emissive: bool, }
-    FinalGatherSum { phasors: bool, receiver: Receiver, }
+    FinalGatherExtend { phasors: bool, receiver: Receiver, surface: Surface, instanced: bool, deep: bool, }
+    FinalGatherShade { phasors: bool, receiver: Receiver, surface: Surface, instanced: bool, emissive: bool, deep: bool, }
+    FinalGatherSum { phasors: bool, receiver: Receiver, deep: bool, }
     SampleCounts { phasors: bool, brdf: Brdf, }
     Predict { phasors: bool, brdf: Brdf, noisy: bool, range: bool, }
     Scatter { phasors: bool, brdf: Brdf, noisy: bool, range: bool, }

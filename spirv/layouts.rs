@@ -36,7 +36,7 @@ structs! {
         second_result: u32,
         is_pilot: u32,
     }
-    FinalGatherParameters 64 {
+    FinalGatherParameters 96 {
         camera_position: [f32; 3],
         packet_count: u32,
         span_count: u32,
@@ -49,7 +49,16 @@ structs! {
         result_offset: u32,
         seed: u32,
         emission_density: f32,
-        _pad0: [u32; 2],
+        first_to_light: u32,
+        reflected_density: f32,
+        path_count: u32,
+        first_path: u32,
+        first_path_to_light: u32,
+        path_vpls: u32,
+        extended_count: u32,
+        first_extended: u32,
+        extended_vpls: u32,
+        _pad0: [u32; 1],
     }
     GatherParameters 48 {
         camera_position: [f32; 3],
@@ -95,6 +104,23 @@ structs! {
         forward: [f32; 3],
         _pad2: [u32; 1],
     }
+    LightPath 32 {
+        flux: [f32; 3],
+        is_modulated: f32,
+        turns: [f32; 4],
+    }
+    LightPathParameters 40 {
+        set_size: u32,
+        set_count: u32,
+        first_vpl: u32,
+        vpl_count: u32,
+        first_before: u32,
+        count_before: u32,
+        density: f32,
+        seed: u32,
+        first_in_list: u32,
+        end_in_list: u32,
+    }
     LightRayParameters 44 {
         light_index: u32,
         first_ray: u32,
@@ -130,6 +156,12 @@ structs! {
         number: u32,
         begin: u32,
         end: u32,
+    }
+    Path 32 {
+        weight: [f32; 3],
+        density: f32,
+        lobe: [f32; 3],
+        length: f32,
     }
     PeelParameters 8 {
         ray_count: u32,

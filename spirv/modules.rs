@@ -162,6 +162,21 @@ bindings! {
     LIGHT_RAYS_SURFACES_BINDINGS = [
         0 "lights" STORAGE_IMAGE, 10 "drawn_vpls" STORAGE_IMAGE,
     ];
+    LIGHT_PATHS_EMIT_BINDINGS = [
+        7 "vpls" STORAGE_IMAGE, 9 "rays" STORAGE_BUFFER, 10 "light_paths" STORAGE_BUFFER,
+    ];
+    LIGHT_PATHS_SHADE_BINDINGS = [
+        1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE, 3 "vertex_values" SAMPLED_IMAGE,
+        4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE, 6 "triangle_shading" STORAGE_IMAGE,
+        9 "rays" STORAGE_BUFFER, 10 "hits" STORAGE_BUFFER, 11 "light_paths" STORAGE_BUFFER,
+        12 "drawn_vpls" STORAGE_IMAGE,
+    ];
+    LIGHT_PATHS_SHADE_PHASORS_BINDINGS = [
+        1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE, 3 "vertex_values" SAMPLED_IMAGE,
+        4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE, 6 "triangle_shading" STORAGE_IMAGE,
+        8 "modulation" UNIFORM_BUFFER, 9 "rays" STORAGE_BUFFER, 10 "hits" STORAGE_BUFFER,
+        11 "light_paths" STORAGE_BUFFER, 12 "drawn_vpls" STORAGE_IMAGE,
+    ];
     FINAL_GATHER_EMIT_BINDINGS = [
         1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
         4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER, 6 "lattice" SAMPLED_IMAGE,
@@ -178,13 +193,29 @@ bindings! {
         6 "contributions" STORAGE_BUFFER, 7 "vpls" STORAGE_IMAGE, 8 "rays" STORAGE_BUFFER,
         9 "pilot_samples" STORAGE_BUFFER,
     ];
+    FINAL_GATHER_EXTEND_BINDINGS = [
+        1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
+        4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER, 6 "contributions" STORAGE_BUFFER,
+        7 "texels" STORAGE_IMAGE, 8 "materials" STORAGE_IMAGE, 9 "vertex_values" SAMPLED_IMAGE,
+        10 "instances" SAMPLED_IMAGE, 11 "ray_triangles" STORAGE_IMAGE, 12 "triangle_shading" STORAGE_IMAGE,
+        13 "vpls" STORAGE_IMAGE, 14 "lattice" SAMPLED_IMAGE, 15 "rays" STORAGE_BUFFER,
+        16 "hits" STORAGE_BUFFER, 17 "paths" STORAGE_BUFFER,
+    ];
+    FINAL_GATHER_EXTEND_PHASORS_BINDINGS = [
+        0 "modulation" UNIFORM_BUFFER, 1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE,
+        3 "lobe_parameters" SAMPLED_IMAGE, 4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER,
+        6 "contributions" STORAGE_BUFFER, 7 "texels" STORAGE_IMAGE, 8 "materials" STORAGE_IMAGE,
+        9 "vertex_values" SAMPLED_IMAGE, 10 "instances" SAMPLED_IMAGE, 11 "ray_triangles" STORAGE_IMAGE,
+        12 "triangle_shading" STORAGE_IMAGE, 13 "vpls" STORAGE_IMAGE, 14 "lattice" SAMPLED_IMAGE,
+        15 "rays" STORAGE_BUFFER, 16 "hits" STORAGE_BUFFER, 17 "paths" STORAGE_BUFFER,
+    ];
     FINAL_GATHER_SHADE_BINDINGS = [
         1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
         4 "receivers" STORAGE_BUFFER, 5 "packets" STORAGE_BUFFER, 6 "contributions" STORAGE_BUFFER,
         7 "lights" STORAGE_IMAGE, 8 "texels" STORAGE_IMAGE, 9 "materials" STORAGE_IMAGE,
         10 "vertex_values" SAMPLED_IMAGE, 11 "instances" SAMPLED_IMAGE, 12 "ray_triangles" STORAGE_IMAGE,
         13 "triangle_shading" STORAGE_IMAGE, 14 "vpl_densities" STORAGE_IMAGE, 15 "rays" STORAGE_BUFFER,
-        16 "hits" STORAGE_BUFFER,
+        16 "hits" STORAGE_BUFFER, 17 "paths" STORAGE_BUFFER,
     ];
     FINAL_GATHER_SHADE_PHASORS_BINDINGS = [
         0 "modulation" UNIFORM_BUFFER, 1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE,
@@ -192,7 +223,7 @@ bindings! {
         6 "contributions" STORAGE_BUFFER, 7 "lights" STORAGE_IMAGE, 8 "texels" STORAGE_IMAGE,
         9 "materials" STORAGE_IMAGE, 10 "vertex_values" SAMPLED_IMAGE, 11 "instances" SAMPLED_IMAGE,
         12 "ray_triangles" STORAGE_IMAGE, 13 "triangle_shading" STORAGE_IMAGE, 14 "vpl_densities" STORAGE_IMAGE,
-        15 "rays" STORAGE_BUFFER, 16 "hits" STORAGE_BUFFER,
+        15 "rays" STORAGE_BUFFER, 16 "hits" STORAGE_BUFFER, 17 "paths" STORAGE_BUFFER,
     ];
     FINAL_GATHER_SUM_BINDINGS = [
         1 "results" STORAGE_BUFFER, 2 "spans" STORAGE_BUFFER, 3 "hits" STORAGE_BUFFER,
@@ -438,20 +469,32 @@ modules! {
         "light_rays_surfaces" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SURFACES_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
     LIGHT_RAYS_SURFACES_PHASORS: Key::LightRaysSurfaces { phasors: true, .. } =>
         "light_rays_surfaces_phasors" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SURFACES_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
+    LIGHT_PATHS_EMIT: Key::LightPathsEmit { phasors: false, .. } =>
+        "light_paths_emit" "light_paths" c"compute_main" [64, 1, 1] 40 LIGHT_PATHS_EMIT_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
+    LIGHT_PATHS_EMIT_PHASORS: Key::LightPathsEmit { phasors: true, .. } =>
+        "light_paths_emit_phasors" "light_paths" c"compute_main" [64, 1, 1] 40 LIGHT_PATHS_EMIT_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
+    LIGHT_PATHS_SHADE: Key::LightPathsShade { phasors: false, .. } =>
+        "light_paths_shade" "light_paths" c"compute_main" [64, 1, 1] 40 LIGHT_PATHS_SHADE_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
+    LIGHT_PATHS_SHADE_PHASORS: Key::LightPathsShade { phasors: true, .. } =>
+        "light_paths_shade_phasors" "light_paths" c"compute_main" [64, 1, 1] 40 LIGHT_PATHS_SHADE_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
     FINAL_GATHER_EMIT: Key::FinalGatherEmit { .. } =>
-        "final_gather_emit" "final_gather_emit" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_EMIT_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
+        "final_gather_emit" "final_gather_emit" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_EMIT_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_DRAW: Key::FinalGatherDraw { phasors: false, .. } =>
-        "final_gather_draw" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7)];
+        "final_gather_draw" "final_gather_draw" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_DRAW_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7)];
     FINAL_GATHER_DRAW_PHASORS: Key::FinalGatherDraw { phasors: true, .. } =>
-        "final_gather_draw_phasors" "final_gather_draw" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_DRAW_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8)];
+        "final_gather_draw_phasors" "final_gather_draw" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_DRAW_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8)];
+    FINAL_GATHER_EXTEND: Key::FinalGatherExtend { phasors: false, .. } =>
+        "final_gather_extend" "final_gather_extend" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_EXTEND_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced", "deep"] [("RESULT_VECTORS", 2), ("PAIRS", 2), ("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7)];
+    FINAL_GATHER_EXTEND_PHASORS: Key::FinalGatherExtend { phasors: true, .. } =>
+        "final_gather_extend_phasors" "final_gather_extend" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_EXTEND_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced", "deep"] [("RESULT_VECTORS", 16), ("PAIRS", 2), ("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8)];
     FINAL_GATHER_SHADE: Key::FinalGatherShade { phasors: false, .. } =>
-        "final_gather_shade" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced", "emissive"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
+        "final_gather_shade" "final_gather_shade" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_SHADE_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced", "emissive", "deep"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_SHADE_PHASORS: Key::FinalGatherShade { phasors: true, .. } =>
-        "final_gather_shade_phasors" "final_gather_shade" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SHADE_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced", "emissive"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
+        "final_gather_shade_phasors" "final_gather_shade" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_SHADE_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "flat", "textured", "smooth", "detailed", "instanced", "emissive", "deep"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     FINAL_GATHER_SUM: Key::FinalGatherSum { phasors: false, .. } =>
-        "final_gather_sum" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
+        "final_gather_sum" "final_gather_sum" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_SUM_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "deep"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_SUM_PHASORS: Key::FinalGatherSum { phasors: true, .. } =>
-        "final_gather_sum_phasors" "final_gather_sum" c"compute_main" [64, 1, 1] 64 FINAL_GATHER_SUM_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
+        "final_gather_sum_phasors" "final_gather_sum" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_SUM_PHASORS_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet", "deep"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     SAMPLE_COUNTS: Key::SampleCounts { phasors: false, .. } =>
         "sample_counts" "sample_counts" c"compute_main" [64, 1, 1] 40 SAMPLE_COUNTS_BINDINGS ["lambert", "specular", "microfacet"] [("RESULT_VECTORS", 2)];
     SAMPLE_COUNTS_PHASORS: Key::SampleCounts { phasors: true, .. } =>

@@ -36,6 +36,21 @@ struct FinalGatherParameters {
     seed: u32,
     // Points of emissive surfaces per area and sample, over the radiance there, all bands together.
     emission_density: f32,
+    // Index of the first ray that leads to light, of any path.
+    first_to_light: u32,
+    // Density that VPLs of further bounces are given, as in Vpl.
+    reflected_density: f32,
+    // Of the paths with one more bounce than others: their number for each packet and lobe; the ray along the first one, and the first one
+    // that leads from them to light.
+    path_count: u32,
+    first_path: u32,
+    first_path_to_light: u32,
+    // VPLs of a set, from the first on, with which they have no more bounces than there may be.
+    path_vpls: u32,
+    // The same of the paths that they extend.
+    extended_count: u32,
+    first_extended: u32,
+    extended_vpls: u32,
 }
 
 // A packet of samples.
@@ -103,25 +118,54 @@ fn turns_vector() -> u32 {
     return select(1u, 2u, GLOSSY & MICROFACET);
 }
 
-// The list of rays: those along directions, lobe by lobe for each packet; those to VPLs, packet by packet; and those to lights, for each
-// light as along the directions that found their starts.
+// A path from P over at least one surface, before the surface that its last ray meets.
+struct Path {
+    // From the radiance that arrives along the last ray to the irradiance of P, as in Contribution, times the density.
+    weight: vec3<f32>,
+    // Of the last ray's directions, per solid angle.
+    density: f32,
+    // As in Contribution.
+    lobe: Shape,
+    // Up to the last ray.
+    length: f32,
+}
+
+// The list of rays: those along directions, lobe by lobe for each packet; those along longer paths, bounce by bounce; those to VPLs, packet
+// by packet; and those to lights, for each light as along the directions that found their starts. The same then follows for longer paths.
 fn direction_ray(packet: u32, lobe: u32, sample: u32) -> u32 {
     return SAMPLES * (direction_count() * packet + lobe) + sample;
 }
 
 fn vpl_ray(packet: u32, sample: u32) -> u32 {
-    return SAMPLES * (direction_count() * parameters.packet_count + packet) + sample;
+    return parameters.first_to_light + SAMPLES * packet + sample;
 }
 
 fn light_ray(light: u32, packet: u32, lobe: u32, sample: u32) -> u32 {
-    return SAMPLES * (1u + direction_count() * (1u + light)) * parameters.packet_count + direction_ray(packet, lobe, sample);
+    return parameters.first_to_light + SAMPLES * (1u + direction_count() * light) * parameters.packet_count + direction_ray(packet, lobe, sample);
+}
+
+// A longer path among those of its bounce.
+fn path_at(packet: u32, lobe: u32, number: u32) -> u32 {
+    return parameters.path_count * (direction_count() * packet + lobe) + number;
+}
+
+// Index of a longer path among those of all bounces.
+fn path_place(path: u32) -> u32 {
+    return parameters.first_path + path - SAMPLES * direction_count() * parameters.packet_count;
+}
+
+fn path_vpl_ray(path: u32) -> u32 {
+    return parameters.first_path_to_light + path;
+}
+
+fn path_light_ray(light: u32, path: u32) -> u32 {
+    return parameters.first_path_to_light + parameters.path_count * direction_count() * parameters.packet_count * (1u + light) + path;
 }
 
 // Where the contribution of a ray to a VPL or to a light is in a list of vectors. Below: the differences of candidates, one vector per ray
 // to a VPL.
 fn contribution_place(ray: u32) -> u32 {
-    return contribution_vectors() * (ray - SAMPLES * direction_count() * parameters.packet_count)
-        + SAMPLES * parameters.packet_count;
+    return contribution_vectors() * (ray - parameters.first_to_light) + SAMPLES * parameters.packet_count;
 }
 
 fn difference_place(packet: u32, sample: u32) -> u32 {

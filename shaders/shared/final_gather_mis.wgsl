@@ -31,6 +31,13 @@ fn mis_contribution(
     return contribution;
 }
 
+// Density of the candidates at Q that a point of a longer path takes among the first `vpls` of a set, per solid angle at that point.
+fn candidate_density(vpls: u32, vpl_density: f32, distance_squared: f32, cosine_q: f32) -> f32 {
+    let per_candidate = f32(parameters.set_size) / f32(max(vpls, 1u));
+    let count = select(0.0, f32(CANDIDATES) * per_candidate, parameters.vpl_samples > 0u);
+    return count * vpl_density * distance_squared / max(cosine_q, 1e-6);
+}
+
 fn store_contribution(place: u32, contribution: Contribution) {
     contributions[place] = vec4<f32>(contribution.irradiance, contribution.lobe.x);
     if (GLOSSY & MICROFACET) {

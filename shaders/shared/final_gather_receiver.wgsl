@@ -8,10 +8,14 @@ var lobe_parameters: texture_2d<f32>;
 var<storage, read> receivers: array<u32>;
 var<storage, read> packets: array<Packet>;
 
-fn receiver_of(packet: Packet) -> Receiver {
+fn pixel_of(packet: Packet) -> vec2<u32> {
     let packed = receivers[packet.receiver];
+    return vec2<u32>(packed & 0xffffu, packed >> 16u);
+}
+
+fn receiver_of(packet: Packet) -> Receiver {
     var receiver: Receiver;
-    receiver.pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
+    receiver.pixel = pixel_of(packet);
     receiver.position = textureLoad(position_instance, receiver.pixel, 0).xyz;
     let normal = textureLoad(normal_geometric, receiver.pixel, 0);
     receiver.normal = normal.xyz;

@@ -22,10 +22,12 @@ use super::{
 use crate::{
     Error, LocalSpace, Result, lattice,
     parallel::for_each_at_once,
-    plan::Plan,
+    plan::{PacketRays, Plan},
     vulkan::{
         Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList, groups_in_rows,
-        shaders::{self, FinalGatherParameters, Key, Packet, PilotSample, Receiver, Span},
+        shaders::{
+            self, FinalGatherParameters, Key, Packet, PilotSample, Receiver, Span, constants::LANES,
+        },
     },
 };
 
@@ -63,6 +65,8 @@ pub(crate) struct FinalGather<'b> {
     sends_to_vpls: bool,
     /// What each ray to a VPL finds; only during a pilot.
     pilot_samples: Option<Buffer>,
+    /// Those of more than one bounce.
+    paths: Buffer,
     nothing: Buffer,
     lattice: &'b TexelList,
 }
@@ -107,12 +111,72 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
         packets * size_of::<Span>() as u64,
         BufferUse::Upload,
     )?;
+    allocate.buffer("longer paths", path_bytes(plan), BufferUse::Device)?;
     let numbers = plan
         .lights
         .iter()
         .map(|light| light.pattern_numbers.div_ceil(4) + 3 * light.emission_points);
     let texels = numbers.map(|numbers| 32 + u64::from(numbers)).sum();
     TexelList::declare(allocate, "lights", texels)
+}
+
+/// Bytes of the longer paths in memory at a time.
+fn path_bytes(plan: &Plan) -> u64 {
+    let of_lobes = [1, 2].map(|lobes| {
+        let rays = PacketRays::new(plan, lobes);
+        u64::from(plan.rays_at_once / rays.of_packet() * rays.paths())
+    });
+    of_lobes[0].max(of_lobes[1]) * size_of::<shaders::Path>() as u64
+}
+
+/// The kernels that take the bounces after the first.
+pub(super) fn keys_of_longer_paths(plan: &Plan, receiver: Receiver) -> Vec<Key> {
+    let extend = |bounce| extend_key(plan, receiver, bounce);
+    match plan.bounces() {
+        1 => Vec::new(),
+        bounces => {
+            let (phasors, deep) = (plan.has_phasors(), true);
+            let shade = shade_key(plan, receiver, false, deep);
+            let sum = Key::FinalGatherSum {
+                phasors,
+                receiver,
+                deep,
+            };
+            let extends = (2..=bounces.min(3)).map(extend);
+            extends.chain([shade, sum]).collect()
+        }
+    }
+}
+
+/// The kernel that makes paths of so many bounces.
+fn extend_key(plan: &Plan, receiver: Receiver, bounces: u32) -> Key {
+    Key::FinalGatherExtend {
+        phasors: plan.has_phasors(),
+        receiver,
+        surface: plan.surface(),
+        instanced: plan.has_shared_meshes,
+        deep: bounces > 2,
+    }
+}
+
+fn shade_key(plan: &Plan, receiver: Receiver, emissive: bool, deep: bool) -> Key {
+    Key::FinalGatherShade {
+        phasors: plan.has_phasors(),
+        receiver,
+        surface: plan.surface(),
+        instanced: plan.has_shared_meshes,
+        emissive,
+        deep,
+    }
+}
+
+/// The density that VPLs of further bounces are given, per area: as if they were spread evenly over the box around the scene.
+fn density_of_reflected(context: &Context, table: &RayTable) -> f32 {
+    let size_m = context.scene.bounding_box().map(|b| b.max_m - b.min_m);
+    let size = size_m.unwrap_or_default() / context.space.metres_per_unit;
+    let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    let of_two_bounces = table.reflected.first().copied().unwrap_or_default();
+    (f64::from(of_two_bounces) / f64::from(table.set_size.max(1)) / area.max(1e-12)) as f32
 }
 
 /// The points that samples are drawn from.
@@ -168,6 +232,12 @@ impl<'b> FinalGather<'b> {
             lights,
             sends_to_vpls: true,
             pilot_samples: None,
+            paths: Buffer::new(
+                device,
+                "longer paths",
+                path_bytes(context.plan),
+                BufferUse::Device,
+            )?,
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             lattice,
         })
@@ -187,8 +257,14 @@ impl<'b> FinalGather<'b> {
         let set_size = wanted.set_size(is_pilot);
         let table = match sampling.table.take() {
             Some(table) if table.is_for(set_size) => table,
-            _ => sampling.sampler.table(self.context.commands, set_size)?,
+            _ => {
+                let bounces = self.context.plan.bounces();
+                sampling
+                    .sampler
+                    .table(self.context.commands, set_size, bounces)?
+            }
         };
+        let reflected_density = density_of_reflected(self.context, &table);
         let count = self.light_rays.trace(
             self.context,
             self.scene,
@@ -196,6 +272,7 @@ impl<'b> FinalGather<'b> {
             &self.light_list,
             sampling.table.insert(table),
             wanted,
+            reflected_density,
         )?;
         self.sent = Some(wanted);
         Ok(count)
@@ -231,8 +308,10 @@ impl<'b> FinalGather<'b> {
         let parameters = FinalGatherParameters {
             packet_count,
             span_count: chunk.spans.len() as u32,
+            first_to_light: gather.rays.first_to_light(packet_count),
             ..gather.parameters
         };
+        let longer_paths = gather.rays.longer_paths(parameters, &gather.vpls);
         let dispatch = |key: Key, parameters: &FinalGatherParameters, groups| {
             let list = context.rays.borrow();
             let list = list.as_ref().ok_or_else(no_list)?;
@@ -241,18 +320,19 @@ impl<'b> FinalGather<'b> {
             resources.extend([
                 ("packets", Resource::Buffer(&packets)),
                 ("spans", Resource::Buffer(&spans)),
+                ("paths", Resource::Buffer(&self.paths)),
             ]);
             context.dispatch_groups(key, &resources, parameters, groups)
         };
         let plan = context.plan;
         let (phasors, receiver) = (plan.has_phasors(), gather.receiver);
         let directions = PACKET_SAMPLES * gather.lobes * packet_count;
-        let vpl_rays = PACKET_SAMPLES * packet_count;
         if packet_count > 0 {
             dispatch(Key::FinalGatherEmit { receiver }, &parameters, of_packets)?;
-            let mut to_light = directions..directions + vpl_rays + lights * directions;
+            let first_to_light = parameters.first_to_light;
+            let mut to_light = first_to_light..packet_count * gather.rays.of_packet();
             match parameters.vpl_samples {
-                0 => to_light.start += vpl_rays,
+                0 => to_light.start += PACKET_SAMPLES * packet_count,
                 _ => {
                     let key = Key::FinalGatherDraw { phasors, receiver };
                     dispatch(key, &parameters, of_packets)?;
@@ -264,27 +344,50 @@ impl<'b> FinalGather<'b> {
                     light_index,
                     ..parameters
                 };
-                let key = Key::FinalGatherShade {
-                    phasors,
-                    receiver,
-                    surface: plan.surface(),
-                    instanced: plan.has_shared_meshes,
-                    emissive: light_index == self.lights.len() as u32,
-                };
+                let is_emission = light_index == self.lights.len() as u32;
+                let key = shade_key(plan, receiver, is_emission, false);
                 dispatch(key, &parameters, of_lobes)?;
+            }
+            for (bounces, parameters) in (2..).zip(&longer_paths) {
+                let paths = gather.lobes * packet_count * parameters.path_count;
+                let groups = groups_in_rows(paths.div_ceil(64));
+                dispatch(extend_key(plan, receiver, bounces), parameters, groups)?;
+                let first = parameters.first_path;
+                tree.trace(context, Find::Closest, first..first + paths)?;
+                let lanes = parameters.path_count.min(LANES);
+                let groups = groups_in_rows((gather.lobes * packet_count * lanes).div_ceil(64));
+                for light_index in 0..self.lights.len() as u32 {
+                    let parameters = FinalGatherParameters {
+                        light_index,
+                        ..*parameters
+                    };
+                    let key = shade_key(plan, receiver, false, true);
+                    dispatch(key, &parameters, groups)?;
+                }
             }
             tree.trace(context, Find::Any, to_light)?;
         }
-        for light_index in (0..lights).step_by(lights_at_once as usize) {
-            let is_first = light_index == 0;
-            let parameters = FinalGatherParameters {
-                light_index,
-                light_end: (light_index + lights_at_once).min(lights),
-                vpl_samples: if is_first { parameters.vpl_samples } else { 0 },
-                ..parameters
-            };
-            let key = Key::FinalGatherSum { phasors, receiver };
-            dispatch(key, &parameters, of_spans)?;
+        let sum = |parameters: &FinalGatherParameters, lights: u32, deep: bool| {
+            for light_index in (0..lights).step_by(lights_at_once as usize) {
+                let is_first = light_index == 0;
+                let parameters = FinalGatherParameters {
+                    light_index,
+                    light_end: (light_index + lights_at_once).min(lights),
+                    vpl_samples: if is_first { parameters.vpl_samples } else { 0 },
+                    ..*parameters
+                };
+                let key = Key::FinalGatherSum {
+                    phasors,
+                    receiver,
+                    deep,
+                };
+                dispatch(key, &parameters, of_spans)?;
+            }
+            Ok(())
+        };
+        sum(&parameters, lights, false)?;
+        for parameters in &longer_paths {
+            sum(parameters, self.lights.len() as u32, true)?;
         }
         Ok(())
     }
@@ -293,6 +396,9 @@ impl<'b> FinalGather<'b> {
 /// What all chunks of a gather share.
 struct Gather<'g> {
     lobes: u32,
+    rays: PacketRays,
+    /// VPLs of a set for the longer paths, bounce by bounce: with these, paths have as many bounces as there may be.
+    vpls: Vec<u32>,
     receiver: Receiver,
     resources: Vec<(&'static str, Resource<'g>)>,
     parameters: FinalGatherParameters,
@@ -426,8 +532,14 @@ impl Gatherer for FinalGather<'_> {
         ]);
         resources.extend(self.context.modulation());
         let lobes = if is_glossy { 2 } else { 1 };
+        let rays = PacketRays::new(self.context.plan, lobes);
         let gather = Gather {
             lobes,
+            rays,
+            vpls: (2..=self.context.plan.bounces())
+                .rev()
+                .map(|bounces| table.vpls_within(bounces - 1))
+                .collect(),
             receiver: self.context.plan.receiver(is_glossy),
             resources,
             parameters: FinalGatherParameters {
@@ -442,21 +554,20 @@ impl Gatherer for FinalGather<'_> {
                 is_pilot: self.pilot_samples.is_some().into(),
                 result_offset: results.first.wrapping_sub(first),
                 seed: seed ^ own_seed,
+                reflected_density: density_of_reflected(self.context, table),
                 emission_density: (table.point_share() * self.emission_density) as f32,
                 ..FinalGatherParameters::default()
             },
         };
-        // Per lobe, each direction needs a ray to each light. One more ray leads to a VPL. The list has room for it in any case.
-        let along_directions = PACKET_SAMPLES * lobes * (1 + self.context.plan.gathered_lights());
-        let room_of_packet = along_directions + PACKET_SAMPLES;
+        // The list has room for rays to VPLs in any case.
         let rays_per_packet = match gather.parameters.vpl_samples {
-            0 => along_directions,
-            _ => room_of_packet,
+            0 => rays.without_vpls(),
+            _ => rays.of_packet(),
         };
         let (packets_of_span, lights_at_once) = self.summed_at_once(lobes);
         let ranges = counts.ranges(receivers.range)?;
         let mut chunks = chunks(&ranges, first, results);
-        let most = self.context.plan.rays_at_once / room_of_packet;
+        let most = self.context.plan.rays_at_once / rays.of_packet();
         loop {
             let room = self.context.room_for(RAYS);
             let in_budget = (room - light_rays_along as f64) / f64::from(rays_per_packet);

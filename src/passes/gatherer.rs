@@ -12,6 +12,8 @@ use crate::{
 
 /// Most rays from the lights, of all sets together.
 pub(super) const MAX_LIGHT_RAYS: u32 = 1 << 18;
+/// Most sets of rays from the lights at a time.
+pub(crate) const MOST_SETS: u32 = 16;
 /// Upper limits of the receivers that share a set of rays from the lights, and of their samples together.
 const MAX_SHARING_RECEIVERS: u32 = 4096;
 const MAX_SHARED_SAMPLES: u32 = 32 * MAX_LIGHT_RAYS;

@@ -1,7 +1,8 @@
 //! The kernels of final gathering, listed before they run, so that they can be made while the scene is copied to the device.
 
 use super::{
-    error_estimate, light_rays, predict, resolve, sample_counts, scatter, smooth, smooth_residuals,
+    error_estimate, final_gather, light_paths, light_rays, predict, resolve, sample_counts,
+    scatter, smooth, smooth_residuals,
 };
 use crate::{
     Tracer,
@@ -29,13 +30,20 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
             surface,
             instanced,
             emissive: false,
+            deep: false,
         };
-        [
+        let of_one_bounce = [
             Key::FinalGatherEmit { receiver },
             Key::FinalGatherDraw { phasors, receiver },
             shade,
-            Key::FinalGatherSum { phasors, receiver },
-        ]
+            Key::FinalGatherSum {
+                phasors,
+                receiver,
+                deep: false,
+            },
+        ];
+        let of_more = final_gather::keys_of_longer_paths(plan, receiver);
+        of_one_bounce.into_iter().chain(of_more)
     });
     let first = [
         Key::ReceiversCount { brdf },
@@ -54,6 +62,7 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
         resolve::key(plan, noisy),
     ];
     let first = trace(plan).into_iter().chain(first);
+    let first = first.chain(light_paths::keys(plan));
     first.chain(gathers).chain(then).collect()
 }
 

@@ -2,9 +2,10 @@
 
 use super::{
     Context,
-    gatherer::{LightRaySets, MAX_LIGHT_RAYS},
+    gatherer::{LightRaySets, MAX_LIGHT_RAYS, MOST_SETS},
     hits::HitScene,
     light::DeviceLight,
+    light_paths,
     ray_table::RayTable,
     trace::{Find, no_list},
     vpl::vpl_layers,
@@ -16,7 +17,7 @@ use crate::{
     vulkan::{
         Allocate, BufferUse, Device, ImageShape, Resource, TexelList, groups_in_rows,
         shaders::{
-            Key, LightRayParameters,
+            Key, LightPath, LightRayParameters,
             constants::{RAYS_AT_ONCE, VPLS_PER_ROW},
         },
     },
@@ -27,6 +28,8 @@ pub(crate) struct LightRays<A: Allocate = Device> {
     pub vpls: A::Image,
     /// The cell of each ray.
     cells: A::Buffer,
+    /// What rays of further bounces carry.
+    paths: A::Buffer,
 }
 
 impl<A: Allocate> LightRays<A> {
@@ -35,18 +38,24 @@ impl<A: Allocate> LightRays<A> {
         let columns = VPLS_PER_ROW;
         let layers = vpl_layers(plan);
         // Every light has at least one packet.
-        let rays = MAX_LIGHT_RAYS + 1024 * plan.lights.len() as u32;
+        let rays_from_lights = MAX_LIGHT_RAYS + 1024 * plan.lights.len() as u32;
+        let rays = rays_from_lights;
         let has_points = plan.lights.iter().any(|light| light.emission_points > 0);
         let rays = match has_points {
             true => rays + (POINTS_PER_RAY * f64::from(rays)).ceil() as u32 + 1024,
             false => rays,
-        };
+        } + light_paths::most_vpls(rays, plan.bounces(), MOST_SETS);
         let shape = ImageShape::plain([columns, rays.div_ceil(columns)]);
         let shape = shape.with_layers(module.constant(layers)?);
-        let bytes = u64::from(rays) * size_of::<u32>() as u64;
+        let bytes = u64::from(rays_from_lights) * size_of::<u32>() as u64;
+        let path_bytes = match plan.bounces() {
+            1 => 0,
+            _ => u64::from(plan.rays_at_once) * size_of::<LightPath>() as u64,
+        };
         Ok(LightRays {
             vpls: allocate.image("VPLs", shape)?,
             cells: allocate.buffer("cells of the lights' rays", bytes, BufferUse::Device)?,
+            paths: allocate.buffer("paths of light", path_bytes, BufferUse::Device)?,
         })
     }
 }
@@ -78,12 +87,13 @@ impl LightRays {
         light_list: &TexelList,
         table: &RayTable,
         sets: LightRaySets,
+        reflected_density: f32,
     ) -> Result<u64> {
         let plan = context.plan;
         let LightRaySets {
             seed, set_count, ..
         } = sets;
-        let rays_of_set = table.set_size - table.point_count;
+        let rays_of_set = table.ray_count();
         let count = u64::from(rays_of_set) * u64::from(set_count);
         context.cost.borrow_mut().count_work("light_rays", count);
         context.prepare_images(&[&self.vpls])?;
@@ -130,7 +140,7 @@ impl LightRays {
             }
             let parameters = LightRayParameters {
                 light_index,
-                first_ray: rays_of_set,
+                first_ray: table.set_size - table.point_count,
                 ray_count: table.point_count,
                 set_size: table.set_size,
                 set_count,
@@ -145,6 +155,9 @@ impl LightRays {
             let groups = groups_in_rows((table.point_count * set_count).div_ceil(64));
             context.dispatch_groups(surfaces_key(plan), &resources, &parameters, groups)?;
         }
-        Ok(count)
+        let (vpls, paths) = (&self.vpls, &self.paths);
+        let further =
+            light_paths::trace(context, scene, vpls, paths, table, sets, reflected_density)?;
+        Ok(count + further)
     }
 }

@@ -22,8 +22,10 @@ pub(crate) struct RaysOfLight {
 
 /// Which rays of a set go through which cell.
 pub(crate) struct RayTable {
-    /// Rays of all lights together, and then points of emissive surfaces.
+    /// VPLs where the rays of all lights end, then those of further bounces, and then points of emissive surfaces.
     pub set_size: u32,
+    /// The VPLs of each further bounce.
+    pub reflected: Vec<u32>,
     /// These points.
     pub point_count: u32,
     pub(super) requested_set_size: u32,
@@ -35,16 +37,41 @@ pub(crate) struct RayTable {
 }
 
 impl RayTable {
+    /// Rays of all lights together.
+    pub fn ray_count(&self) -> u32 {
+        self.lights.iter().map(|light| light.ray_count).sum()
+    }
+
+    /// VPLs of up to this many bounces, which a set begins with.
+    pub fn vpls_within(&self, bounces: u32) -> u32 {
+        let further = self.reflected.iter().take(bounces as usize - 1);
+        self.ray_count() + further.sum::<u32>()
+    }
+
+    /// The ray that about led to a VPL; `None` for points.
+    fn ray_of(&self, mut vpl: u32) -> Option<u32> {
+        let mut counts = vec![self.ray_count()];
+        counts.extend(&self.reflected);
+        let mut bounce = 0;
+        while vpl >= *counts.get(bounce)? {
+            vpl -= counts[bounce];
+            bounce += 1;
+        }
+        for of_bounce in counts[..=bounce].windows(2).rev() {
+            let [before, count] = [of_bounce[0], of_bounce[1]].map(u64::from);
+            vpl = ((2 * u64::from(vpl) + 1) * before / (2 * count)) as u32;
+        }
+        Some(vpl)
+    }
+
     /// The points' share of the set.
     pub fn point_share(&self) -> f64 {
         f64::from(self.point_count) / f64::from(self.set_size.max(1))
     }
 
-    /// Where a ray goes: the cell, the fraction along its Morton curve, and the cell's probability. `None` if there is no such ray.
-    pub(super) fn place(&self, ray: u32, seed: u32) -> Option<(usize, f64, f64)> {
-        if ray >= self.set_size - self.point_count {
-            return None;
-        }
+    /// Where the ray of a VPL goes: the cell, the fraction along its Morton curve, and the cell's probability. `None` if there is no ray.
+    pub(super) fn place(&self, vpl: u32, seed: u32) -> Option<(usize, f64, f64)> {
+        let ray = self.ray_of(vpl)?;
         let light = self.lights.iter().rfind(|light| light.first_ray <= ray)?;
         let jitter = unit(hash(seed ^ hash(ray))) * light.stride as f32;
         let at = (ray - light.first_ray) * light.stride + jitter as u32;

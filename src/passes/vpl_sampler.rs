@@ -5,6 +5,7 @@
 
 use super::{
     light::DeviceLight,
+    light_paths,
     ray_table::{RayTable, RaysOfLight},
     sample_counts::PACKET_SAMPLES,
 };
@@ -165,7 +166,12 @@ impl VplSampler {
     }
 
     /// Distributes about this many rays to the cells. Each light that shines gets some.
-    pub fn table(&self, commands: &CommandPool, requested_set_size: u32) -> Result<RayTable> {
+    pub fn table(
+        &self,
+        commands: &CommandPool,
+        requested_set_size: u32,
+        bounces: u32,
+    ) -> Result<RayTable> {
         let mut cells = Vec::new();
         let mut texels = Vec::new();
         let mut lights = Vec::new();
@@ -223,7 +229,8 @@ impl VplSampler {
                 .max(PACKET_RAYS),
             false => 0,
         };
-        set_size += point_count;
+        let reflected = light_paths::vpl_counts(set_size, bounces);
+        set_size += reflected.iter().sum::<u32>() + point_count;
         let mut densities: Vec<[f32; 4]> = Vec::with_capacity(self.tiles.len() + self.cells.len());
         let first_listed = self.tiles.len();
         for tile in &self.tiles {
@@ -238,6 +245,7 @@ impl VplSampler {
         }
         Ok(RayTable {
             set_size,
+            reflected,
             point_count,
             requested_set_size,
             lights,

@@ -72,8 +72,15 @@ impl fmt::Display for Plan {
                         "interpolation error",
                     )
                 }
-                GatherPlan::FinalGather => {
-                    ("final_gather  visibility by rays".into(), "target error")
+                GatherPlan::FinalGather { bounces } => {
+                    let more = match bounces {
+                        1 => String::new(),
+                        _ => format!(", up to {bounces} bounces"),
+                    };
+                    (
+                        format!("final_gather  visibility by rays{more}"),
+                        "target error",
+                    )
                 }
             };
             let mut aim = target.map_or(String::new(), |target| format!(", {error} {target}"));

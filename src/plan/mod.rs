@@ -3,10 +3,12 @@
 mod axes;
 mod display;
 mod kernels;
+mod packet_rays;
 mod steps;
 
 pub(crate) use axes::surface_axis;
 pub use kernels::{GatherKernel, Tracer};
+pub(crate) use packet_rays::PacketRays;
 pub(crate) use steps::GridStep;
 
 use crate::{
@@ -172,7 +174,7 @@ pub enum GatherPlan {
     /// The sum over all VPLs, without visibility.
     VplSum { sum: VplSum, kernel: GatherKernel },
     /// Rays from P and rays to VPLs.
-    FinalGather,
+    FinalGather { bounces: u32 },
 }
 
 /// Which pixels are gathered; the others are interpolated.
@@ -198,7 +200,7 @@ impl IndirectPlan {
     pub fn sum(&self) -> Option<VplSum> {
         match self.gather {
             GatherPlan::VplSum { sum, .. } => Some(sum),
-            GatherPlan::FinalGather => None,
+            GatherPlan::FinalGather { .. } => None,
         }
     }
 
@@ -209,7 +211,7 @@ impl IndirectPlan {
 
     /// Whether rays find visibility.
     pub fn is_final_gather(&self) -> bool {
-        matches!(self.gather, GatherPlan::FinalGather)
+        matches!(self.gather, GatherPlan::FinalGather { .. })
     }
 }
 
@@ -411,6 +413,14 @@ impl Plan {
         self.has_final_gather() || self.has_primary_rays
     }
 
+    /// Largest number of surfaces that reflect light on its way from a light to P.
+    pub(crate) fn bounces(&self) -> u32 {
+        match self.bounce().map(|plan| plan.gather) {
+            Some(GatherPlan::FinalGather { bounces }) => bounces,
+            _ => 1,
+        }
+    }
+
     /// Whether indirect light is gathered by rays.
     pub(crate) fn has_final_gather(&self) -> bool {
         self.bounce().is_some_and(|plan| plan.is_final_gather())
@@ -447,7 +457,7 @@ fn rays_at_once(plan: &Plan, device: &DeviceInfo) -> u32 {
     let fitting = (limits.memory_bytes / 10).min(limits.max_storage_buffer_bytes) / BYTES_PER_RAY;
     let [width, height] = plan.resolution_px.map(u64::from);
     let (needed, at_least) = match plan.has_final_gather() {
-        true => (most, 64 * (3 + 2 * u64::from(plan.gathered_lights()))),
+        true => (most, PacketRays::new(plan, 2).of_packet().into()),
         false => (width * height, 0),
     };
     let count = fitting.min(most).min(needed);
@@ -460,7 +470,9 @@ fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {
             sum,
             kernel: GatherKernel::best_for(device),
         },
-        None => GatherPlan::FinalGather,
+        None => GatherPlan::FinalGather {
+            bounces: indirect.gather().map_or(1, |gather| gather.bounces),
+        },
     }
 }
 

@@ -5,7 +5,7 @@ use crate::{
     passes::{
         Context,
         cost::Pace,
-        gatherer::{GatheredFor, LightRaySets},
+        gatherer::{GatheredFor, LightRaySets, MOST_SETS},
         sample_counts::PACKET_SAMPLES,
     },
     plan::{Plan, RefinementPlan},
@@ -25,7 +25,7 @@ const SHARE_OF_JUDGING: f64 = 0.3;
 pub(super) const PROBE_PIXELS: u32 = 1024;
 pub(super) const FEW_PROBE_PIXELS: u32 = 256;
 /// Groups of probe pixels that have no samples in common.
-pub(super) const GROUPS: u32 = 16;
+pub(super) const GROUPS: u32 = MOST_SETS;
 /// Fewest pixels of a pilot, and of an estimate: a few for each group of pixels that share no samples.
 const MIN_PILOT_PIXELS: u32 = 16;
 const MIN_ESTIMATE_PIXELS: u32 = 32;

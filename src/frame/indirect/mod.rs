@@ -119,7 +119,7 @@ pub(super) fn gather(
                 ..found
             })
         }
-        GatherPlan::FinalGather => {
+        GatherPlan::FinalGather { .. } => {
             let (scene, lattice) = (scene.hit_scene()?, scene.lattice()?);
             run(&mut FinalGather::new(
                 context,
