@@ -2015,6 +2015,19 @@ camlux_status camlux_job_wait(camlux_job *job,
 #define CAMLUX_LAYER_ALBEDO 21
 
 /**
+ * 0: no surface; otherwise 1 + the index of the triangle in its mesh, in the order of the mesh's file or of its maker.
+ * A polygon of a file becomes successive triangles.
+ * Values: whole numbers, CAMLUX_FORMAT_U32; on request: layers or targets of camlux_render_options.
+ */
+#define CAMLUX_LAYER_TRIANGLE_ID 22
+
+/**
+ * Texture coordinates of the surface, of the mesh's first set: v = 0 is the bottom of a texture. 0 where the mesh has none.
+ * Values: plain numbers, channels U, V; on request: layers or targets of camlux_render_options.
+ */
+#define CAMLUX_LAYER_TEXCOORD 23
+
+/**
  * Phasor Z of all modulated light, a sum over paths.
  * Values: W/sr/m^2, channels re, im.
  */

@@ -83,6 +83,10 @@ var<storage, read> hits: array<u32>;
 #if EMISSIVE
 var emission: texture_storage_2d<rgba32float, read_write>;
 #endif
+#if TRIANGLES
+// As the kernel of gbuffer.wgsl fills it.
+var seen_triangles: texture_storage_2d<rgba32float, write>;
+#endif
 #if SHADE
 // For each mesh in the scene's space: number of triangles up to its end, and its instance id.
 var<storage, read> mesh_ends: array<vec2<u32>>;
@@ -135,6 +139,25 @@ fn seen_surface(place: vec2<u32>, seen: u32) -> Hit {
     let direction = ray_direction(place);
     let axis = direction / dot(direction, direction);
     return hit_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
+}
+#endif
+
+#if TRIANGLES
+@compute @workgroup_size(8, 8)
+fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
+    let place = global.xy + vec2<u32>(0u, parameters.first_row);
+    if (place.x >= parameters.resolution_px.x || place.y >= parameters.row_end) {
+        return;
+    }
+    let seen = hits[ray_index(place)];
+    var shown = vec4<f32>(0.0);
+    if (seen != NOTHING_HIT) {
+        let direction = ray_direction(place);
+        let axis = direction / dot(direction, direction);
+        let b = place_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
+        shown = vec4<f32>(f32(1u + scene_triangle(seen)), b.yz, 0.0);
+    }
+    textureStore(seen_triangles, place, shown);
 }
 #endif
 

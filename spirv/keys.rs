@@ -19,9 +19,11 @@ axes! {
 keys! {
     Vertex { }
     Gbuffer { brdf: Brdf, surface: Surface, cutout: bool, one_sided: bool, }
+    GbufferTriangles { surface: Surface, cutout: bool, one_sided: bool, }
     PrimaryRaysEmit { lens: bool, }
     PrimaryRaysPeel { instanced: bool, }
     PrimaryRaysShade { lens: bool, brdf: Brdf, surface: Surface, instanced: bool, }
+    PrimaryRaysTriangles { lens: bool, instanced: bool, }
     PrimaryRaysEmissive { lens: bool, surface: Surface, instanced: bool, }
     Shadow { }
     Rsm { brdf: Brdf, surface: Surface, cutout: bool, }

@@ -25,6 +25,11 @@ bindings! {
         9 "mesh_ends" STORAGE_BUFFER, 10 "position_instance" STORAGE_IMAGE, 11 "normal_geometric" STORAGE_IMAGE,
         12 "kd_material" STORAGE_IMAGE, 13 "lobe_parameters" STORAGE_IMAGE,
     ];
+    PRIMARY_RAYS_TRIANGLES_BINDINGS = [
+        0 "view" UNIFORM_BUFFER, 2 "materials" STORAGE_IMAGE, 4 "instances" SAMPLED_IMAGE,
+        5 "ray_triangles" STORAGE_IMAGE, 6 "triangle_shading" STORAGE_IMAGE, 7 "lens_rays" STORAGE_BUFFER,
+        8 "hits" STORAGE_BUFFER, 9 "seen_triangles" STORAGE_IMAGE,
+    ];
     PRIMARY_RAYS_EMISSIVE_BINDINGS = [
         0 "view" UNIFORM_BUFFER, 1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE,
         3 "vertex_values" SAMPLED_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
@@ -331,12 +336,16 @@ modules! {
         "gbuffer_specular" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     GBUFFER_SPECULAR_MICROFACET: Key::Gbuffer { brdf: Brdf::SpecularMicrofacet, .. } =>
         "gbuffer_specular_microfacet" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
+    GBUFFER_TRIANGLES: Key::GbufferTriangles { .. } =>
+        "gbuffer_triangles" "gbuffer" c"fragment_main" [0, 0, 0] 80 GBUFFER_LAMBERT_BINDINGS ["flat", "textured", "smooth", "detailed", "cutout", "one_sided"] [];
     PRIMARY_RAYS_EMIT: Key::PrimaryRaysEmit { .. } =>
         "primary_rays_emit" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_EMIT_BINDINGS ["lens"] [];
     PRIMARY_RAYS_PEEL: Key::PrimaryRaysPeel { .. } =>
         "primary_rays_peel" "primary_rays" c"compute_main" [64, 1, 1] 8 PRIMARY_RAYS_PEEL_BINDINGS ["instanced"] [];
     PRIMARY_RAYS_SHADE: Key::PrimaryRaysShade { .. } =>
         "primary_rays_shade" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_SHADE_BINDINGS ["lens", "lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [];
+    PRIMARY_RAYS_TRIANGLES: Key::PrimaryRaysTriangles { .. } =>
+        "primary_rays_triangles" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_TRIANGLES_BINDINGS ["lens", "instanced"] [];
     PRIMARY_RAYS_EMISSIVE: Key::PrimaryRaysEmissive { .. } =>
         "primary_rays_emissive" "primary_rays" c"compute_main" [8, 8, 1] 40 PRIMARY_RAYS_EMISSIVE_BINDINGS ["lens", "flat", "textured", "smooth", "detailed", "instanced"] [];
     SHADOW: Key::Shadow { .. } =>

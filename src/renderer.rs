@@ -16,7 +16,7 @@ use crate::{
     Device, DeviceFrame, Error, GatherKernel, GatherPlan, LocalSpace, Plan, Result, Scene, Tracer,
     frame::{
         self, BufferPool, Cached, DrawnFrame, FrameCache, Observer, Progress, ProgressReport,
-        RenderedFrame,
+        RenderedFrame, shows_triangles,
     },
     model::FrameKey,
     output::{Frame, FrameDescription, FrameStats, Layer, PassTime, StopReason},
@@ -212,6 +212,7 @@ impl Renderer {
         let ended = ProgressReport::new(report, ends_early, 0, false, false).end();
         ended.inspect_err(|_| self.forget())?;
         Ok(Some(DrawnFrame {
+            geometry: self.cache.scene.geometry().cloned(),
             images,
             space: LocalSpace::of(scene.bounding_box()),
             stats: kept.stats,
@@ -394,6 +395,7 @@ impl Renderer {
             frame::draw(&context, cache, &mut progress, observe)
         });
         let images = cache.images.take();
+        let geometry = cache.scene.geometry().cloned();
         let (estimates, vpl_count) = drawn.inspect_err(|_| cache.clear())?;
         self.rays = rays.into_inner();
         let mut cost = cost.into_inner();
@@ -432,6 +434,7 @@ impl Renderer {
             pace.end_seconds = cost.seconds(&self.pipelines) - cost.gathered_at;
         }
         Ok(DrawnFrame {
+            geometry: geometry.filter(|_| images.gbuffer.triangles.is_some()),
             images,
             space,
             stats,
@@ -478,6 +481,7 @@ struct KeptFrame {
     submission_target: Duration,
     gather_kernel: Option<GatherKernel>,
     tracer: Option<Tracer>,
+    has_triangles: bool,
     stats: FrameStats,
 }
 
@@ -498,6 +502,7 @@ impl KeptFrame {
             submission_target: options.submission_target,
             gather_kernel: options.gather_kernel,
             tracer: options.tracer,
+            has_triangles: drawn.images.gbuffer.triangles.is_some(),
             stats: FrameStats {
                 passes: Vec::new(),
                 host_steps: Vec::new(),
@@ -514,6 +519,7 @@ impl KeptFrame {
             && self.submission_target == options.submission_target
             && self.gather_kernel == options.gather_kernel
             && self.tracer == options.tracer
+            && (self.has_triangles || !shows_triangles(options.layers))
     }
 }
 

@@ -38,6 +38,8 @@ enum class layer : std::int32_t {
     raw_dn = CAMLUX_LAYER_RAW_DN,
     camera_normal = CAMLUX_LAYER_CAMERA_NORMAL,
     albedo = CAMLUX_LAYER_ALBEDO,
+    triangle_id = CAMLUX_LAYER_TRIANGLE_ID,
+    texcoord = CAMLUX_LAYER_TEXCOORD,
     tof_phasor = CAMLUX_LAYER_TOF_PHASOR,
     tof_phasor_direct = CAMLUX_LAYER_TOF_PHASOR_DIRECT,
     tof_phasor_indirect = CAMLUX_LAYER_TOF_PHASOR_INDIRECT,

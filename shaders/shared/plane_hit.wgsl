@@ -21,9 +21,9 @@ fn nearest_on_edge(offset: vec3<f32>, edge: vec3<f32>) -> f32 {
     return clamp(dot(offset, edge) / max(dot(edge, edge), 1e-37), 0.0, 1.0);
 }
 
-// The ray is origin + offset + t · direction. The dot product of `direction` and `axis` is 1.
-fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, direction: vec3<f32>, axis: vec3<f32>) -> Hit {
-    var triangle = hit_triangle;
+// Barycentric coordinates of the point where the ray hits the triangle. The ray is origin + offset + t · direction. The dot product of
+// `direction` and `axis` is 1.
+fn place_on_plane(triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, direction: vec3<f32>, axis: vec3<f32>) -> vec3<f32> {
     let corner0 = triangle.corners[0].position - origin;
     let corner1 = triangle.corners[1].position - origin;
     let corner2 = triangle.corners[2].position - origin;
@@ -31,7 +31,7 @@ fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, di
     let edge1 = triangle.corners[1].position - triangle.corners[0].position;
     let edge2 = triangle.corners[2].position - triangle.corners[0].position;
     let doubled_area = cross(edge1, edge2);
-    triangle.normal = normalize(doubled_area);
+    let normal = normalize(doubled_area);
 
     let depth0 = dot(corner0, axis);
     let depth1 = dot(corner1, axis);
@@ -39,7 +39,7 @@ fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, di
     let nearest = min(min(depth0, depth1), depth2);
     let farthest = max(max(depth0, depth1), depth2);
     // Clamped to the triangle's own depths: a triangle seen edge-on has no usable plane.
-    let depth = clamp(dot(triangle.normal, corner0 - offset) / dot(triangle.normal, direction), nearest, farthest);
+    let depth = clamp(dot(normal, corner0 - offset) / dot(normal, direction), nearest, farthest);
 
     // Barycentric coordinates of corners 1 and 2.
     let from0 = offset + depth * direction - corner0;
@@ -56,5 +56,15 @@ fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, di
             discard;
         }
     }
+    return b;
+}
+
+// The surface there.
+fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, direction: vec3<f32>, axis: vec3<f32>) -> Hit {
+    let b = place_on_plane(hit_triangle, origin, offset, direction, axis);
+    var triangle = hit_triangle;
+    let edge1 = triangle.corners[1].position - triangle.corners[0].position;
+    let edge2 = triangle.corners[2].position - triangle.corners[0].position;
+    triangle.normal = normalize(cross(edge1, edge2));
     return hit_at(triangle, b, direction);
 }

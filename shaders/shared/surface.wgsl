@@ -57,11 +57,7 @@ fn corner(instance: u32, index: u32) -> Corner {
     return corner;
 }
 
-fn raster_hit(raster: Raster) -> Hit {
-    let pixel = vec3<f32>(1.0, raster.position.xy);
-    let ray_offset = view.ray_offset * pixel;
-    let ray_direction = view.ray_direction * pixel;
-
+fn raster_triangle(raster: Raster) -> Triangle {
     var triangle: Triangle;
     triangle.corners[0] = corner(raster.instance, indices[3u * raster.triangle]);
     triangle.corners[1] = corner(raster.instance, indices[3u * raster.triangle + 1u]);
@@ -78,5 +74,10 @@ fn raster_hit(raster: Raster) -> Hit {
         triangle.instance = raster.instance;
         triangle.front = handedness(raster.instance);
     }
-    return hit_on_plane(triangle, view.origin, ray_offset, ray_direction, view.forward);
+    return triangle;
+}
+
+fn raster_hit(raster: Raster) -> Hit {
+    let pixel = vec3<f32>(1.0, raster.position.xy);
+    return hit_on_plane(raster_triangle(raster), view.origin, view.ray_offset * pixel, view.ray_direction * pixel, view.forward);
 }

@@ -10,6 +10,7 @@ use super::{
 };
 use crate::{
     Device, LocalSpace, Result,
+    geometry::Geometry,
     output::{Frame, FrameDescription, FrameStats, Layer},
     vulkan::{Readback, SharedMemory, Timeline, copy_to_shared},
 };
@@ -18,6 +19,8 @@ use crate::{
 pub(crate) struct DrawnFrame {
     pub images: FrameImages,
     pub space: LocalSpace,
+    /// Only for layers that name triangles.
+    pub geometry: Option<Arc<Geometry>>,
     pub stats: FrameStats,
     pub description: FrameDescription,
 }
@@ -30,10 +33,9 @@ impl DrawnFrame {
         pool: BufferPool,
         wanted: Option<&[Layer]>,
     ) -> Result<Frame> {
-        let (description, images) = (&self.description, &self.images);
         Ok(Frame {
-            resolution_px: description.camera.resolution_px,
-            layers: read_layers(readback, description, &self.space, images, pool, wanted)?,
+            resolution_px: self.description.camera.resolution_px,
+            layers: read_layers(readback, self, pool, wanted)?,
             stats: self.stats.clone(),
             description: self.description.clone(),
         })

@@ -69,7 +69,7 @@ impl<A: Allocate> SampledImages<A> {
         let phasors = plan.bounced_tof();
         let phasors = phasors.map(|tof| shape.with_layers(tof.pair_count()));
         Ok(SampledImages {
-            gbuffer: GBuffer::new(allocate, plan)?,
+            gbuffer: GBuffer::new(allocate, plan, false)?,
             footprint: allocate.image("footprints of pixels", shape)?,
             centre_indirect: allocate.image_if("indirect radiance of centres", indirect)?,
             gathered: allocate.image_if("gathered light of centres", gathered)?,
@@ -83,7 +83,8 @@ impl<A: Allocate> SampledImages<A> {
 pub(crate) struct FrameImagesKey {
     resolution_px: [u32; 2],
     is_specular: bool,
-    is_seen_by_rays: bool,
+    pub is_seen_by_rays: bool,
+    has_triangles: bool,
     direct_phasor_layers: Option<u32>,
     indirect_phasor_layers: Option<u32>,
     has_emission: bool,
@@ -98,11 +99,13 @@ pub(crate) struct FrameImagesKey {
 }
 
 impl FrameImagesKey {
-    pub fn new(plan: &Plan, stays_on_device: bool) -> FrameImagesKey {
+    /// `has_triangles`: with the image for layers that name them.
+    pub fn new(plan: &Plan, stays_on_device: bool, has_triangles: bool) -> FrameImagesKey {
         FrameImagesKey {
             resolution_px: plan.resolution_px,
             is_specular: plan.is_specular,
             is_seen_by_rays: plan.has_primary_rays,
+            has_triangles,
             direct_phasor_layers: plan.tof.map(TofPlan::pair_count),
             indirect_phasor_layers: plan.bounced_tof().map(TofPlan::pair_count),
             has_emission: plan.is_emissive,
@@ -127,7 +130,7 @@ impl<A: Allocate> FrameImages<A> {
         };
         let sampled = || SampledImages::new(allocate, plan);
         Ok(FrameImages {
-            gbuffer: GBuffer::new(allocate, plan)?,
+            gbuffer: GBuffer::new(allocate, plan, key.has_triangles)?,
             direct: allocate.image("direct radiance", shape)?,
             direct_phasors: phasors("direct phasors", key.direct_phasor_layers)?,
             indirect_phasors: phasors("indirect phasors", key.indirect_phasor_layers)?,

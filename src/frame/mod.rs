@@ -15,6 +15,7 @@ mod progress;
 mod readback;
 mod requirements;
 mod scene_resources;
+mod seen_triangles;
 
 use std::time::Instant;
 
@@ -41,6 +42,7 @@ pub(crate) use lights::Lights;
 use lights::LightsKey;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
+pub(crate) use seen_triangles::shows_triangles;
 
 /// Called for each light, with its index, once its maps are drawn and its VPLs are listed.
 pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lights, usize) -> Result<()> + 'o;
@@ -55,7 +57,8 @@ pub(crate) fn draw(
     mut observe: Option<&mut Observer>,
 ) -> Result<(ErrorEstimates, u64)> {
     // Drop what no longer fits before anything is made.
-    let images_key = FrameImagesKey::new(context.plan, context.stays_on_device);
+    let has_triangles = !context.stays_on_device && shows_triangles(context.layers);
+    let images_key = FrameImagesKey::new(context.plan, context.stays_on_device, has_triangles);
     let lights_key = LightsKey::new(context);
     cache.images.drop_unless(&images_key);
     cache.lights.drop_unless(&lights_key);

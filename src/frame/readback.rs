@@ -2,7 +2,10 @@
 
 use glam::DVec3;
 
-use super::{BufferPool, FrameImages};
+use super::{
+    BufferPool, DrawnFrame, FrameImages,
+    seen_triangles::{Numbering, shows_triangles},
+};
 use crate::{
     Error, LocalSpace, Result,
     model::Phasor,
@@ -82,6 +85,7 @@ struct NeededImages<'i> {
     kd_material: Option<&'i Image>,
     /// For the normal in the camera's axes.
     normal: Option<&'i Image>,
+    triangles: Option<&'i Image>,
     direct: Option<&'i Image>,
     indirect: Option<&'i Image>,
     emission: Option<&'i Image>,
@@ -113,6 +117,10 @@ impl<'i> NeededImages<'i> {
             footprints: sampled.map(|sampled| &sampled.footprint),
             kd_material: is_wanted(Layer::MaterialId).then_some(&gbuffer.kd_material),
             normal: is_wanted(Layer::CameraNormal).then_some(&gbuffer.normal_geometric),
+            triangles: gbuffer
+                .triangles
+                .as_ref()
+                .filter(|_| shows_triangles(wanted)),
             direct: of_light(Layer::Direct),
             indirect: of_light(Layer::Indirect),
             emission: of_light(Layer::Emission),
@@ -130,6 +138,7 @@ impl<'i> NeededImages<'i> {
             self.footprints,
             self.kd_material,
             self.normal,
+            self.triangles,
             self.direct,
             self.indirect,
             self.emission,
@@ -159,18 +168,24 @@ pub(super) fn record(context: &Context, images: &FrameImages) -> Result<()> {
 /// Reads the layers of a frame, or those of a list, into buffers of a pool where they fit. Images that no layer needs are not read.
 pub(crate) fn read_layers(
     readback: &mut Readback,
-    description: &FrameDescription,
-    space: &LocalSpace,
-    images: &FrameImages,
+    drawn: &DrawnFrame,
     mut pool: BufferPool,
     wanted: Option<&[Layer]>,
 ) -> Result<Vec<(Layer, LayerData)>> {
+    let DrawnFrame {
+        images,
+        space,
+        geometry: scene_geometry,
+        description,
+        ..
+    } = drawn;
     let is_wanted = |layer: Layer| layer.is_among(wanted);
     let NeededImages {
         position_instance,
         footprints,
         kd_material,
         normal,
+        triangles,
         direct,
         indirect,
         emission,
@@ -223,6 +238,14 @@ pub(crate) fn read_layers(
         Ok::<_, Error>(normals)
     });
     let camera_normals = camera_normals.transpose()?;
+    let seen_triangles = match (triangles, scene_geometry) {
+        (Some(image), Some(geometry)) => {
+            let is_by_rays = images.key.is_seen_by_rays;
+            let numbering = Numbering::new(geometry, is_by_rays);
+            numbering.layers(readback.pixels(image)?, &is_wanted, &mut pool)
+        }
+        _ => Vec::new(),
+    };
     // The usual layer, alone: one sum of what was copied, without layers in between.
     let mut alone = None;
     if let (true, Some(direct), Some(indirect), None) = (has_radiance, direct, indirect, emission)
@@ -279,6 +302,7 @@ pub(crate) fn read_layers(
         layers.extend(values.map(|values| (layer, LayerData::Float(values))));
     }
     layers.extend(geometry.into_iter().flat_map(Geometry::layers));
+    layers.extend(seen_triangles);
     layers.extend(material_ids.map(|ids| (Layer::MaterialId, LayerData::Id(ids))));
     if let Some(readout) = SensorReadout::of(description) {
         let energies = layers.iter().find_map(|(layer, data)| match data {

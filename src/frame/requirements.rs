@@ -126,7 +126,7 @@ impl Plan {
 /// Declares everything that a frame holds when it holds most.
 fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()> {
     let images = requirements.of(GrowsWith::Resolution);
-    FrameImages::new(&images, plan, FrameImagesKey::new(plan, false))?;
+    FrameImages::new(&images, plan, FrameImagesKey::new(plan, false, false))?;
     for _ in 0..plan.map_sets {
         maps(plan, requirements)?;
     }

@@ -320,6 +320,11 @@ impl SceneResources {
         surfaces.ok_or_else(|| Error::internal("the surfaces are not on the device"))
     }
 
+    /// The geometry of the last frame.
+    pub fn geometry(&self) -> Option<&Arc<Geometry>> {
+        self.geometry.get()
+    }
+
     pub fn ray_tree(&self) -> Result<&RayTriangles> {
         let tree = self.ray_tree.get();
         tree.ok_or_else(|| Error::internal("there are no triangles for rays"))

@@ -186,6 +186,15 @@ layers! {
         ///
         /// That is its index in [`Scene::materials`](crate::Scene::materials).
         MaterialId: "id.material" [] "1", Nothing, CAMLUX_LAYER_MATERIAL_ID = 9;
+        /// 0: no surface; otherwise 1 + the index of the triangle in its mesh, in the order of the mesh's file or of its maker.
+        /// A polygon of a file becomes successive triangles.
+        ///
+        /// That is its index in [`Mesh::triangles`](crate::scene::Mesh::triangles).
+        TriangleId: "id.triangle" [] "1", Nothing on_request, CAMLUX_LAYER_TRIANGLE_ID = 22;
+        /// Texture coordinates of the surface, of the mesh's first set: v = 0 is the bottom of a texture. 0 where the mesh has none.
+        ///
+        /// They are interpolated as they are, without a texture's own transform and without repeating.
+        Texcoord: "uv" ["U", "V"] "1", Nothing on_request, CAMLUX_LAYER_TEXCOORD = 23;
         /// 1 where rounding decides which of two surfaces the pixel shows, otherwise 0.
         ///
         /// The pixel's centre is then within 1/128 pixel of an edge. [`Comparison`](crate::metrics::Comparison) can exclude these pixels.

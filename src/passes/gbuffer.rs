@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     Error, Result,
-    plan::Plan,
+    plan::{Plan, surface_axis},
     vulkan::{Allocate, Buffer, Device, Image, ImageShape, Resource, Target, shaders::Key},
 };
 
@@ -20,12 +20,14 @@ pub(crate) struct GBuffer<A: Allocate = Device> {
     pub kd_material: A::Image,
     /// As [`Lobe::texel`](crate::model::Lobe::texel). Only if some material is specular.
     pub lobe_parameters: Option<A::Image>,
+    /// Which triangle each pixel shows, and where on it; only for the layers that need it. `frame/seen_triangles` reads it.
+    pub triangles: Option<A::Image>,
     /// Only if the rasteriser fills the G-buffer.
     depth: Option<A::Image>,
 }
 
 impl<A: Allocate> GBuffer<A> {
-    pub fn new(allocate: &A, plan: &Plan) -> Result<GBuffer<A>> {
+    pub fn new(allocate: &A, plan: &Plan, has_triangles: bool) -> Result<GBuffer<A>> {
         let shape = ImageShape::plain(plan.resolution_px);
         let depth = (!plan.has_primary_rays).then(|| shape.depth());
         let image = |name| allocate.image(name, shape);
@@ -35,13 +37,14 @@ impl<A: Allocate> GBuffer<A> {
             kd_material: image("G-buffer k_d")?,
             lobe_parameters: allocate
                 .image_if("G-buffer lobes", plan.is_specular.then_some(shape))?,
+            triangles: allocate.image_if("G-buffer triangles", has_triangles.then_some(shape))?,
             depth: allocate.image_if("G-buffer depth", depth)?,
         })
     }
 }
 
 impl GBuffer {
-    /// All images except the depth, with their names in the shaders.
+    /// All images except triangles and depth, with their names in the shaders.
     fn images(&self) -> impl Iterator<Item = (&'static str, &Image)> {
         let images = [
             ("position_instance", &self.position_instance),
@@ -97,6 +100,24 @@ pub(crate) fn draw(
     let key = |drawn: Drawn| Key::Gbuffer {
         brdf,
         surface: drawn.surface,
+        cutout: drawn.cutout,
+        one_sided: drawn.one_sided,
+    };
+    context.pass("gbuffer", |recorder| {
+        surfaces.draw(recorder, context, key, &target, view, &[])
+    })?;
+    // Once more, rather than into a fifth image: devices need not have more than four to draw to. The same triangles win.
+    let Some(triangles) = &gbuffer.triangles else {
+        return Ok(());
+    };
+    context.prepare_images(&[triangles])?;
+    let target = Target {
+        colors: &[triangles],
+        ..target
+    };
+    let key = |drawn: Drawn| Key::GbufferTriangles {
+        // What else the surface has does not matter here.
+        surface: surface_axis(false, false, drawn.cutout),
         cutout: drawn.cutout,
         one_sided: drawn.one_sided,
     };

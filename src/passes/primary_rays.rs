@@ -76,6 +76,11 @@ pub(crate) fn draw(
         surface: plan.surface(),
         instanced: plan.has_shared_meshes,
     };
+    let triangles = gbuffer.triangles.as_ref();
+    let name_triangles = Key::PrimaryRaysTriangles {
+        lens: plan.has_distortion,
+        instanced: plan.has_shared_meshes,
+    };
     let emit_light = Key::PrimaryRaysEmissive {
         lens: plan.has_distortion,
         surface: plan.surface(),
@@ -89,8 +94,10 @@ pub(crate) fn draw(
     let (mesh_ends, mesh_count) = scene.surfaces.mesh_ends();
     resources.push(("mesh_ends", mesh_ends));
     resources.extend(gbuffer.resources());
+    resources.extend(triangles.map(|image| ("seen_triangles", Resource::Image(image))));
     let [width, _] = plan.resolution_px;
     context.prepare_images(&gbuffer.colors())?;
+    context.prepare_images(triangles.as_slice())?;
     for [first_row, row_end] in context.row_ranges() {
         let parameters = PrimaryRayParameters {
             resolution_px: plan.resolution_px,
@@ -116,6 +123,9 @@ pub(crate) fn draw(
             peel(context, scene, ray_count)?;
         }
         dispatch(shade)?;
+        if triangles.is_some() {
+            dispatch(name_triangles)?;
+        }
         if emission.is_some() {
             dispatch(emit_light)?;
         }

@@ -170,6 +170,13 @@ impl Surfaces {
     }
 }
 
+/// The triangles of a mesh in the order in which they are drawn: those of a material become one draw and keep their order.
+pub(crate) fn draw_order(mesh: &Mesh) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
+    order.sort_by_key(|&triangle| mesh.triangle_materials[triangle]);
+    order
+}
+
 /// Uploads a view to a buffer.
 pub(crate) fn upload_view(device: &Device, view: &View) -> Result<Buffer> {
     Buffer::upload(device, "view", std::slice::from_ref(view))
@@ -227,9 +234,7 @@ impl Lists {
                 self.texcoords.push(texcoord.map(|c| c as f32));
             }
         }
-        // The sort is stable: the triangles of a material become one draw and keep their order.
-        let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
-        order.sort_by_key(|&triangle| mesh.triangle_materials[triangle]);
+        let order = draw_order(mesh);
         for same in
             order.chunk_by(|&a, &b| mesh.triangle_materials[a] == mesh.triangle_materials[b])
         {

@@ -32,6 +32,7 @@ mod reference_bounces;
 mod reference_mesh;
 mod reference_tof;
 mod reference_truth;
+mod seen_triangles;
 mod shadow_rays;
 mod shadows;
 mod smooth;

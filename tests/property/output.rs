@@ -165,7 +165,7 @@ fn every_layer_comes_back_bit_for_bit() {
     let image = written(&frame, &ExrOptions::default());
     assert_eq!(image.layer_data[0].size.0, WIDTH as usize);
     // Channels of a frame, of its electrons, of the samples' depths, of the half path, of a sequence, and of four frequencies.
-    assert_eq!(channel_names(&image).len(), 38 + 8 + 2 + 1 + 12 + 4 * 32);
+    assert_eq!(channel_names(&image).len(), 41 + 8 + 2 + 1 + 12 + 4 * 32);
     for layer in Layer::all() {
         let names = layer.channel_names();
         for (offset, name) in names.iter().enumerate() {

@@ -23,9 +23,14 @@ pub struct PixelRay {
 impl PixelRay {
     /// What the ray hits, and whether it is away from edges.
     pub fn cast(&self, caster: &RayCaster) -> (Option<Hit>, bool) {
+        self.cast_by(|origin_m, direction| caster.nearest(origin_m, direction))
+    }
+
+    /// The same, if `nearest` says what a ray from an origin in a direction hits.
+    pub fn cast_by(&self, nearest: impl Fn(DVec3, DVec3) -> Option<Hit>) -> (Option<Hit>, bool) {
         let at = |x: f64, y: f64| {
             let [[origin_x, direction_x], [origin_y, direction_y]] = self.steps;
-            caster.nearest(
+            nearest(
                 self.origin_m + x * origin_x + y * origin_y,
                 self.direction + x * direction_x + y * direction_y,
             )
