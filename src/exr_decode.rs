@@ -25,7 +25,7 @@ pub(crate) type Refusal = (String, &'static str);
 /// The channels of a file that share a prefix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageLayer {
-    /// The part of the channels' names before the last dot, or `""` without a dot. Exceptions: `id.instance`, `id.material` and `edge` are
+    /// The part of the channels' names before the last dot, or `""` without a dot. Exceptions: `id.instance`, `edge` and other whole numbers are
     /// layers of one channel, as [`Layer::name`](crate::output::Layer::name) names them.
     pub name: String,
     /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others in alphabetical order.

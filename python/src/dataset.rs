@@ -123,7 +123,7 @@ impl DatasetOptions {
             plain,
             ..ExrOptions::default()
         };
-        let flow = flow_layers(&mut exr, flow);
+        let flow = flow_layers(&mut exr.layers, flow);
         Ok(DatasetOptions { exr, flow })
     }
 

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DMat4, DVec2, DVec3};
 
-use super::{ExrOptions, Frame, Layer, LayerData, LayerNeed};
+use super::{Frame, Layer, LayerData, LayerNeed};
 use crate::scene::Camera;
 
 /// The next or the previous frame of a sequence.
@@ -25,13 +25,13 @@ pub const FLOW_LAYERS: [[Layer; 3]; 2] = [
     ],
 ];
 
-/// The layers of a sequence that files have: those that the options name, and with `flow` the flow to the next frame.
+/// The layers of a sequence that files have: those that these are, and with `flow` the flow to the next frame, which is added to these.
 #[doc(hidden)]
-pub fn flow_layers(exr: &mut ExrOptions, flow: bool) -> Vec<Layer> {
+pub fn flow_layers(layers: &mut Option<Vec<Layer>>, flow: bool) -> Vec<Layer> {
     let is_of_sequence = |layer: &Layer| layer.need() == LayerNeed::Sequence;
     let usual =
         Layer::all().filter(|layer| flow && is_of_sequence(layer) && !layer.is_on_request());
-    match &mut exr.layers {
+    match layers {
         None => usual.collect(),
         Some(layers) => {
             layers.extend(usual);

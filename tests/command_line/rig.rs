@@ -115,6 +115,36 @@ fn a_data_set_of_a_rig_says_where_its_cameras_are() {
 }
 
 #[test]
+fn a_camera_of_a_rig_has_layers_of_its_own() {
+    let job = format!("[job]\nscene = \"scene.toml\"\nlayers = [\"radiance\", \"uv\"]\n{RIG}");
+    let own = "layers = [\"depth\", \"id.triangle\", \"flow\"]";
+    let jobs = rig(&format!("{job}{own}\n"));
+    jobs.succeed("set", &[]);
+    let layers = |file: &str| -> Vec<String> {
+        let image = image(&jobs, file);
+        let layers = image.layers().iter();
+        layers.map(|layer| layer.name.clone()).collect()
+    };
+    let of_right = ["depth", "flow", "id.triangle"];
+    assert_eq!(layers("set/frames/left/000001.exr"), ["radiance", "uv"]);
+    assert_eq!(layers("set/frames/right/000001.exr"), of_right);
+    let scenes = jobs.json("set/dataset.json")["scenes"].clone();
+    let listed = scenes[1]["layers"].as_object().expect("a table");
+    assert!(
+        listed.len() == 3 && of_right.iter().all(|name| listed.contains_key(*name)),
+        "{listed:?}"
+    );
+    // Another list of one camera leaves the frames of the other.
+    jobs.write("job.toml", &job);
+    let said = jobs.succeed("set", &[]);
+    assert!(said.contains("rendered 2 frames"), "{said}");
+    assert_eq!(layers("set/frames/right/000001.exr"), ["radiance", "uv"]);
+    jobs.write("job.toml", &format!("{job}layers = [\"tof0.range\"]\n"));
+    let said = "no layer tof0.range; give the scene time of flight";
+    assert_says(&jobs.fail("other", &[]), &[said]);
+}
+
+#[test]
 fn rigs_that_make_no_sense_are_refused() {
     let refused = |job: &String, said: &[&str]| assert_says(&rig(job).fail("set", &[]), said);
     let job = "[job]\nscene = \"scene.toml\"\n";
@@ -125,6 +155,8 @@ fn rigs_that_make_no_sense_are_refused() {
             "\"a\", and another one has this name; give each camera a name of its own";
         format!("{job}[[rig]]\nname = \"a\"\nrotation = [0, 0, 0, 2]\n") => "job.toml:5", "length 1";
         format!("{job}[[rig]]\nname = \"a\"\nlook_at = [0, 0, 0]\n") => "unknown key \"look_at\" in [[rig]]";
+        format!("{job}[[rig]]\nname = \"a\"\nlayers = [\"x\"]\n") =>
+            "job.toml:5: \"layers\" in [[rig]] names no layer: \"x\"";
         "[job]\n[[rig]]\nname = \"a\"\n".to_owned() => "job.toml:2: [[rig]] has no \"scene\"", "scene to [job]";
         "[job]\nscenes = [\"scene.toml\"]\n[[rig]]\nname = \"a\"\n".to_owned() =>
             "job.toml:2: \"scenes\" in [job] is not allowed beside [[rig]]";

@@ -24,8 +24,8 @@ impl ContactSheet {
     /// If the file cannot be written, or if the job's frames have no radiance layer to show.
     pub fn create(path: &Path, frames: &Frames) -> Result<Self, Failure> {
         require_extension("--contact-sheet", path, "png")?;
-        let layers = frames.job.exr.layers.as_ref();
-        if layers.is_some_and(|layers| !layers.contains(&Layer::Radiance)) {
+        let mut scenes = frames.job.scenes.iter();
+        if scenes.any(|scene| !Layer::Radiance.is_among(scene.layers.as_deref())) {
             let problem = "it shows the layer radiance; add it to \"layers\" of the job";
             return Err(format!("--contact-sheet: {problem}").into());
         }

@@ -44,7 +44,8 @@ fn object(frames: &Frames) -> Value {
                 "hash": loaded.hash,
                 "frames": format!("frames/{}", loaded.folder),
             });
-            let described = describe_scene(&loaded.scene, &job.exr, !job.flow.is_empty(), starts_s);
+            let (exr, has_flow) = (job.exr_of(of_job), !of_job.flow.is_empty());
+            let described = describe_scene(&loaded.scene, &exr, has_flow, starts_s);
             described
                 .into_iter()
                 .for_each(|(key, value)| scene[key] = value);

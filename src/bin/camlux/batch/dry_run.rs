@@ -125,7 +125,7 @@ fn take(index: u64, frames: &Frames, engine: &mut Engine) -> Result<(Duration, u
     let name = format!("camlux-dry-run-{}", std::process::id());
     let path = std::env::temp_dir().join(name);
     let path = path.with_extension(frames.job.format.name());
-    let (written, _) = files::write(&frames.job, &path, &frame, planned.attributes())?;
+    let (written, _) = files::write(&frames.job, &planned, &path, &frame)?;
     for file in &written.files {
         let _ = std::fs::remove_file(file);
     }

@@ -5,10 +5,11 @@ use std::path::Path;
 
 use camlux::Error;
 use camlux::output::{
-    Attribute, ExrCompression, ExrOptions, Frame, OutputFile, WrittenExr, write_depth_png,
-    write_exr_files, write_npz,
+    ExrCompression, ExrOptions, Frame, OutputFile, WrittenExr, write_depth_png, write_exr_files,
+    write_npz,
 };
 
+use super::frames::Planned;
 use super::job::Job;
 
 /// What the layers of a frame are written to.
@@ -38,12 +39,13 @@ impl Format {
 /// Writes the files of a frame as its job says, and warns of values that they cannot hold. `path`: of the whole frame.
 pub fn write(
     job: &Job,
+    planned: &Planned,
     path: &Path,
     frame: &Frame,
-    attributes: Vec<(String, Attribute)>,
 ) -> Result<(WrittenExr, Vec<String>), Error> {
     let exr = ExrOptions {
-        attributes,
+        layers: planned.layers.clone(),
+        attributes: planned.attributes(),
         ..job.exr.clone()
     };
     let mut warnings = exr.warnings(frame);

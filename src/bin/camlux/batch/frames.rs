@@ -49,7 +49,7 @@ pub struct Planned {
     /// The layers with plain files; empty: all layers are in one file.
     plain_layers: Vec<Layer>,
     /// The layers of its file; `None`: all.
-    layers: Option<Vec<Layer>>,
+    pub layers: Option<Vec<Layer>>,
     /// BLAKE3 of everything that the image and its file depend on.
     pub inputs: String,
     /// Its description in the manifest.
@@ -119,7 +119,7 @@ impl Frames {
                 set_target_error(&mut scene, target_error, name)?;
             }
             warn_of(&scene, name);
-            let layers = job.exr.layers.iter().flatten();
+            let layers = of_job.layers.iter().flatten();
             for layer in layers.filter(|layer| layer.is_rendered()) {
                 layer.check_made_for(&scene)?;
             }
@@ -148,7 +148,7 @@ impl Frames {
         }
         let mut shared_hash = blake3::Hasher::new();
         shared_hash.update(engine_hash().as_bytes());
-        let files = (&job.exr, job.format, job.has_depth_png, &job.flow);
+        let files = (&job.exr, job.format, job.has_depth_png);
         shared_hash.update(format!("{files:?}").as_bytes());
         if !job.changes.textures.textures.is_empty() {
             let textures = job.changes.textures.hasher.finalize();
@@ -310,6 +310,7 @@ impl Frames {
             camera_pose: camera,
         } = &begin;
         let loaded = &self.scenes[*scene_index];
+        let of_job = &self.job.scenes[*scene_index];
         let number = place.number;
         let rotation = match camera.and_then(|pose| pose.aim) {
             Some(Aim::Rotation(rotation)) => rotation,
@@ -345,7 +346,7 @@ impl Frames {
             "frame": number,
             "time_s": camera.and_then(|pose| pose.time_s),
         });
-        if let Some(mount) = &self.job.scenes[*scene_index].mount {
+        if let Some(mount) = &of_job.mount {
             description["camera_name"] = json!(mount.name);
         }
         let described = describe_frame(scene, &loaded.scene, rotation, mesh_poses);
@@ -356,12 +357,13 @@ impl Frames {
         let length = u64::from(self.job.frame_count);
         let step = number % length;
         let neighbour = |number| Place { number, ..place };
-        let needs = FLOW_LAYERS.map(|of| of.iter().any(|layer| self.job.flow.contains(layer)));
+        let needs = FLOW_LAYERS.map(|of| of.iter().any(|layer| of_job.flow.contains(layer)));
         let others = [
             (needs[0] && step + 1 < length).then(|| self.moment(neighbour(number + 1), 0.0)),
             (needs[1] && step > 0).then(|| self.moment(neighbour(number - 1), 0.0)),
         ];
         let mut hasher = self.shared_hash.clone();
+        hasher.update(format!("{:?}", (&of_job.layers, &of_job.flow)).as_bytes());
         hasher.update(loaded.hash.as_bytes());
         hasher.update(description.to_string().as_bytes());
         for moment in exposed.moments().chain(others.iter().flatten()) {
@@ -376,14 +378,14 @@ impl Frames {
             },
             has_depth_png: self.job.has_depth_png,
             plain_layers: match self.job.exr.plain {
-                true => self.job.layers_of(&loaded.scene),
+                true => self.job.layers_of(of_job, &loaded.scene),
                 false => Vec::new(),
             },
-            layers: self.job.exr.layers.clone(),
+            layers: of_job.layers.clone(),
             inputs: hasher.finalize().to_hex().to_string(),
             description,
             begin,
-            flow: self.job.flow.clone(),
+            flow: of_job.flow.clone(),
             others,
             exposed,
             phase_starts_s,

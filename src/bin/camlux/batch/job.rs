@@ -27,22 +27,28 @@ pub struct Job {
     /// Of final gathering, whatever the scenes set.
     pub target_error: Option<f64>,
     pub size_px: Option<[u32; 2]>,
-    /// Also of the layers of files that are not OpenEXR.
+    /// Also of files that are not OpenEXR. The layers are those of each scene.
     pub exr: ExrOptions,
     pub format: Format,
     /// Whether each frame has a PNG of its depth, too.
     pub has_depth_png: bool,
-    /// The layers of flow that its frames have.
-    pub flow: Vec<Layer>,
     pub changes: Changes,
     /// `None`: the whole frame shows one instant.
     pub timing: Option<Timing>,
 }
 
 impl Job {
-    /// The layers that its files of this scene have.
-    pub fn layers_of(&self, scene: &Scene) -> Vec<Layer> {
-        dataset_layers(scene, &self.exr, !self.flow.is_empty())
+    /// What the files of a scene hold.
+    pub fn exr_of(&self, scene: &JobScene) -> ExrOptions {
+        ExrOptions {
+            layers: scene.layers.clone(),
+            ..self.exr.clone()
+        }
+    }
+
+    /// The layers that these files have.
+    pub fn layers_of(&self, of_job: &JobScene, scene: &Scene) -> Vec<Layer> {
+        dataset_layers(scene, &self.exr_of(of_job), !of_job.flow.is_empty())
     }
 
     pub fn load(file: &Path) -> Result<Job, Failure> {
@@ -76,7 +82,7 @@ impl Job {
         let folder = file.parent().unwrap_or(Path::new(""));
         let rig = keys.tables("rig")?;
         let has_rig = !rig.is_empty();
-        let scenes = scenes(&mut job, rig, folder)?;
+        let mut scenes = scenes(&mut job, rig, folder)?;
         let seed = job.optional("seed", Value::count)?.unwrap_or(0);
         let draws_per_scene = job.optional("draws_per_scene", Value::flag)?;
         let target_error = job.optional("target_error", target_error)?;
@@ -86,7 +92,11 @@ impl Job {
         let has_depth_png = job.optional("depth_png", Value::flag)?.unwrap_or(false);
         let mut exr = exr_options(&mut job, format)?;
         let flow = job.optional("flow", Value::flag)?.unwrap_or(false);
-        let flow = flow_layers(&mut exr, flow);
+        let of_all = exr.layers.take();
+        for scene in &mut scenes {
+            scene.layers = scene.layers.take().or_else(|| of_all.clone());
+            scene.flow = flow_layers(&mut scene.layers, flow);
+        }
         let changes = Changes::read(&mut keys, folder)?;
         let timing = Timing::read(&mut keys)?;
         let frame_count = changes.count_frames(&mut job)?;
@@ -104,7 +114,6 @@ impl Job {
             exr,
             format,
             has_depth_png,
-            flow,
             changes,
             timing,
         })
@@ -125,7 +134,8 @@ fn target_error(value: &Value) -> camlux::Result<f64> {
     }
 }
 
-fn exr_options(keys: &mut Keys, format: Format) -> Result<ExrOptions, Failure> {
+/// The layers that a table names.
+pub fn layers(keys: &mut Keys) -> camlux::Result<Option<Vec<Layer>>> {
     let layers = keys.take("layers").map(|value| {
         let names = value.filled("name one or more")?.list()?;
         let layers = names.iter().map(|value| {
@@ -133,8 +143,13 @@ fn exr_options(keys: &mut Keys, format: Format) -> Result<ExrOptions, Failure> {
             let unknown = |names| value.error(format!("names no layer: \"{name}\""), names);
             crate::render::parse_layer_of_sequence(name).map_err(unknown)
         });
-        layers.collect::<camlux::Result<_>>()
+        layers.collect()
     });
+    layers.transpose()
+}
+
+fn exr_options(keys: &mut Keys, format: Format) -> Result<ExrOptions, Failure> {
+    let layers = layers(keys)?;
     let compression = keys.optional("compression", |value| {
         let way = value.choice(&ExrCompression::ALL, ExrCompression::name)?;
         match format {
@@ -154,7 +169,7 @@ fn exr_options(keys: &mut Keys, format: Format) -> Result<ExrOptions, Failure> {
     })?;
     Ok(ExrOptions {
         half: keys.optional("half", Value::flag)?.unwrap_or(false),
-        layers: layers.transpose()?,
+        layers,
         compression: compression.unwrap_or(match format {
             Format::Exr => crate::render::COMPRESSION,
             Format::Npz => ExrCompression::None,

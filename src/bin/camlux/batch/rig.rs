@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use camlux::glam::{DQuat, DVec3};
 use camlux::keys::{Keys, Value};
+use camlux::output::Layer;
 use camlux::scene::Camera;
 use serde_json::{Value as Json, json};
 
+use super::job::layers;
 use super::motion;
 use super::pose::{Aim, Pose, rotation_of};
 use crate::Failure;
@@ -20,12 +22,36 @@ pub struct JobScene {
     pub folder: String,
     /// Where its camera is on the rig, if there is one.
     pub mount: Option<Mount>,
+    /// The layers of its files; `None`: those by default.
+    pub layers: Option<Vec<Layer>>,
+    /// Those of flow.
+    pub flow: Vec<Layer>,
 }
 
 /// The place of a camera on a rig, in the axes of the rig: x right, y down, z forward.
 pub struct Mount {
     pub name: String,
     pose: Pose,
+}
+
+impl JobScene {
+    /// A scene that has no layers yet.
+    fn new(
+        value: &Value,
+        folder: &Path,
+        own_folder: String,
+        mount: Option<Mount>,
+    ) -> Result<JobScene, Failure> {
+        let name = value.text()?.to_owned();
+        Ok(JobScene {
+            path: folder.join(&name),
+            name,
+            folder: own_folder,
+            mount,
+            layers: None,
+            flow: Vec::new(),
+        })
+    }
 }
 
 impl Mount {
@@ -52,7 +78,7 @@ impl Mount {
     }
 }
 
-/// Reads the scenes of `[job]`, or those that the cameras of `[[rig]]` see.
+/// Reads the scenes of `[job]`, or those that the cameras of `[[rig]]` see, with the layers that a camera has for itself.
 pub fn scenes(job: &mut Keys, rig: Vec<Keys>, folder: &Path) -> Result<Vec<JobScene>, Failure> {
     if rig.is_empty() {
         let values = match job.take_one(&["scene", "scenes"])? {
@@ -64,7 +90,8 @@ pub fn scenes(job: &mut Keys, rig: Vec<Keys>, folder: &Path) -> Result<Vec<JobSc
         for value in values {
             let folder_name = folder_name(value.text()?);
             let hint = "give the files different names";
-            add(&mut scenes, &value, folder, folder_name, None, hint)?;
+            let scene = JobScene::new(&value, folder, folder_name, None)?;
+            add(&mut scenes, scene, &value, hint)?;
         }
         return Ok(scenes);
     }
@@ -73,7 +100,7 @@ pub fn scenes(job: &mut Keys, rig: Vec<Keys>, folder: &Path) -> Result<Vec<JobSc
     let of_all = job.take("scene");
     let mut scenes = Vec::new();
     for mut keys in rig {
-        keys.only(&["name", "scene", "position", "rotation"])?;
+        keys.only(&["name", "scene", "position", "rotation", "layers"])?;
         let name = keys.need("name", "name = \"left\", for its folder")?;
         let text = name.text()?.to_owned();
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
@@ -81,6 +108,7 @@ pub fn scenes(job: &mut Keys, rig: Vec<Keys>, folder: &Path) -> Result<Vec<JobSc
             let hint = "give letters, digits, - and _: it is the name of a folder";
             Err(name.error(format!("is \"{text}\""), hint))?;
         }
+        let layers = layers(&mut keys)?;
         let own = keys.take("scene");
         let missing = || keys.error("[[rig]] has no \"scene\"", "add one, or scene to [job]");
         let scene = own.as_ref().or(of_all.as_ref()).ok_or_else(missing)?;
@@ -99,23 +127,25 @@ pub fn scenes(job: &mut Keys, rig: Vec<Keys>, folder: &Path) -> Result<Vec<JobSc
             pose,
         };
         let hint = "give each camera a name of its own";
-        add(&mut scenes, scene, folder, text, Some(mount), hint)?;
+        let value = scene;
+        let scene = JobScene {
+            layers,
+            ..JobScene::new(value, folder, text, Some(mount))?
+        };
+        add(&mut scenes, scene, value, hint)?;
     }
     Ok(scenes)
 }
 
 fn add(
     scenes: &mut Vec<JobScene>,
+    scene: JobScene,
     value: &Value,
-    folder: &Path,
-    own_folder: String,
-    mount: Option<Mount>,
     hint: &str,
 ) -> Result<(), Failure> {
-    let name = value.text()?.to_owned();
-    let path = folder.join(&name);
-    if scenes.iter().any(|other| other.folder == own_folder) {
-        let problem = match &mount {
+    let JobScene { name, path, .. } = &scene;
+    if scenes.iter().any(|other| other.folder == scene.folder) {
+        let problem = match &scene.mount {
             None => format!("names \"{name}\", and another scene has the same file name"),
             Some(mount) => format!(
                 "is for the camera \"{}\", and another one has this name",
@@ -129,12 +159,7 @@ fn add(
         let hint = "check the path, which is relative to the job file";
         return Err(value.error(problem, hint).into());
     }
-    scenes.push(JobScene {
-        name,
-        path,
-        folder: own_folder,
-        mount,
-    });
+    scenes.push(scene);
     Ok(())
 }
 

@@ -227,7 +227,7 @@ fn write(
     let start = Instant::now();
     let written = frame.map(|frame| {
         let path = folder.join(&planned.file);
-        let (written, of_files) = files::write(job, &path, &frame, planned.attributes())?;
+        let (written, of_files) = files::write(job, &planned, &path, &frame)?;
         let warnings = [frame.warnings(), of_files].concat();
         Ok::<_, Error>((frame, written, warnings))
     });
