@@ -69,6 +69,73 @@ fn points_are_seen_where_opencv_and_colmap_see_them() {
     assert_eq!((cases.len(), formats.len()), (30, 16));
 }
 
+/// The warnings of a scene whose camera is of a file with this content, as far as they are about it.
+fn warnings(file: &str, content: &str) -> Vec<String> {
+    let folder = SceneFolder::new();
+    folder.write(file, content);
+    let keys = format!("path = {file:?}\nresolution = [752, 480]\n{POSE}");
+    let load = |keys: &str| folder.load(&format!("[camera]\n{keys}{LIGHT}{MESH}"));
+    // Some files tell the size or the pose.
+    let lines: Vec<&str> = keys.lines().collect();
+    let scene = [
+        &lines[..],
+        &lines[..1],
+        &[lines[0], lines[2], lines[3]],
+        &lines[..2],
+    ]
+    .into_iter()
+    .find_map(|lines| load(&(lines.join("\n") + "\n")).ok());
+    let mut warnings = scene.expect("it loads").warnings();
+    warnings.retain(|warning| warning.contains(file));
+    warnings
+}
+
+#[test]
+fn unknown_keys_are_named_in_one_warning() {
+    let cam = "width: 752\nheight: 480\nK: [450, 0, 375, 0, 450, 239, 0, 0, 1]\n";
+    let frame = r#"{"file_path": "a.png", "lens": 1, "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]}"#;
+    for (file, content, says) in [
+        (
+            "cam.yaml",
+            &format!("{cam}distortion_coefs: [0.1, 0, 0, 0]\nzoom: 2\nrms: 0.2\nR: [1]\n"),
+            "camlux ignores the unknown \"distortion_coefs\", perhaps \"distortion_coeffs\"; the unknown \"zoom\"",
+        ),
+        (
+            "chain.yaml",
+            &"cam0:\n  resolution: [752, 480]\n  intrinsics: [450, 450, 375, 239]\n  intrinsic: 3\nlens: 1\n".to_owned(),
+            "camlux ignores the unknown \"intrinsic\", perhaps \"intrinsics\"",
+        ),
+        (
+            "nerf.json",
+            &format!(
+                r#"{{"camera_angle_x": 0.8, "camera_angle_z": 0.8, "aabb_scale": 4, "frames": [{frame}]}}"#
+            ),
+            "camlux ignores the unknown \"camera_angle_z\", perhaps \"camera_angle_y\"; the unknown \"lens\"",
+        ),
+    ] {
+        let warnings = warnings(file, content);
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        assert!(warnings[0].ends_with(&format!("{file}: {says}")), "{warnings:?}");
+    }
+    assert_eq!(warnings("cam.yaml", cam), Vec::<String>::new());
+}
+
+/// Files as OpenCV, ROS, Kalibr and nerfstudio write them.
+#[test]
+fn files_of_programs_have_no_unknown_keys() {
+    for file in [
+        "brown.yaml",
+        "prism.xml",
+        "tilted.yml",
+        "ros_equidistant.yaml",
+        "ros_plumb_bob.yaml",
+        "sensor.yaml",
+    ] {
+        let content = std::fs::read_to_string(folder().join(file)).unwrap();
+        assert_eq!(warnings(file, &content), Vec::<String>::new(), "{file}");
+    }
+}
+
 #[test]
 fn a_pose_of_the_scene_file_goes_before_one_on_a_body() {
     let path = format!("path = {:?}\n", folder().join("sensor.yaml"));

@@ -7,7 +7,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use super::{
     CameraOfFile, CameraPlace, Fault, ImagePoses, Read, bytes, chosen, in_file, lens, place, text,
 };
-use crate::import::unused::shown;
+use crate::import::unused::{Unused, shown};
 use crate::scene::{Distortion, Intrinsics, Lens};
 use crate::{Error, Result};
 
@@ -58,6 +58,7 @@ pub(super) fn camera(
         lens: camera.lens,
         pose,
         on_body: None,
+        unused: Unused::default(),
     };
     match path.file_stem().unwrap_or_default().to_str() {
         Some("cameras") => Ok(cameras(path, named_at)?.and_then(|cameras| {
@@ -101,6 +102,7 @@ pub(super) fn image_poses(path: &Path, named_at: &str) -> Result<Read<ImagePoses
         ImagePoses {
             to_world: images.iter().map(|image| image.to_world).collect(),
             is_of_one_camera: cameras.all(|camera| Some(camera) == first),
+            warning: None,
         }
     }))
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::mesh::gltf;
-use crate::import::unused::shown;
+use crate::import::unused::{Unused, shown};
 use crate::keys::nearest;
 use crate::scene::{CameraAxes, Distortion, Intrinsics, Lens, point_ahead};
 use crate::{Error, Result, input_file};
@@ -23,6 +23,8 @@ pub(super) struct CameraOfFile {
     pub pose: Option<CameraPlace>,
     /// The same on the body that carries the camera, whose place in the world the file does not know.
     pub on_body: Option<CameraPlace>,
+    /// Keys that are none of the format.
+    pub unused: Unused,
 }
 
 /// Position, the point in the middle of the view, up.
@@ -34,6 +36,8 @@ pub struct ImagePoses {
     pub to_world: Vec<DAffine3>,
     /// Whether one camera took them all.
     pub is_of_one_camera: bool,
+    /// What the file holds and camlux does not use, if there is such a thing.
+    pub warning: Option<String>,
 }
 
 /// What is wrong with a file.
@@ -104,7 +108,7 @@ pub fn image_poses(path: &Path, named_at: &str) -> Result<Option<ImagePoses>> {
         colmap::image_poses(path, named_at)?
     } else if is_json {
         let text = text(path, named_at)?;
-        Node::of_yaml(&text).and_then(|root| transforms::image_poses(&root))
+        Node::of_yaml(&text).and_then(|root| transforms::image_poses(&root, path))
     } else {
         return Ok(None);
     };

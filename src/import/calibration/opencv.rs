@@ -2,7 +2,7 @@
 
 use super::node::Node;
 use super::{CameraOfFile, Fault, Read, chosen, intrinsics_of_opencv, lens, place, pose};
-use crate::import::unused::shown;
+use crate::import::unused::{Unused, shown};
 use crate::scene::{CameraAxes, Distortion};
 
 /// What files call the camera matrix, the coefficients and the size, without "_", small, and without the number of a camera.
@@ -18,6 +18,86 @@ const COEFFICIENTS: [&str; 6] = [
 const WIDTH: [&str; 2] = ["imagewidth", "width"];
 const HEIGHT: [&str; 2] = ["imageheight", "height"];
 const SIZE: [&str; 2] = ["imagesize", "resolution"];
+
+/// Other keys that programs write and that camlux knows, in the same way. First those that it uses, or else refuses.
+const OTHERS: [&str; 43] = [
+    "intrinsics",
+    "distortionmodel",
+    "fisheyemodel",
+    "cameramodel",
+    "tbs",
+    "cameraname",
+    // How the camera was calibrated: OpenCV's samples and Kalibr.
+    "calibrationtime",
+    "nframes",
+    "nrofframes",
+    "boardwidth",
+    "boardheight",
+    "squaresize",
+    "markersize",
+    "aspectratio",
+    "fixaspectratio",
+    "flags",
+    "avgreprojectionerror",
+    "perviewreprojectionerrors",
+    "extrinsicparameters",
+    "imagepoints",
+    "gridpoints",
+    "rms",
+    "camoverlaps",
+    "rostopic",
+    "timeshiftcamimu",
+    "ratehz",
+    "sensortype",
+    "comment",
+    // A pair of cameras, and its rectification.
+    "tcamimu",
+    "tcncnm",
+    "r",
+    "t",
+    "e",
+    "f",
+    "p",
+    "q",
+    "rectificationmatrix",
+    "projectionmatrix",
+    // Messages of ROS.
+    "header",
+    "binningx",
+    "binningy",
+    "roi",
+    "stamp",
+];
+/// The keys that a misspelt one may stand for.
+const SUGGESTED: [&str; 14] = [
+    "camera_matrix",
+    "distortion_coefficients",
+    "distortion_coeffs",
+    "dist_coeffs",
+    "image_width",
+    "image_height",
+    "image_size",
+    "resolution",
+    "distortion_model",
+    "fisheye_model",
+    "camera_model",
+    "camera_name",
+    "intrinsics",
+    "T_BS",
+];
+
+/// Counts the keys of a table that are none of the format.
+fn unused(table: &Node) -> Unused {
+    let mut unused = Unused::default();
+    let known = [&MATRIX[..], &COEFFICIENTS, &WIDTH, &HEIGHT, &SIZE, &OTHERS].concat();
+    for entry in table.entries() {
+        // What a table holds for another camera of a chain is its own.
+        if !known.contains(&&*stem(&entry.key).0) && entry.get("intrinsics").is_none() {
+            unused.add_unknown(&entry.key, &SUGGESTED);
+        }
+    }
+    unused
+}
 
 /// A camera of the file. `name`: the key of its matrix, or of its table in a chain of Kalibr.
 pub(super) fn camera(root: &Node, name: Option<&str>) -> Read<CameraOfFile> {
@@ -67,6 +147,7 @@ pub(super) fn camera(root: &Node, name: Option<&str>) -> Read<CameraOfFile> {
         ),
         pose: None,
         on_body: None,
+        unused: unused(root),
     })
 }
 
@@ -168,5 +249,6 @@ fn kalibr(table: &Node) -> Read<CameraOfFile> {
         ),
         pose: None,
         on_body: on_body.transpose()?.as_ref().map(place),
+        unused: unused(table),
     })
 }

@@ -1,9 +1,76 @@
 //! `transforms.json` of nerfstudio and instant-ngp.
 
+use std::path::Path;
+
 use super::node::Node;
 use super::{CameraOfFile, ImagePoses, Read, chosen, lens, place, pose};
-use crate::import::unused::shown;
+use crate::import::unused::{Unused, shown};
 use crate::scene::{CameraAxes, Distortion, Intrinsics, Lens};
+
+/// The keys that a frame has, or all frames together.
+const OF_CAMERA: [&str; 17] = [
+    "w",
+    "h",
+    "fl_x",
+    "fl_y",
+    "cx",
+    "cy",
+    "k1",
+    "k2",
+    "k3",
+    "k4",
+    "p1",
+    "p2",
+    "camera_angle_x",
+    "camera_angle_y",
+    "camera_model",
+    "is_fisheye",
+    "frames",
+];
+/// Known, without effect, of the file and of a frame.
+const WITHOUT_EFFECT: [&str; 13] = [
+    "scale",
+    "offset",
+    "aabb_scale",
+    "aabb",
+    "applied_transform",
+    "applied_scale",
+    "ply_file_path",
+    "orientation_override",
+    "train_filenames",
+    "val_filenames",
+    "test_filenames",
+    "n_extra_learnable_dims",
+    "up",
+];
+const OF_FRAME: [&str; 10] = [
+    "file_path",
+    "transform_matrix",
+    "mask_path",
+    "depth_file_path",
+    "semantics_path",
+    "normal_file_path",
+    "sharpness",
+    "rotation",
+    "colmap_im_id",
+    "time",
+];
+
+/// Counts the keys that are none of the format.
+fn unused(root: &Node, frames: &[Node]) -> Unused {
+    let mut unused = Unused::default();
+    let tables = std::iter::once((root, &WITHOUT_EFFECT[..]))
+        .chain(frames.iter().map(|frame| (frame, &OF_FRAME[..])));
+    for (table, own) in tables {
+        for entry in table.entries() {
+            let key = &*entry.key;
+            if !OF_CAMERA.contains(&key) && !own.contains(&key) {
+                unused.add_unknown(key, &[&OF_CAMERA, own].concat());
+            }
+        }
+    }
+    unused
+}
 
 /// The camera of one of the frames. `name`: its image.
 pub(super) fn camera(root: &Node, name: Option<&str>) -> Read<CameraOfFile> {
@@ -22,11 +89,12 @@ pub(super) fn camera(root: &Node, name: Option<&str>) -> Read<CameraOfFile> {
         lens,
         pose: Some(place(&to_world)),
         on_body: None,
+        unused: unused(root, frames),
     })
 }
 
 /// The poses of all frames, in the order of the file.
-pub(super) fn image_poses(root: &Node) -> Read<ImagePoses> {
+pub(super) fn image_poses(root: &Node, path: &Path) -> Read<ImagePoses> {
     let frames = root.need("frames")?.list()?;
     let poses = frames
         .iter()
@@ -38,6 +106,7 @@ pub(super) fn image_poses(root: &Node) -> Read<ImagePoses> {
     Ok(ImagePoses {
         to_world: poses.collect::<Read<_>>()?,
         is_of_one_camera: lenses.all(|lens| lens == first),
+        warning: unused(root, frames).warning(path),
     })
 }
 

@@ -31,7 +31,8 @@ const LENSES: [&str; 5] = [
 /// The keys that bend lines.
 const DISTORTIONS: [&str; 2] = ["distortion", "fisheye"];
 
-pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
+/// The camera, and a warning of what its file holds and camlux does not use.
+pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<(Camera, Option<String>)> {
     let others = ["resolution", "samples", "filter", "path", "name"];
     keys.only(&[&POSE, &LENSES[..], &DISTORTIONS, &others].concat())?;
     let path = keys.take("path");
@@ -49,12 +50,13 @@ pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
             lens: lens(&mut keys, "[camera]")?,
             pixel_sampling: pixel_sampling(&mut keys)?,
         };
-        return posed(camera, &mut keys);
+        return Ok((posed(camera, &mut keys)?, None));
     };
     // Without a name it is the file's only camera.
     let name = keys.take("name");
     let name = name.as_ref().map(Value::text).transpose()?;
-    let of_file = calibration::camera(&folder.join(path.text()?), &path.at, name)?;
+    let file = folder.join(path.text()?);
+    let of_file = calibration::camera(&file, &path.at, name)?;
     let mut refuse = |key: &str| {
         let hint = "remove it, or path";
         keys.refuse(key, "comes from the file that path names", hint)
@@ -64,6 +66,7 @@ pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
         lens,
         pose,
         on_body,
+        unused,
     } = of_file;
     LENSES
         .iter()
@@ -90,10 +93,11 @@ pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
         lens,
         pixel_sampling: pixel_sampling(&mut keys)?,
     };
-    match pose {
-        Some(_) => Ok(camera),
-        None => posed(camera, &mut keys),
-    }
+    let camera = match pose {
+        Some(_) => camera,
+        None => posed(camera, &mut keys)?,
+    };
+    Ok((camera, unused.warning(&file)))
 }
 
 fn resolution(keys: &mut Keys) -> Result<[u32; 2]> {

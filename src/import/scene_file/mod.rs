@@ -46,7 +46,7 @@ impl Scene {
         let camera = keys.need("camera", "a [camera] table")?.table("[camera]")?;
         places.insert_table("camera", 0, &camera);
         let folder = file.parent().unwrap_or(Path::new(""));
-        let camera = camera::camera(camera, folder)?;
+        let (camera, warning) = camera::camera(camera, folder)?;
         let mut optional = |key: &'static str| -> Result<Option<Keys>> {
             let table = keys.table(key)?;
             if let Some(table) = &table {
@@ -71,7 +71,7 @@ impl Scene {
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
         let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
-        let mut left_out = Vec::new();
+        let mut left_out = Vec::from_iter(warning);
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert_table("light", i, &light);
             let read = parts::light(light, folder)?;

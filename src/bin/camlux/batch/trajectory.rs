@@ -56,6 +56,9 @@ pub fn read(file: &Path, named_at: &str) -> Result<Vec<Pose>, Failure> {
                 "{name}: its images are of several cameras, and all frames have the lens of the scene"
             ));
         }
+        if let Some(warning) = &images.warning {
+            warn(warning);
+        }
         let pose = |to_world: &DAffine3| Pose {
             position_m: to_world.translation,
             aim: Some(Aim::Rotation(DQuat::from_mat3(&to_world.matrix3))),

@@ -6,6 +6,7 @@ use glam::{DMat4, DVec3};
 
 use super::file::GltfFile;
 use crate::import::calibration::CameraOfFile;
+use crate::import::unused::Unused;
 use crate::keys::did_you_mean;
 use crate::scene::Lens;
 use crate::{Error, Result};
@@ -142,5 +143,6 @@ fn place(found: &Found, named_at: &str) -> Result<CameraOfFile> {
         },
         pose: Some([position_m, look_at_m, to_world.transform_vector3(DVec3::Y)]),
         on_body: None,
+        unused: Unused::default(),
     })
 }
