@@ -40,23 +40,26 @@ class DatasetWriter:
         flow: bool = False,
         layers: str | Sequence[str] | None = None,
         half: bool = False,
-        compression: Literal["none", "rle", "zips", "zip", "piz"] = "rle",
+        compression: Literal["none", "rle", "zips", "zip", "piz"] | None = None,
         plain: bool = False,
+        format: Literal["exr", "npz"] = "exr",
+        depth_png: bool = False,
     ) -> None:
         """scene: what the manifest's mesh poses and changed materials are relative to; the scene before the loop.
 
         renderer: None: one on the best device. flow: adds the layers flow and scene_flow, from each frame to the next; a mesh that is
         replaced has none. layers: writes only these; also layers on request, and those of a sequence such as flow_backward.
-        half, compression, plain: as for Frame.save.
+        half, plain: as for Frame.save. compression: likewise; None: rle, or none of npz files.
+        format: OpenEXR files, or archives of numpy, without a header. depth_png: also a PNG of the depth, 16 bits, millimetres.
         """
         self.folder = Path(folder)
         self._renderer = renderer or Renderer()
-        self._options = DatasetOptions(flow, layers, half, compression, plain)
+        self._options = DatasetOptions(flow, layers, half, compression, plain, format, depth_png)
         #: Whether there is flow to the next frame and to the previous one, and occlusion there.
         (self._to_next, self._hidden_next), (self._to_previous, self._hidden_previous) = self._options.flow
         self._layers = None if layers is None else [layers] if isinstance(layers, str) else list(layers)
-        self._settings = [flow, self._layers, half, compression, plain]
-        self._plain = plain
+        self._settings = [flow, self._layers, half, compression, plain, format, depth_png]
+        self._plain, self._format, self._depth_png = plain, format, depth_png
         self._base = SceneState(scene)
         # A loop may render with a target_error, and so with indirect light.
         self._options.check(self._base, True)
@@ -173,9 +176,11 @@ class DatasetWriter:
             return
         ending = line.pop("ending")
         index = line["index"]
-        file = f"frames/{index:06}.exr"
+        file = f"frames/{index:06}.{self._format}"
         others = [self._other(following, self._hidden_next), self._other(self._before[1], self._hidden_previous)]
         paths, digest, size, texts = self._options.write(self.folder / file, index, frame, state, self._base, others)
+        if self._depth_png:
+            line["depth_png"] = f"frames/{Path(paths.pop()).name}"
         if self._plain:
             first, last = len(f"{index:06}."), -len(".exr")
             line["files"] = {path.name[first:last]: f"frames/{path.name}" for path in map(Path, paths)}
@@ -229,7 +234,7 @@ class DatasetWriter:
         if copied is None:
             return
         copied = [copied] if isinstance(copied, str) else list(copied)
-        due = [name for name in self._layers or [] if "flow" not in name]
+        due = self._options.rendered_layers
         due += ["range", "id.instance"] if self._to_next or self._to_previous else []
         due += ["N"] if self._hidden_next or self._hidden_previous else []
         missing = [name for name in dict.fromkeys(due) if name not in copied]
@@ -250,6 +255,7 @@ class DatasetWriter:
 
     def _is_there(self, line: dict[str, Any]) -> bool:
         files = line["files"].values() if "files" in line else [line.get("file", "")]
+        files = [*files, *([line["depth_png"]] if "depth_png" in line else [])]
         return "blake3" in line and hash_files([self.folder / file for file in files]) == line["blake3"]
 
     def _append(self, line: dict[str, Any]) -> None:

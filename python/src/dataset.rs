@@ -6,15 +6,15 @@ use std::path::PathBuf;
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
 use camlux::output;
 use camlux::output::{
-    Attribute, DATASET_FORMAT, ExrOptions, FLOW_LAYERS, Layer, LayerNeed, OtherFrame,
-    dataset_conventions, describe_frame, describe_scene, flow_layers, write_exr_files,
+    Attribute, DATASET_FORMAT, ExrOptions, FLOW_LAYERS, FileFormat, Layer, LayerNeed, OtherFrame,
+    dataset_conventions, describe_frame, describe_scene, flow_layers, write_frame_files,
 };
 use camlux::scene::IndirectLight;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
 use crate::arguments::layers;
-use crate::errors::raised;
+use crate::errors::{ArgumentError, raised};
 use crate::frame::{Frame, compression_named};
 use crate::scene::scene_from;
 
@@ -103,6 +103,8 @@ type Other<'py> = Option<(Bound<'py, SceneState>, Option<Bound<'py, Frame>>)>;
 #[pyclass(module = "camlux", frozen)]
 pub struct DatasetOptions {
     exr: ExrOptions,
+    format: FileFormat,
+    has_depth_png: bool,
     flow: Vec<Layer>,
 }
 
@@ -113,18 +115,43 @@ impl DatasetOptions {
         flow: bool,
         layers: Option<Bound<'_, PyAny>>,
         half: bool,
-        compression: &str,
+        compression: Option<&str>,
         plain: bool,
+        format: &str,
+        has_depth_png: bool,
     ) -> PyResult<Self> {
+        let mut formats = FileFormat::ALL.into_iter();
+        let known = formats.find(|known| known.name() == format);
+        let format = known.ok_or_else(|| {
+            let problem = format!("format is \"{format}\"; give \"exr\" or \"npz\"");
+            ArgumentError::new_err(problem)
+        })?;
+        if plain && format == FileFormat::Npz {
+            let problem = "plain is True, in npz files; leave out one of them: only OpenEXR files can be plain";
+            return Err(ArgumentError::new_err(problem));
+        }
+        let compression = compression.map(compression_named).transpose()?;
+        let compression = compression.unwrap_or(format.usual_compression());
+        if !format.compressions().contains(&compression) {
+            return Err(ArgumentError::new_err(format!(
+                "compression is \"{}\", in npz files; give \"none\" or \"zip\", which numpy reads",
+                compression.name()
+            )));
+        }
         let mut exr = ExrOptions {
             half,
             layers: layers.map(|names| self::layers(&names)).transpose()?,
-            compression: compression_named(compression)?,
+            compression,
             plain,
             ..ExrOptions::default()
         };
         let flow = flow_layers(&mut exr.layers, flow);
-        Ok(DatasetOptions { exr, flow })
+        Ok(DatasetOptions {
+            exr,
+            format,
+            has_depth_png,
+            flow,
+        })
     }
 
     /// Whether layers are of flow to the next frame, and to the previous one; and whether they tell what those hide.
@@ -134,6 +161,15 @@ impl DatasetOptions {
             let has = |layer: &Layer| self.flow.contains(layer);
             (layers.iter().any(has), has(&layers[2]))
         })
+    }
+
+    /// The layers that are named and that a render has, and that of the PNG. The others are of a sequence.
+    #[getter]
+    fn rendered_layers(&self) -> Vec<&'static str> {
+        let named = self.exr.layers.iter().flatten();
+        let rendered = named.filter(|layer| layer.need() != LayerNeed::Sequence);
+        let depth = self.has_depth_png.then_some(&Layer::Depth);
+        rendered.chain(depth).map(|layer| layer.name()).collect()
     }
 
     /// The layers that a frame is rendered with if the loop does not say it; None: those that it has by default.
@@ -177,13 +213,15 @@ impl DatasetOptions {
             "compression": self.exr.compression.name(),
             "half": self.exr.half,
             "plain": self.exr.plain,
+            "file_format": self.format.name(),
+            "depth_png": self.has_depth_png,
             "time": null,
             "conventions": dataset_conventions(),
         });
         object.to_string()
     }
 
-    /// Writes the file of a frame, or its plain files. Returns the path of each layer's plain file, the hash, the size and warnings.
+    /// Writes the file of a frame, or its plain files, and the PNG of its depth. Returns their paths, the hash, the size and warnings.
     #[allow(clippy::too_many_arguments, reason = "the parts of a frame")]
     fn write(
         &self,
@@ -222,8 +260,9 @@ impl DatasetOptions {
                 frame
             });
             let frame = with_flow.as_ref().unwrap_or(rendered);
-            let warnings = [frame.warnings(), exr.warnings(frame)].concat();
-            let written = write_exr_files(&path, frame, &exr)?;
+            let (written, of_files) =
+                write_frame_files(&path, frame, self.format, &exr, self.has_depth_png)?;
+            let warnings = [frame.warnings(), of_files].concat();
             Ok((written.files, written.blake3, written.bytes, warnings))
         });
         written.map_err(raised)

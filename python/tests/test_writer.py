@@ -288,3 +288,45 @@ def test_layers_on_request_are_those_of_a_batch(program, tmp_path):
     with camlux.DatasetWriter(tmp_path / "few", scene, layers=layers) as writer:
         with pytest.raises(camlux.ArgumentError, match="need albedo, N_camera, range, id.instance, N; add these"):
             writer.render(scene, layers=["radiance"])
+
+
+def test_archives_and_pngs_of_the_depth_are_those_of_a_batch(program, tmp_path):
+    layers = ["radiance", "id.instance"]
+    for options, keys in [
+        ({"format": "npz"}, 'format = "npz"'),
+        ({"format": "npz", "compression": "zip", "depth_png": True}, 'format = "npz"\ncompression = "zip"\ndepth_png = true'),
+        ({"depth_png": True}, "depth_png = true"),
+        ({"depth_png": True, "plain": True}, "depth_png = true\nplain = true"),
+    ]:
+        name = "-".join(options)
+        (tmp_path / f"{name}.toml").write_text(JOB.replace("flow = true", f"flow = true\nlayers = {json.dumps(layers)}\n{keys}"))
+        program("batch", tmp_path / f"{name}.toml", "-o", tmp_path / f"batch-{name}")
+        assert loop(tmp_path / f"loop-{name}", cornell(), layers=layers, **options) == [0, 1, 2]
+        assert loop(tmp_path / f"loop-{name}", cornell(), layers=layers, **options) == []
+        by_batch, by_loop = (camlux.Dataset(tmp_path / f"{of}-{name}") for of in ["batch", "loop"])
+        for key in ["file_format", "depth_png", "compression", "plain"]:
+            assert by_loop.about[key] == by_batch.about[key], key
+        for mine, other in zip(by_loop.lines, by_batch.lines):
+            for key in ["file", "files", "depth_png", "blake3", "bytes"]:
+                assert mine.get(key) == other.get(key), key
+        files = [sorted(path.name for path in (data.folder / "frames").iterdir()) for data in [by_loop, by_batch]]
+        assert files[0] == files[1]
+        for file in files[0]:
+            assert (by_loop.folder / "frames" / file).read_bytes() == (by_batch.folder / "frames" / file).read_bytes()
+        if options.get("depth_png"):
+            # A damaged PNG is written again.
+            path = by_loop.folder / by_loop.lines[1]["depth_png"]
+            path.write_bytes(b"")
+            assert 1 in loop(tmp_path / f"loop-{name}", cornell(), layers=layers, **options)
+            assert path.read_bytes() == (by_batch.folder / by_batch.lines[1]["depth_png"]).read_bytes()
+    scene = cornell()
+    with camlux.DatasetWriter(tmp_path / "few", scene, layers=layers, depth_png=True) as writer:
+        with pytest.raises(camlux.ArgumentError, match="need depth; add these"):
+            writer.render(scene, layers=layers)
+    for options, message in [
+        ({"format": "png"}, 'format is "png"; give "exr" or "npz"'),
+        ({"format": "npz", "plain": True}, "only OpenEXR files can be plain"),
+        ({"format": "npz", "compression": "rle"}, 'compression is "rle", in npz files'),
+    ]:
+        with pytest.raises(camlux.ArgumentError, match=message):
+            camlux.DatasetWriter(tmp_path / "no", scene, **options)

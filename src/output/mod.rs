@@ -8,6 +8,8 @@ mod exr_header_order;
 mod exr_read;
 mod flow;
 mod frame;
+#[cfg(feature = "npz")]
+mod frame_files;
 mod header;
 mod layer;
 mod layer_table;
@@ -33,6 +35,9 @@ pub use flow::{FLOW_LAYERS, OtherFrame};
 pub use frame::{
     Frame, FrameDescription, FrameStats, LayerData, PassTime, ReferenceSamples, StopReason,
 };
+#[cfg(feature = "npz")]
+#[doc(hidden)]
+pub use frame_files::{FileFormat, write_frame_files};
 pub use header::{Attribute, TOF_CONVENTION};
 pub(crate) use layer::FrameParts;
 pub use layer_table::{Layer, LayerNeed, TofQuantity};

@@ -32,12 +32,19 @@ fn value(text: &str) -> Vec<String> {
     }
 }
 
+/// The modules with the classes of a scene.
+pub fn read_python_classes() -> String {
+    ["camera", "scene"]
+        .map(|module| read(&format!("python/camlux/{module}.py")))
+        .concat()
+}
+
 /// The attributes of each class of the Python package, with the text of their defaults.
 fn python_classes() -> BTreeMap<String, Vec<(String, Option<String>)>> {
     let mut classes = BTreeMap::new();
     let mut class = String::new();
     let mut is_in_text = false;
-    for line in read("python/camlux/scene.py").lines() {
+    for line in read_python_classes().lines() {
         // Docstrings name the attributes, too.
         let quotes = line.matches("\"\"\"").count();
         is_in_text ^= quotes % 2 == 1;

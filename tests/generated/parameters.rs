@@ -7,7 +7,7 @@ use camlux::scene::{
     Parameters, Profile, Sensor, SensorNoise,
 };
 
-use crate::{header::read, layers::assert_part_is_checked_in};
+use crate::{header::read, layers::assert_part_is_checked_in, names::read_python_classes};
 
 /// The limits in words: "0.002 to 0.5". Those that only rule out 0 or what overflows are left out.
 fn limits(parameter: &Parameter) -> Option<String> {
@@ -183,7 +183,7 @@ fn the_python_classes_are_those_of_the_parameters() {
 
 #[test]
 fn the_python_package_has_the_classes_of_scenes() {
-    let (package, scene) = ("python/camlux/__init__.py", read("python/camlux/scene.py"));
+    let (package, scene) = ("python/camlux/__init__.py", read_python_classes());
     let class = |line| str::strip_prefix(line, "class ")?.strip_suffix("(Fields):");
     for (begin, end, quote) in [
         ("from .scene import (\n", ")\n", ""),

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use camlux::output::{self, Layer, LayeredImage, OutputFile};
+use camlux::output::{self, FileFormat, Layer, LayeredImage, OutputFile};
 use image::{RgbImage, imageops};
 
-use super::files::Format;
 use super::frames::Frames;
 use crate::output::{png, require_extension};
 use crate::reduced::Reduced;
@@ -29,7 +28,7 @@ impl ContactSheet {
             let problem = "it shows the layer radiance; add it to \"layers\" of the job";
             return Err(format!("--contact-sheet: {problem}").into());
         }
-        if frames.job.format != Format::Exr {
+        if frames.job.format != FileFormat::Exr {
             let problem = "it shows OpenEXR files; leave out format = \"npz\" of the job";
             return Err(format!("--contact-sheet: {problem}").into());
         }

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 
 use camlux::Scene;
 use camlux::keys::{self, Keys, Value};
-use camlux::output::{ExrCompression, ExrOptions, Layer, dataset_layers, flow_layers};
+use camlux::output::{ExrCompression, ExrOptions, FileFormat, Layer, dataset_layers, flow_layers};
 use camlux::scene::TARGET_ERRORS;
 
 use super::changes::Changes;
-use super::files::{Format, NPZ_COMPRESSIONS};
 use super::rig::{JobScene, scenes};
 use super::timing::Timing;
 use crate::Failure;
@@ -29,7 +28,7 @@ pub struct Job {
     pub size_px: Option<[u32; 2]>,
     /// Also of files that are not OpenEXR. The layers are those of each scene.
     pub exr: ExrOptions,
-    pub format: Format,
+    pub format: FileFormat,
     /// Whether each frame has a PNG of its depth, too.
     pub has_depth_png: bool,
     pub changes: Changes,
@@ -87,7 +86,9 @@ impl Job {
         let draws_per_scene = job.optional("draws_per_scene", Value::flag)?;
         let target_error = job.optional("target_error", target_error)?;
         let size_px = job.optional("size", size)?;
-        let format = job.optional("format", |value| value.choice(&Format::ALL, Format::name))?;
+        let format = job.optional("format", |value| {
+            value.choice(&FileFormat::ALL, FileFormat::name)
+        })?;
         let format = format.unwrap_or_default();
         let has_depth_png = job.optional("depth_png", Value::flag)?.unwrap_or(false);
         let mut exr = exr_options(&mut job, format)?;
@@ -148,12 +149,12 @@ pub fn layers(keys: &mut Keys) -> camlux::Result<Option<Vec<Layer>>> {
     layers.transpose()
 }
 
-fn exr_options(keys: &mut Keys, format: Format) -> Result<ExrOptions, Failure> {
+fn exr_options(keys: &mut Keys, format: FileFormat) -> Result<ExrOptions, Failure> {
     let layers = layers(keys)?;
     let compression = keys.optional("compression", |value| {
         let way = value.choice(&ExrCompression::ALL, ExrCompression::name)?;
         match format {
-            Format::Npz if !NPZ_COMPRESSIONS.contains(&way) => {
+            FileFormat::Npz if !format.compressions().contains(&way) => {
                 let hint = "give none or zip, which numpy reads, or leave out format";
                 Err(value.error(format!("is \"{}\", in an npz file", way.name()), hint))
             }
@@ -161,7 +162,7 @@ fn exr_options(keys: &mut Keys, format: Format) -> Result<ExrOptions, Failure> {
         }
     })?;
     let plain = keys.optional("plain", |value| match (value.flag()?, format) {
-        (true, Format::Npz) => {
+        (true, FileFormat::Npz) => {
             let hint = "leave out one of them: only OpenEXR files can be plain";
             Err(value.error("is true, in an npz file", hint))
         }
@@ -170,10 +171,7 @@ fn exr_options(keys: &mut Keys, format: Format) -> Result<ExrOptions, Failure> {
     Ok(ExrOptions {
         half: keys.optional("half", Value::flag)?.unwrap_or(false),
         layers,
-        compression: compression.unwrap_or(match format {
-            Format::Exr => crate::render::COMPRESSION,
-            Format::Npz => ExrCompression::None,
-        }),
+        compression: compression.unwrap_or(format.usual_compression()),
         plain: plain.unwrap_or(false),
         attributes: Vec::new(),
     })
