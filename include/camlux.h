@@ -615,7 +615,7 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 /** Colour filters: B G, G R. */
 #define CAMLUX_BAYER_BGGR 4
 
-/** Final gathering by rays from both ends. Converges to the true single bounce, and meets a target error. */
+/** Final gathering by rays from both ends. Converges to the true bounces, and meets a target error. */
 #define CAMLUX_ESTIMATOR_FINAL_GATHER 0
 
 /** The mean over the reflective shadow map, as in CamSim, without distance falloff or visibility. */
@@ -793,7 +793,7 @@ typedef struct camlux_tof_noise {
   double prnu;
 } camlux_tof_noise;
 
-/** How the single bounce is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02. */
+/** How indirect light is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02. */
 typedef struct camlux_indirect {
   /** Set by CAMLUX_INDIRECT_INIT. */
   uint32_t struct_size;
@@ -803,7 +803,7 @@ typedef struct camlux_indirect {
   uint32_t rsm_size;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error applies to, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL. */
   int32_t error_norm;
-  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: target error (relRMSE) against the true bounce, 0.002 to 0.5; 0: 0.02. */
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: target error (relRMSE) against the true bounces, 0.002 to 0.5; 0: 0.02. */
   double target_error;
   /**
    * CAMLUX_ESTIMATOR_RSM_AVERAGE only: relative error (relRMSE), against the sum at every pixel, that interpolation between
@@ -1892,7 +1892,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 #define CAMLUX_LAYER_DIRECT 1
 
 /**
- * Light from other surfaces: by one bounce, and what they emit.
+ * Light from other surfaces: by one bounce or more, and what they emit.
  * Values: W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect.
  */
 #define CAMLUX_LAYER_INDIRECT 2

@@ -319,10 +319,10 @@ class TimeOfFlight(Fields):
 
 @dataclass(slots=True, eq=False)
 class FinalGather(Fields):
-    """Single bounce by rays, refined to the target error.
+    """One bounce or more by rays, refined to the target error.
 
-    target_error: target error of the indirect light against the true single bounce, relRMSE: sqrt(Σ(x−t)²/Σt²). 0.02 is 2 %. Limits:
-        0.002 to 0.5.
+    target_error: target error of the indirect light against the true bounces, relRMSE: sqrt(Σ(x−t)²/Σt²). 0.02 is 2 %. Limits: 0.002 to
+        0.5.
     error_norm: what the target error applies to. image: all pixels at once, so bright pixels count most; local: tiles of the image, of
         which each with light has the same weight.
     rsm_size: texels along an edge of a face of the reflective shadow map (RSM). There is none: it sets the number of tiles through

@@ -1,4 +1,4 @@
-//! The true single bounce, sampled by paths on the CPU.
+//! The true bounces, sampled by paths on the CPU.
 
 use std::ops::ControlFlow;
 
@@ -12,7 +12,7 @@ use crate::frame::Frame;
 use crate::process;
 use crate::scene::scene_from;
 
-/// Path-traces the true single bounce of a scene on the CPU to the requested error, without the GIL. Control-C ends it.
+/// Path-traces the true bounces of a scene on the CPU to the requested error, without the GIL. Control-C ends it.
 ///
 /// stderr: standard error of the indirect light divided by its root mean square; 0.01 is 1 %. samples_per_pixel: a number of samples
 /// instead.

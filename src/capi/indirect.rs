@@ -6,7 +6,7 @@ use crate::{
     scene::{Direct, ErrorNorm, IndirectLight, ParameterValue, Shadow},
 };
 
-/// Final gathering by rays from both ends. Converges to the true single bounce, and meets a target error.
+/// Final gathering by rays from both ends. Converges to the true bounces, and meets a target error.
 pub const CAMLUX_ESTIMATOR_FINAL_GATHER: i32 = 0;
 /// The mean over the reflective shadow map, as in CamSim, without distance falloff or visibility.
 pub const CAMLUX_ESTIMATOR_RSM_AVERAGE: i32 = 1;
@@ -18,7 +18,7 @@ pub const CAMLUX_NORM_IMAGE: i32 = 0;
 /// The target error applies to tiles of the image. Each tile with light has the same weight, so that no dark part stays noisy.
 pub const CAMLUX_NORM_LOCAL: i32 = 1;
 
-/// How the single bounce is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02.
+/// How indirect light is computed. Initialise with CAMLUX_INDIRECT_INIT: final gathering with a target error of 0.02.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_indirect {
@@ -30,7 +30,7 @@ pub struct camlux_indirect {
     pub rsm_size: u32,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error applies to, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL.
     pub error_norm: i32,
-    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: target error (relRMSE) against the true bounce, 0.002 to 0.5; 0: 0.02.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: target error (relRMSE) against the true bounces, 0.002 to 0.5; 0: 0.02.
     pub target_error: f64,
     /// CAMLUX_ESTIMATOR_RSM_AVERAGE only: relative error (relRMSE), against the sum at every pixel, that interpolation between
     /// pixels may cause, 0.002 to 0.5; 0: no interpolation, the sum at every pixel.

@@ -9,7 +9,7 @@ pub const CAMLUX_LAYER_RADIANCE: i32 = 0;
 /// Values: W/sr/m^2, channels R, G, B.
 pub const CAMLUX_LAYER_DIRECT: i32 = 1;
 
-/// Light from other surfaces: by one bounce, and what they emit.
+/// Light from other surfaces: by one bounce or more, and what they emit.
 /// Values: W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect.
 pub const CAMLUX_LAYER_INDIRECT: i32 = 2;
 

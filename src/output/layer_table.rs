@@ -135,7 +135,7 @@ layers! {
         ///
         /// L_{P→C} = Σ over lights of f_P(l, n_P, v) · L_{L→P} · cosθ_{P→L} · V(L,P).
         Direct: "direct" ["R", "G", "B"] "W/sr/m^2", Nothing, CAMLUX_LAYER_DIRECT = 1;
-        /// Light from other surfaces: by one bounce, and what they emit.
+        /// Light from other surfaces: by one bounce or more, and what they emit.
         ///
         /// Computed by the [`IndirectLight`](crate::scene::IndirectLight) in
         /// [`FrameDescription::indirect`](super::FrameDescription::indirect).

@@ -1,4 +1,4 @@
-//! Final gathering: the single bounce at a list of receivers, with rays from the receivers and from the lights. [`FinalGather::take`] is
+//! Final gathering: the bounces at a list of receivers, with rays from the receivers and from the lights. [`FinalGather::take`] is
 //! the sequence of its passes: emit rays, trace them, shade what they hit, and sum up.
 
 use super::{

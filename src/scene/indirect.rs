@@ -9,7 +9,7 @@ use super::{
 };
 use crate::Result;
 
-/// How the single bounce is computed. See `docs/model.md`.
+/// How indirect light is computed. See `docs/model.md`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IndirectLight {
     /// The equation of the CamSim document: the mean over the RSM, without distance falloff and without visibility.
@@ -17,7 +17,8 @@ pub enum IndirectLight {
     /// The sum over all VPLs with the measure of the integral (Keller 1997), without visibility. camlux evaluates it at every pixel: the
     /// 1/d² of a near VPL makes spikes of one or two pixels, which a grid or a sample of pixels misses.
     InstantRadiosity(InstantRadiosity),
-    /// Final gathering by multiple importance sampling from P and from the lights. It converges to the true single bounce.
+    /// Final gathering by multiple importance sampling from P and from the lights. It converges to the true bounces, of which there may be
+    /// several.
     FinalGather(FinalGather),
 }
 
@@ -36,9 +37,9 @@ const BOUNCES: Limits = Limits::between(
 );
 
 parameters! {
-    /// Single bounce by rays, refined to the target error.
+    /// One bounce or more by rays, refined to the target error.
     pub struct FinalGather {
-        /// Target error of the indirect light against the true single bounce, relRMSE: sqrt(Σ(x−t)²/Σt²). 0.02 is 2 %.
+        /// Target error of the indirect light against the true bounces, relRMSE: sqrt(Σ(x−t)²/Σt²). 0.02 is 2 %.
         target_error: f64 = DEFAULT_TARGET_ERROR, TARGET_ERRORS;
         /// What the target error applies to. image: all pixels at once, so bright pixels count most; local: tiles of the image, of which
         /// each with light has the same weight.
