@@ -3,13 +3,12 @@
 use std::f64::consts::PI;
 
 use crate::common::gpu::{Gpu, demo_scene};
-use crate::common::reference_frame::{reference_frame, values};
+use crate::common::reference_frame::{error_of_indirect, reference_frame, values};
 use crate::common::rmse::relative_rmse_where;
 use crate::common::rooms::{floor, quad, scene_of};
 use camlux::{
     Scene,
-    metrics::{Comparison, Pixels},
-    output::{Frame, Layer, TofQuantity},
+    output::{Layer, TofQuantity},
     scene::{
         Encoding, IndirectLight, Instance, Light, Material, Mesh, MetallicRoughness, PixelFilter,
         PixelSampling, Shared, Texels, Texture,
@@ -192,25 +191,6 @@ fn off(image: &[f32], truth: &[f32]) -> f64 {
         true => f64::from(u8::from(image.iter().any(|&value| value != 0.0))),
         false => relative_rmse_where(image, truth, |_| true),
     }
-}
-
-/// The error of the indirect light without the reference's noise, and this noise.
-fn error_of_indirect(frame: &Frame, truth: &Frame) -> (f64, f64) {
-    let edges = truth.ids(Layer::Edge).expect("a reference has it");
-    let is_inside: Vec<bool> = edges.iter().map(|&edge| edge == 0).collect();
-    let compared = Comparison::new(&Pixels {
-        image: values(frame, Layer::Indirect),
-        reference: values(truth, Layer::Indirect),
-        image_standard_error: None,
-        reference_standard_error: Some(values(truth, Layer::StandardError)),
-        valid: &is_inside,
-        edges: None,
-        channels: 3,
-    });
-    let compared = compared.expect("images of one size");
-    let error = compared.errors.expect("it is not black").rmse;
-    let noise = compared.noise.expect("it has a standard error").floor;
-    ((error.powi(2) - noise.powi(2)).max(0.0).sqrt(), noise)
 }
 
 /// Of more and more samples, the mean is that of the reference.

@@ -7,6 +7,7 @@ mod common;
 
 mod adaptive_sum;
 mod area_light;
+mod bounces;
 mod corners;
 mod cutouts;
 mod direct;

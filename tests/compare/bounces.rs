@@ -1,0 +1,184 @@
+//! Final gathering of more than one bounce, against closed forms and against the reference, which samples paths with its own code.
+
+use std::f64::consts::TAU;
+
+use crate::common::gather::gather;
+use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::reference_frame::{error_of_indirect, reference_frame, values};
+use crate::reference::lit_sphere;
+use camlux::{
+    Scene,
+    hard_cases::scenes::with_tof,
+    model::{Phasor, SPEED_OF_LIGHT_M_S},
+    output::{Frame, Layer, TofQuantity},
+    scene::{Material, MetallicRoughness},
+};
+use glam::DVec3;
+
+/// Inside a sphere with k_d = 0.5, whose lamp at the centre lights it with 0.5 W/sr/m².
+fn sphere(camera_m: DVec3) -> Scene {
+    let mut scene = lit_sphere(Vec::new(), camera_m);
+    scene.camera.resolution_px = [16, 12];
+    scene
+}
+
+/// All points of a sphere send each other the same share of light: bounce k of direct light L is ρ^k·L. 16 bounces are all but the limit.
+#[test]
+fn an_integrating_sphere_has_a_geometric_series() {
+    let mut gpu = Gpu::open();
+    let mut scene = sphere(DVec3::new(0.3, -0.2, 0.1));
+    for bounces in [1, 2, 4, 8, 16] {
+        scene.indirect = Some(gather!(0.004, bounces = bounces));
+        let frame = gpu.render(&scene);
+        let found = values(&frame, Layer::Indirect);
+        let mean = found.iter().map(|&value| f64::from(value)).sum::<f64>() / found.len() as f64;
+        let expected = 0.5 * (1.0 - 0.5_f64.powi(bounces as i32));
+        let upper = frame.stats.estimated_error_upper.expect("it has one");
+        println!(
+            "{bounces} bounces: mean {:.1e} off, below {upper:.1e}",
+            mean / expected - 1.0
+        );
+        assert!((mean / expected - 1.0).abs() < 3e-3, "{mean} {expected}");
+        assert!(upper < 0.004);
+    }
+}
+
+/// Chords between points of a sphere have the density d/(2R²) of their length d, whatever came before. So Z of bounce k is that of direct
+/// light times (ρ·G)^k, with their characteristic function G(x) = 2[e^{ix}(1 − ix) − 1]/x², x = 4πfR/c.
+#[test]
+fn phasors_of_an_integrating_sphere_are_powers_of_its_chords() {
+    let mut gpu = Gpu::open();
+    let frequencies_hz = [20e6, 100e6];
+    let mut scene = with_tof(sphere(DVec3::new(0.3, -0.2, 0.1)), &frequencies_hz);
+    for bounces in [1, 2, 4, 8] {
+        // The mean over all pixels and frames is far more accurate than each.
+        scene.indirect = Some(gather!(0.02, bounces = bounces));
+        let frames: Vec<Frame> = (0..2).map(|seed| gpu.render_seeded(&scene, seed)).collect();
+        for (i, frequency_hz) in frequencies_hz.into_iter().enumerate() {
+            let sum = |quantity| {
+                let layer = Layer::Tof(i as u8, quantity);
+                let z = frames
+                    .iter()
+                    .flat_map(|frame| values(frame, layer).as_chunks::<2>().0);
+                let z = z.map(|z| z.map(f64::from));
+                z.map(|[re, im]| Phasor { re, im }).sum::<Phasor>()
+            };
+            let x = 2.0 * TAU * frequency_hz / SPEED_OF_LIGHT_M_S;
+            let per_bounce = Phasor {
+                re: x.cos() + x * x.sin() - 1.0,
+                im: x.sin() - x * x.cos(),
+            } * (0.5 * 2.0 / (x * x));
+            let each = (0..bounces).scan(sum(TofQuantity::PhasorDirect), |before, _| {
+                *before = *before * per_bounce;
+                Some(*before)
+            });
+            let expected: Phasor = each.sum();
+            let found = sum(TofQuantity::PhasorIndirect);
+            let off = (found.re - expected.re).hypot(found.im - expected.im);
+            println!(
+                "{bounces} bounces, {frequency_hz:e} Hz: off by {:.1e}",
+                off / expected.magnitude()
+            );
+            assert!(off <= 3e-3 * expected.magnitude(), "{found:?} {expected:?}");
+        }
+    }
+}
+
+/// A room of rough, half metallic facets.
+fn facets() -> Scene {
+    let mut scene = demo_scene("cornell", [20, 20]);
+    for material in &mut scene.materials {
+        material.microfacets = Some(MetallicRoughness {
+            roughness: 0.5,
+            metallic: 0.5,
+            ..MetallicRoughness::DEFAULT
+        });
+    }
+    scene
+}
+
+/// A box lit by a part of its ceiling that emits.
+fn ceiling() -> Scene {
+    let mut scene = demo_scene("cornell", [20, 20]);
+    scene.materials.push(Material {
+        emission_w_sr_m2: [30.0, 20.0, 12.0],
+        is_one_sided: true,
+        ..Material::lambert("lamp", [0.3; 3])
+    });
+    let lamp = crate::common::rooms::quad(
+        "lamp",
+        DVec3::new(-0.3, 1.98, -0.2),
+        0.6 * DVec3::X,
+        0.4 * DVec3::Z,
+        scene.materials.len() as u32 - 1,
+    );
+    scene.meshes.push(lamp.into());
+    scene.lights.clear();
+    scene
+}
+
+/// The target error is met: with spots, textures, lobes of Phong and of facets, areas, and surfaces that emit.
+#[test]
+fn more_bounces_are_those_of_the_reference() {
+    let mut gpu = Gpu::open();
+    let target = 0.05;
+    let demo = |name| demo_scene(name, [20, 20]);
+    for (name, bounces, mut scene) in [
+        ("cornell_spot", 2, demo("cornell_spot")),
+        ("cornell_spot", 8, demo("cornell_spot")),
+        ("glossy", 3, demo("glossy")),
+        ("area", 3, demo("area")),
+        ("textured", 3, demo("textured")),
+        ("facets", 4, facets()),
+        ("ceiling", 3, ceiling()),
+    ] {
+        scene.indirect = Some(gather!(target, bounces = bounces));
+        let truth = reference_frame(&scene, 256, 8);
+        let frames = match name {
+            "glossy" => gpu.render_by_each_tracer(&scene),
+            _ => vec![gpu.render(&scene)],
+        };
+        for frame in frames {
+            let (error, noise) = error_of_indirect(&frame, &truth);
+            let upper = frame.stats.estimated_error_upper.expect("it has one");
+            let [mean, true_mean] = [&frame, &truth].map(mean_of_indirect);
+            println!(
+                "{name}, {bounces} bounces: {error:.4}, noise of the reference {noise:.4}, below {upper:.4}; mean {:.1e} off",
+                mean / true_mean - 1.0
+            );
+            assert!(noise < 0.05, "{noise}");
+            assert!(error < 1.1 * target, "{error}");
+            assert!((mean / true_mean - 1.0).abs() < 0.02);
+        }
+    }
+}
+
+fn mean_of_indirect(frame: &Frame) -> f64 {
+    let values = values(frame, Layer::Indirect).iter();
+    values.map(|&value| f64::from(value)).sum()
+}
+
+/// The phase is that of the whole path.
+#[test]
+fn phasors_of_more_bounces_are_those_of_the_reference() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("tof_corner", [20, 16]);
+    for bounces in [2, 4] {
+        scene.indirect = Some(gather!(0.03, bounces = bounces));
+        let truth = reference_frame(&scene, 512, 8);
+        let frame = gpu.render(&scene);
+        let frequencies = scene.tof.as_ref().map_or(0, |tof| tof.frequencies_hz.len());
+        for i in 0..frequencies {
+            let layer = Layer::Tof(i as u8, TofQuantity::PhasorIndirect);
+            let [found, due] = [&frame, &truth].map(|frame| values(frame, layer));
+            let square = |z: f32| f64::from(z).powi(2);
+            let off: f64 = found.iter().zip(due).map(|(a, b)| square(a - b)).sum();
+            let whole: f64 = due.iter().map(|&z| square(z)).sum();
+            println!(
+                "{bounces} bounces, frequency {i}: {:.4}",
+                (off / whole).sqrt()
+            );
+            assert!((off / whole).sqrt() < 0.06);
+        }
+    }
+}
