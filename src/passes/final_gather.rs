@@ -7,7 +7,9 @@ use super::{
     gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
     gbuffer::GBuffer,
     hits::HitScene,
+    kernels::{extend_key, shade_key},
     light::DeviceLight,
+    light_paths,
     light_rays::LightRays,
     packets::{Chunk, ChunkLimits, chunks},
     random::hash,
@@ -35,7 +37,7 @@ use crate::{
 pub(super) const RAYS: WorkKind = WorkKind {
     pass: "final_gather",
     kernel: "final_gather",
-    done_by: &["final_gather", "trace", "light_rays"],
+    done_by: &["final_gather", "trace", "light_rays", "light_paths"],
     first: 5e5,
 };
 
@@ -129,56 +131,6 @@ fn path_bytes(plan: &Plan) -> u64 {
     of_lobes[0].max(of_lobes[1]) * size_of::<shaders::Path>() as u64
 }
 
-/// The kernels that take the bounces after the first.
-pub(super) fn keys_of_longer_paths(plan: &Plan, receiver: Receiver) -> Vec<Key> {
-    let extend = |bounce| extend_key(plan, receiver, bounce);
-    match plan.bounces() {
-        1 => Vec::new(),
-        bounces => {
-            let (phasors, deep) = (plan.has_phasors(), true);
-            let shade = shade_key(plan, receiver, false, deep);
-            let sum = Key::FinalGatherSum {
-                phasors,
-                receiver,
-                deep,
-            };
-            let extends = (2..=bounces.min(3)).map(extend);
-            extends.chain([shade, sum]).collect()
-        }
-    }
-}
-
-/// The kernel that makes paths of so many bounces.
-fn extend_key(plan: &Plan, receiver: Receiver, bounces: u32) -> Key {
-    Key::FinalGatherExtend {
-        phasors: plan.has_phasors(),
-        receiver,
-        surface: plan.surface(),
-        instanced: plan.has_shared_meshes,
-        deep: bounces > 2,
-    }
-}
-
-fn shade_key(plan: &Plan, receiver: Receiver, emissive: bool, deep: bool) -> Key {
-    Key::FinalGatherShade {
-        phasors: plan.has_phasors(),
-        receiver,
-        surface: plan.surface(),
-        instanced: plan.has_shared_meshes,
-        emissive,
-        deep,
-    }
-}
-
-/// The density that VPLs of further bounces are given, per area: as if they were spread evenly over the box around the scene.
-fn density_of_reflected(context: &Context, table: &RayTable) -> f32 {
-    let size_m = context.scene.bounding_box().map(|b| b.max_m - b.min_m);
-    let size = size_m.unwrap_or_default() / context.space.metres_per_unit;
-    let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
-    let of_two_bounces = table.reflected.first().copied().unwrap_or_default();
-    (f64::from(of_two_bounces) / f64::from(table.set_size.max(1)) / area.max(1e-12)) as f32
-}
-
 /// The points that samples are drawn from.
 pub(crate) fn upload_lattice(commands: &CommandPool) -> Result<TexelList> {
     let points = lattice::sequence(MAX_SAMPLES).into_iter();
@@ -264,7 +216,6 @@ impl<'b> FinalGather<'b> {
                     .table(self.context.commands, set_size, bounces)?
             }
         };
-        let reflected_density = density_of_reflected(self.context, &table);
         let count = self.light_rays.trace(
             self.context,
             self.scene,
@@ -272,7 +223,6 @@ impl<'b> FinalGather<'b> {
             &self.light_list,
             sampling.table.insert(table),
             wanted,
-            reflected_density,
         )?;
         self.sent = Some(wanted);
         Ok(count)
@@ -554,7 +504,7 @@ impl Gatherer for FinalGather<'_> {
                 is_pilot: self.pilot_samples.is_some().into(),
                 result_offset: results.first.wrapping_sub(first),
                 seed: seed ^ own_seed,
-                reflected_density: density_of_reflected(self.context, table),
+                reflected_density: light_paths::density(self.context, table),
                 emission_density: (table.point_share() * self.emission_density) as f32,
                 ..FinalGatherParameters::default()
             },

@@ -1,13 +1,13 @@
 //! The kernels of final gathering, listed before they run, so that they can be made while the scene is copied to the device.
 
 use super::{
-    error_estimate, final_gather, light_paths, light_rays, predict, resolve, sample_counts,
-    scatter, smooth, smooth_residuals,
+    error_estimate, light_paths, light_rays, predict, resolve, sample_counts, scatter, smooth,
+    smooth_residuals,
 };
 use crate::{
     Tracer,
     plan::Plan,
-    vulkan::shaders::{Hit, Key, Search, Traced},
+    vulkan::shaders::{Hit, Key, Receiver, Search, Traced},
 };
 
 /// The kernels that any frame of final gathering runs after its direct light. Those that only some frames need are made when they run.
@@ -16,7 +16,6 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
         return Vec::new();
     }
     let (brdf, phasors) = (plan.brdf(), plan.has_phasors());
-    let (surface, instanced) = (plan.surface(), plan.has_shared_meshes);
     let (noisy, range) = (true, plan.target_range_error_m().is_some());
     let are_glossy: &[bool] = match plan.is_specular {
         true => &[false, true],
@@ -24,25 +23,17 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
     };
     let gathers = are_glossy.iter().flat_map(|&is_glossy| {
         let receiver = plan.receiver(is_glossy);
-        let shade = Key::FinalGatherShade {
-            phasors,
-            receiver,
-            surface,
-            instanced,
-            emissive: false,
-            deep: false,
-        };
         let of_one_bounce = [
             Key::FinalGatherEmit { receiver },
             Key::FinalGatherDraw { phasors, receiver },
-            shade,
+            shade_key(plan, receiver, false, false),
             Key::FinalGatherSum {
                 phasors,
                 receiver,
                 deep: false,
             },
         ];
-        let of_more = final_gather::keys_of_longer_paths(plan, receiver);
+        let of_more = keys_of_longer_paths(plan, receiver);
         of_one_bounce.into_iter().chain(of_more)
     });
     let first = [
@@ -64,6 +55,47 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
     let first = trace(plan).into_iter().chain(first);
     let first = first.chain(light_paths::keys(plan));
     first.chain(gathers).chain(then).collect()
+}
+
+/// The kernels that take the bounces after the first.
+fn keys_of_longer_paths(plan: &Plan, receiver: Receiver) -> Vec<Key> {
+    let extend = |bounce| extend_key(plan, receiver, bounce);
+    match plan.bounces() {
+        1 => Vec::new(),
+        bounces => {
+            let (phasors, deep) = (plan.has_phasors(), true);
+            let shade = shade_key(plan, receiver, false, deep);
+            let sum = Key::FinalGatherSum {
+                phasors,
+                receiver,
+                deep,
+            };
+            let extends = (2..=bounces.min(3)).map(extend);
+            extends.chain([shade, sum]).collect()
+        }
+    }
+}
+
+/// The kernel that makes paths of so many bounces.
+pub(super) fn extend_key(plan: &Plan, receiver: Receiver, bounces: u32) -> Key {
+    Key::FinalGatherExtend {
+        phasors: plan.has_phasors(),
+        receiver,
+        surface: plan.surface(),
+        instanced: plan.has_shared_meshes,
+        deep: bounces > 2,
+    }
+}
+
+pub(super) fn shade_key(plan: &Plan, receiver: Receiver, emissive: bool, deep: bool) -> Key {
+    Key::FinalGatherShade {
+        phasors: plan.has_phasors(),
+        receiver,
+        surface: plan.surface(),
+        instanced: plan.has_shared_meshes,
+        emissive,
+        deep,
+    }
 }
 
 /// Both kernels that trace rays, unless the host does.
@@ -90,19 +122,34 @@ mod tests {
     use std::path::Path;
 
     use super::{super::final_gather::RAYS, *};
-    use crate::{Device, DeviceOptions, RenderOptions, Renderer, Scene, scene::IndirectLight};
+    use crate::{
+        Device, DeviceOptions, RenderOptions, Renderer, Scene,
+        scene::{FinalGather, IndirectLight},
+    };
 
     /// What is made ahead is used, and final gathering makes nothing else but what only some frames need.
     #[test]
     fn a_frame_uses_what_is_made_ahead() {
         let device = Device::open(&DeviceOptions::default()).expect("a driver");
-        for name in ["cornell_spot", "glossy", "leaves", "tof_corner"] {
+        for (name, bounces) in [
+            ("cornell_spot", 1),
+            ("cornell_spot", 3),
+            ("glossy", 1),
+            ("glossy", 2),
+            ("leaves", 1),
+            ("tof_corner", 1),
+            ("tof_corner", 3),
+        ] {
             let file = format!("scenes/{name}.toml");
             let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
             let mut scene = Scene::load(&file).expect("a scene");
             scene.camera.resolution_px = [64, 48];
             scene.camera.pixel_sampling = None;
-            scene.indirect = Some(IndirectLight::final_gather(0.1));
+            let gather = FinalGather::new(0.1);
+            scene.indirect = Some(IndirectLight::FinalGather(FinalGather {
+                bounces,
+                ..gather
+            }));
             let mut plan = Plan::new(&scene, device.info()).expect("a plan");
             plan.trace_by(Tracer::Kernel, device.info())
                 .expect("it runs everywhere");
@@ -113,10 +160,13 @@ mod tests {
                     key,
                     Key::FinalGatherEmit { .. }
                         | Key::FinalGatherDraw { .. }
+                        | Key::FinalGatherExtend { .. }
                         | Key::FinalGatherShade { .. }
                         | Key::FinalGatherSum { .. }
                         | Key::LightRaysEmit {}
                         | Key::LightRaysShade { .. }
+                        | Key::LightPathsEmit { .. }
+                        | Key::LightPathsShade { .. }
                         | Key::Trace { .. }
                 )
             };

@@ -34,6 +34,15 @@ pub(super) fn most_vpls(of_first: u32, bounces: u32, sets: u32) -> u32 {
     }
 }
 
+/// The density that the VPLs are given, per area: as if they were spread evenly over the box around the scene.
+pub(super) fn density(context: &Context, table: &RayTable) -> f32 {
+    let size_m = context.scene.bounding_box().map(|b| b.max_m - b.min_m);
+    let size = size_m.unwrap_or_default() / context.space.metres_per_unit;
+    let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    let of_two_bounces = table.reflected.first().copied().unwrap_or_default();
+    (f64::from(of_two_bounces) / f64::from(table.set_size.max(1)) / area.max(1e-12)) as f32
+}
+
 fn emit_key(plan: &Plan) -> Key {
     Key::LightPathsEmit {
         phasors: plan.has_phasors(),
@@ -67,7 +76,6 @@ pub(super) fn trace(
     paths: &Buffer,
     table: &RayTable,
     sets: LightRaySets,
-    density: f32,
 ) -> Result<u64> {
     let plan = context.plan;
     let mut before = (0, table.ray_count());
@@ -84,7 +92,7 @@ pub(super) fn trace(
                 vpl_count,
                 first_before: before.0,
                 count_before: before.1,
-                density,
+                density: density(context, table),
                 seed: sets.seed.wrapping_mul(0x9e37_79b9) ^ bounce,
                 first_in_list: first,
                 end_in_list: end,

@@ -87,7 +87,6 @@ impl LightRays {
         light_list: &TexelList,
         table: &RayTable,
         sets: LightRaySets,
-        reflected_density: f32,
     ) -> Result<u64> {
         let plan = context.plan;
         let LightRaySets {
@@ -156,8 +155,7 @@ impl LightRays {
             context.dispatch_groups(surfaces_key(plan), &resources, &parameters, groups)?;
         }
         let (vpls, paths) = (&self.vpls, &self.paths);
-        let further =
-            light_paths::trace(context, scene, vpls, paths, table, sets, reflected_density)?;
+        let further = light_paths::trace(context, scene, vpls, paths, table, sets)?;
         Ok(count + further)
     }
 }

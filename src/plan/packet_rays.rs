@@ -47,14 +47,14 @@ impl PacketRays {
     }
 
     /// Rays of a packet that lead to VPLs and to lights.
-    fn to_light(&self) -> u32 {
+    fn leading_to_light(&self) -> u32 {
         let of_directions = SAMPLES * self.lobes * self.gathered_lights;
         SAMPLES + of_directions + self.paths() * (1 + self.lights)
     }
 
     /// Rays of a packet.
     pub fn of_packet(&self) -> u32 {
-        self.along() + self.to_light()
+        self.along() + self.leading_to_light()
     }
 
     /// The same, if none lead to VPLs.

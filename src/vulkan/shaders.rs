@@ -160,13 +160,14 @@ mod tests {
         let have_five_buffers = [
             "rsm",
             "final_gather_draw",
+            "final_gather_extend",
             "final_gather_shade",
             "final_gather_sum",
         ];
         for module in MODULES {
             let count = |kind| module.bindings.iter().filter(|b| b.kind == kind).count();
             let most_images = match module.pass {
-                "final_gather_shade" | "light_rays" => 7,
+                "final_gather_extend" | "final_gather_shade" | "light_rays" | "light_paths" => 7,
                 "primary_rays" => 8,
                 _ => 4,
             };
