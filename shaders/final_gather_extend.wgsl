@@ -193,8 +193,10 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     }
     let along = scattered(vertex, reflection, direction);
     let is_wanted = goes_on && along.density > 0.0 && any(along.weight > vec3<f32>(0.0));
+    // A path that has met nothing has no lobe to draw a direction from.
+    direction = select(vec3<f32>(0.0, 0.0, 1.0), direction, is_wanted);
     rays[parameters.first_path + path] = Ray(start, select(NO_RAY, NO_END, is_wanted), direction, 0.0);
-    paths[path_place(path)] = Path(select(vec3<f32>(0.0), along.weight, is_wanted), along.density, vertex.lobe, vertex.length);
+    paths[path_place(path)] = Path(select(vec3<f32>(0.0), along.weight, is_wanted), select(1.0, along.density, is_wanted), vertex.lobe, vertex.length);
 
     // To a VPL.
     let first_vpl = set_of(packet) * parameters.set_size;
