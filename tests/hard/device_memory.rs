@@ -110,6 +110,15 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
                 }
             }),
         );
+        add(
+            "more bounces",
+            with(&demo, |scene| {
+                scene.indirect = FINAL_GATHER;
+                if let Some(IndirectLight::FinalGather(gather)) = &mut scene.indirect {
+                    gather.bounces = 5;
+                }
+            }),
+        );
         for (what, indirect) in [
             ("samples of a bounce", FINAL_GATHER),
             ("samples of a sum", INTERPOLATED_AVERAGE),
