@@ -30,7 +30,7 @@ pub(crate) mod hits;
 pub(crate) mod instances;
 pub(crate) mod kernels;
 pub(crate) mod light;
-pub(crate) mod light_paths;
+mod light_paths;
 mod light_rays;
 pub(crate) mod materials;
 pub(crate) mod modulation;
