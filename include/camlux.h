@@ -2028,6 +2028,12 @@ camlux_status camlux_job_wait(camlux_job *job,
 #define CAMLUX_LAYER_TEXCOORD 23
 
 /**
+ * Light of one number of bounces alone, counted from 1; with that of 1 what other surfaces emit. Together they are `indirect`.
+ * Values: W/sr/m^2, channels R, G, B; with bounces of camlux_indirect; on request: layers or targets of camlux_render_options.
+ */
+#define CAMLUX_LAYER_INDIRECT_BOUNCE 24
+
+/**
  * Phasor Z of all modulated light, a sum over paths.
  * Values: W/sr/m^2, channels re, im.
  */
@@ -2089,6 +2095,12 @@ camlux_status camlux_job_wait(camlux_job *job,
  * Values: m, channels X, Y, Z; on request: layers or targets of camlux_render_options.
  */
 #define CAMLUX_LAYER_TOF_POINT 128
+
+/**
+ * Z of the light of one number of bounces alone, as `indirect.1` and so on have its radiance.
+ * Values: W/sr/m^2, channels re, im; with bounces of camlux_indirect; on request: layers or targets of camlux_render_options.
+ */
+#define CAMLUX_LAYER_TOF_PHASOR_BOUNCE 192
 
 /** The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH. */
 #define CAMLUX_VERSION_MAJOR 0

@@ -23,12 +23,8 @@ fn load_candidate(receiver: Receiver, vpl_index: u32) -> Candidate {
     let offset = vpl.position - receiver.position;
     let distance_squared = dot(offset, offset);
     let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
-    var radiance = vpl.diffuse;
-    if (SPECULAR) {
-        let vpl_lobe = load_vpl_lobe(vpl_index);
-        radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
-    }
-    var contribution = mis_contribution(receiver, direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density);
+    let radiance = vpl_radiance(vpl, vpl_index, -direction);
+    var contribution = mis_contribution(receiver, direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density, parameters.vpl_count);
     if (PHASORS) {
         let turns = vpl_turns(vpl_index) + modulation.turns_per_unit * sqrt(distance_squared);
         contribution.turns = select(vec4<f32>(-1.0), turns, vpl.is_modulated == 1.0);
@@ -62,11 +58,12 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     }
     let packet = packets[index];
     let receiver = receiver_of(packet);
-    let first_vpl = set_of(packet) * parameters.set_size;
+    let set_start = set_of(packet) * parameters.set_size;
+    let first_vpl = set_start + parameters.first_vpl;
     let seed = hash(hash(seed_of(packet)) ^ hash(SAMPLES * packet.begin));
     // Over all packets of the gather, so the samples do not depend on which of them are processed together.
     let candidate_count = CANDIDATES * SAMPLES * (packet.end - packet.begin);
-    let vpls_per_candidate = f32(parameters.set_size) / f32(candidate_count);
+    let vpls_per_candidate = f32(parameters.vpl_count) / f32(candidate_count);
     for (var sample = local % LANES; sample < SAMPLES; sample += LANES) {
         let number = SAMPLES * (packet.number - packet.begin) + sample;
         var random = hash(seed ^ number);
@@ -81,7 +78,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
             random = hash(random);
             // A random place within each step: even steps along a Morton curve are a grid, which may miss narrow features.
             let along = u32((f32(CANDIDATES * number + j) + f32(random & 255u) / 256.0) * vpls_per_candidate);
-            let vpl_index = first_vpl + min(along, parameters.set_size - 1u);
+            let vpl_index = first_vpl + min(along, parameters.vpl_count - 1u);
             let to = load_candidate(receiver, vpl_index);
             differences += f32(j & 1u) * squared_differences(to.contribution, before);
             before = to.contribution;
@@ -100,7 +97,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         if (parameters.is_pilot == 1u) {
             let candidate = band_sum(to.contribution.irradiance);
             let found = band_sum(contribution.irradiance);
-            pilot_samples[pilot_place(packet, sample)] = PilotSample(drawn_vpl - first_vpl, candidate, found);
+            pilot_samples[pilot_place(packet, sample)] = PilotSample(drawn_vpl - set_start, candidate, found);
         }
     }
 }

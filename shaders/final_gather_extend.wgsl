@@ -59,7 +59,7 @@ fn vertex_of(packet: u32, lobe: u32, number: u32, receiver: Receiver) -> Vertex 
     } else {
         let offset = vertex.hit.position - receiver.position;
         let cosine_q = dot(vertex.hit.geometric_normal, vertex.to_previous);
-        let contribution = mis_contribution(receiver, ray.direction, dot(offset, offset), vec3<f32>(1.0), cosine_q, parameters.reflected_density);
+        let contribution = mis_contribution(receiver, ray.direction, dot(offset, offset), vec3<f32>(1.0), cosine_q, parameters.reflected_density, parameters.extended_vpls);
         vertex.weight = contribution.irradiance;
         vertex.lobe = contribution.lobe;
         vertex.length = length(offset);
@@ -123,14 +123,10 @@ fn load_candidate(vertex: Vertex, reflection: Reflection, vpl_index: u32) -> Can
     let offset = vpl.position - vertex.hit.position;
     let distance_squared = dot(offset, offset);
     let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
-    var radiance = vpl.diffuse;
-    if (SPECULAR) {
-        let vpl_lobe = load_vpl_lobe(vpl_index);
-        radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
-    }
+    let radiance = vpl_radiance(vpl, vpl_index, -direction);
     let cosine_q = -dot(vpl.normal, direction);
     let path = scattered(vertex, reflection, direction);
-    let density = path.density + candidate_density(parameters.path_vpls, vpl.density, distance_squared, cosine_q);
+    let density = path.density + candidate_density(parameters.vpl_count, vpl.density, distance_squared, cosine_q);
     let irradiance = select(vec3<f32>(0.0), path.weight * radiance / max(density, 1e-30), cosine_q > 0.0);
     return Candidate(irradiance, vpl.position);
 }
@@ -199,9 +195,9 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     paths[path_place(path)] = Path(select(vec3<f32>(0.0), along.weight, is_wanted), select(1.0, along.density, is_wanted), vertex.lobe, vertex.length);
 
     // To a VPL.
-    let first_vpl = set_of(packet) * parameters.set_size;
+    let first_vpl = set_of(packet) * parameters.set_size + parameters.first_vpl;
     // All candidates of a path together cover the whole list, because each path has another vertex.
-    let vpls_per_candidate = f32(parameters.path_vpls) / f32(CANDIDATES);
+    let vpls_per_candidate = f32(parameters.vpl_count) / f32(CANDIDATES);
     let slot = shuffled(number, parameters.path_count, hash(seed ^ packet.number ^ 0xc2b2ae35u));
     let candidates = select(0u, CANDIDATES, parameters.vpl_samples > 0u);
     var drawn_vpl = first_vpl;
@@ -211,7 +207,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         random = hash(random);
         let within = (f32(slot) + f32(random & 1023u) / 1024.0) / f32(parameters.path_count);
         let place = u32((f32(j) + within) * vpls_per_candidate);
-        let vpl_index = first_vpl + min(place, max(parameters.path_vpls, 1u) - 1u);
+        let vpl_index = first_vpl + min(place, max(parameters.vpl_count, 1u) - 1u);
         let weight = band_sum(load_candidate(vertex, reflection, vpl_index).irradiance);
         weight_sum += weight;
         let is_drawn = unit(random) * weight_sum <= weight;

@@ -43,7 +43,7 @@ fn point_for(packet: Packet, pixel: vec2<u32>) -> Light {
 
 // What the end of a longer path contributes, as mis_contribution.
 fn path_contribution(path: Path, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_density: f32) -> Contribution {
-    let density = path.density + candidate_density(parameters.path_vpls, vpl_density, distance_squared, cosine_q);
+    let density = path.density + candidate_density(parameters.vpl_count, vpl_density, distance_squared, cosine_q);
     var contribution: Contribution;
     contribution.lobe = path.lobe;
     contribution.irradiance = select(vec3<f32>(0.0), path.weight * radiance / max(density, 1e-30), cosine_q > 0.0);
@@ -98,7 +98,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
             // Q's own light needs no further ray.
             let radiance = select(vec3<f32>(0.0), hit.emission, is_hit);
             let density = parameters.emission_density * (radiance.x + radiance.y + radiance.z);
-            var own = mis_contribution(receiver, direction, dot(offset, offset), radiance, cosine_q, density);
+            var own = mis_contribution(receiver, direction, dot(offset, offset), radiance, cosine_q, density, parameters.vpl_count);
             own.turns = vec4<f32>(-1.0);
             rays[to_light] = Ray(receiver.start, NO_RAY, direction, 0.0);
             store_contribution(contribution_place(to_light), own);
@@ -114,7 +114,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         if (DEEP) {
             contribution = path_contribution(path, dot(offset, offset), radiance, cosine_q, vpl_density);
         } else {
-            contribution = mis_contribution(receiver, direction, dot(offset, offset), radiance, cosine_q, vpl_density);
+            contribution = mis_contribution(receiver, direction, dot(offset, offset), radiance, cosine_q, vpl_density, parameters.vpl_count);
         }
         // A loop that other lights skip: drivers that compute both sides of a branch would make all of them pay for it.
         for (var i = 0u; i < min(light.pattern_columns, 1u); i++) {

@@ -5,15 +5,13 @@
 // light right. So both techniques of final gathering weight them by the same function of Q, and the weights add up to 1.
 
 #import lights
-#import hits
-#import vpl_list
+#import drawn_vpls
 #import random
 #import phasor
 
 struct LightPathParameters {
-    // VPLs per set, and number of sets.
+    // VPLs per set.
     set_size: u32,
-    set_count: u32,
     // The VPLs of this bounce and those of the bounce before, in each set.
     first_vpl: u32,
     vpl_count: u32,
@@ -45,7 +43,6 @@ var<storage, read_write> light_paths: array<LightPath>;
 var<storage, read> rays: array<Ray>;
 var<storage, read> hits: array<u32>;
 var<storage, read> light_paths: array<LightPath>;
-var drawn_vpls: texture_storage_2d_array<rgba32float, write>;
 #endif
 var<immediate> parameters: LightPathParameters;
 
@@ -128,7 +125,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         return;
     }
     let in_list = index - parameters.first_in_list;
-    let slot = vpl_place(index / parameters.vpl_count * parameters.set_size + parameters.first_vpl + index % parameters.vpl_count);
+    let vpl = index / parameters.vpl_count * parameters.set_size + parameters.first_vpl + index % parameters.vpl_count;
     let path = light_paths[in_list];
     let ray = rays[in_list];
     let met = hits[in_list];
@@ -139,20 +136,10 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let geometric_cosine = dot(hit.geometric_normal, to_before);
     let is_lit = is_hit && cosine > 0.0 && geometric_cosine > 0.0;
     let incident = select(vec3<f32>(0.0), path.flux * (parameters.density * cosine / max(geometric_cosine, 1e-6)), is_lit);
-    let position = before_surface(hit.position, hit.geometric_normal, END_SHIFT) + END_SHIFT * to_before;
-    textureStore(drawn_vpls, slot, 0, vec4<f32>(position, parameters.density));
-    textureStore(drawn_vpls, slot, 1, vec4<f32>(hit.geometric_normal, path.is_modulated));
+    var turns: vec4<f32>;
     if (PHASORS) {
-        let turns = path.turns + modulation.turns_per_unit * distance(hit.position, ray.origin);
-        textureStore(drawn_vpls, slot, TURNS_LAYER, turns);
+        turns = path.turns + modulation.turns_per_unit * distance(hit.position, ray.origin);
     }
-    textureStore(drawn_vpls, slot, 2, vec4<f32>(diffuse_factor(hit.brdf.kd) * incident, 0.0));
-    if (SPECULAR) {
-        let lobe = lobe_of(to_before, hit.shading_normal, hit.brdf.lobe);
-        textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(specular_factor(hit.brdf.lobe) * incident, 0.0));
-        for (var i = 0u; i < lobe_layers(); i++) {
-            textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
-        }
-    }
+    store_hit(vpl, hit, to_before, incident, parameters.density, path.is_modulated, turns);
 }
 #endif

@@ -3,8 +3,7 @@
 // the light sees, however fine the scene is compared with the cells. Separate draws have no error in common.
 
 #import lights
-#import hits
-#import vpl_list
+#import drawn_vpls
 #import random
 #import phasor
 
@@ -31,9 +30,6 @@ struct LightRayParameters {
 // Lists in images, like ray_triangles in hit_triangle.wgsl. The cells of the lights: start and size in the light's cumulative probability, as
 // whole numbers; index of the tile among the light's tiles; index of the cell in Morton order in that tile + 256 · the tile's level.
 var ray_cells: texture_storage_2d<rgba32float, read>;
-#if SURFACES
-var drawn_vpls: texture_storage_2d_array<rgba32float, write>;
-#else
 #if EMIT
 var<storage, read_write> rays: array<Ray>;
 // The cell of each ray.
@@ -42,8 +38,6 @@ var<storage, read_write> light_ray_cells: array<u32>;
 var<storage, read> rays: array<Ray>;
 var<storage, read> light_ray_cells: array<u32>;
 var<storage, read> hits: array<u32>;
-var drawn_vpls: texture_storage_2d_array<rgba32float, write>;
-#endif
 #endif
 var<immediate> parameters: LightRayParameters;
 
@@ -149,21 +143,13 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let along = (f32(number) + unit(seed_of(set_index, number))) / f32(parameters.ray_count);
     let point = emission_point(load_light(parameters.light_index), along);
     let density = point.density * f32(parameters.ray_count) / f32(parameters.set_size);
-    let slot = vpl_place(set_index * parameters.set_size + parameters.first_ray + number);
-    textureStore(drawn_vpls, slot, 0, vec4<f32>(before_surface(point.position, point.normal, END_SHIFT), density));
-    textureStore(drawn_vpls, slot, 1, vec4<f32>(point.normal, 0.0));
-    if (PHASORS) {
-        textureStore(drawn_vpls, slot, TURNS_LAYER, vec4<f32>(0.0));
-    }
-    textureStore(drawn_vpls, slot, 2, vec4<f32>(point.radiance, 0.0));
+    let vpl = Vpl(before_surface(point.position, point.normal, END_SHIFT), density, point.normal, 0.0, point.radiance);
+    var specular: VplLobe;
     if (SPECULAR) {
         // A lobe that reflects nothing.
-        let lobe = lobe_of(point.normal, point.normal, vec4<f32>(0.0, 0.0, 0.0, 1.0));
-        textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(0.0));
-        for (var i = 0u; i < lobe_layers(); i++) {
-            textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
-        }
+        specular.lobe = lobe_of(point.normal, point.normal, vec4<f32>(0.0, 0.0, 0.0, 1.0));
     }
+    store_vpl(set_index * parameters.set_size + parameters.first_ray + number, vpl, vec4<f32>(0.0), specular);
 }
 #else
 #if EMIT
@@ -215,22 +201,11 @@ fn shade(index: u32, whole_light: Light) {
     let from_light = hit.position - light.position;
     let density = map_density_of(light_ray_cells[in_list]) * geometric_cosine / facing_cell_area(light, from_light, map_place(light, from_light).depth);
     let incident = select(vec3<f32>(0.0), illumination.irradiance * cosine, is_lit);
-    // Off its surface, for the rays that end there; and on the side that the light sees, even if Q is also in a second surface.
-    let position = before_surface(hit.position, hit.geometric_normal, END_SHIFT) + END_SHIFT * illumination.to_light;
-    let slot = vpl_place(place);
-    textureStore(drawn_vpls, slot, 0, vec4<f32>(position, select(1.0, density, is_lit)));
-    textureStore(drawn_vpls, slot, 1, vec4<f32>(hit.geometric_normal, f32(light.is_modulated)));
+    var turns: vec4<f32>;
     if (PHASORS) {
-        textureStore(drawn_vpls, slot, TURNS_LAYER, turns_from_light(light, hit.position));
+        turns = turns_from_light(light, hit.position);
     }
-    textureStore(drawn_vpls, slot, 2, vec4<f32>(diffuse_factor(hit.brdf.kd) * incident, 0.0));
-    if (SPECULAR) {
-        let lobe = lobe_of(illumination.to_light, hit.shading_normal, hit.brdf.lobe);
-        textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(specular_factor(hit.brdf.lobe) * incident, 0.0));
-        for (var i = 0u; i < lobe_layers(); i++) {
-            textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
-        }
-    }
+    store_hit(place, hit, illumination.to_light, incident, select(1.0, density, is_lit), f32(light.is_modulated), turns);
 }
 #endif
 #endif

@@ -45,6 +45,8 @@ structs! {
         set_size: u32,
         set_count: u32,
         vpl_samples: u32,
+        first_vpl: u32,
+        vpl_count: u32,
         is_pilot: u32,
         result_offset: u32,
         seed: u32,
@@ -54,11 +56,9 @@ structs! {
         path_count: u32,
         first_path: u32,
         first_path_to_light: u32,
-        path_vpls: u32,
         extended_count: u32,
         first_extended: u32,
         extended_vpls: u32,
-        _pad0: [u32; 1],
     }
     GatherParameters 48 {
         camera_position: [f32; 3],
@@ -109,9 +109,8 @@ structs! {
         is_modulated: f32,
         turns: [f32; 4],
     }
-    LightPathParameters 40 {
+    LightPathParameters 36 {
         set_size: u32,
-        set_count: u32,
         first_vpl: u32,
         vpl_count: u32,
         first_before: u32,

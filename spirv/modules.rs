@@ -148,39 +148,39 @@ bindings! {
         3 "ray_scene" ACCELERATION_STRUCTURE_KHR, 4 "rays" STORAGE_BUFFER, 5 "hits" STORAGE_BUFFER,
     ];
     LIGHT_RAYS_EMIT_BINDINGS = [
-        0 "lights" STORAGE_IMAGE, 9 "ray_cells" STORAGE_IMAGE, 10 "rays" STORAGE_BUFFER,
-        11 "light_ray_cells" STORAGE_BUFFER,
+        0 "lights" STORAGE_IMAGE, 10 "ray_cells" STORAGE_IMAGE, 11 "rays" STORAGE_BUFFER,
+        12 "light_ray_cells" STORAGE_BUFFER,
     ];
     LIGHT_RAYS_SHADE_BINDINGS = [
         0 "lights" STORAGE_IMAGE, 1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE,
         3 "vertex_values" SAMPLED_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
-        6 "triangle_shading" STORAGE_IMAGE, 9 "ray_cells" STORAGE_IMAGE, 10 "rays" STORAGE_BUFFER,
-        11 "light_ray_cells" STORAGE_BUFFER, 12 "hits" STORAGE_BUFFER, 13 "drawn_vpls" STORAGE_IMAGE,
+        6 "triangle_shading" STORAGE_IMAGE, 8 "drawn_vpls" STORAGE_IMAGE, 10 "ray_cells" STORAGE_IMAGE,
+        11 "rays" STORAGE_BUFFER, 12 "light_ray_cells" STORAGE_BUFFER, 13 "hits" STORAGE_BUFFER,
     ];
     LIGHT_RAYS_SHADE_PHASORS_BINDINGS = [
         0 "lights" STORAGE_IMAGE, 1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE,
         3 "vertex_values" SAMPLED_IMAGE, 4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE,
-        6 "triangle_shading" STORAGE_IMAGE, 8 "modulation" UNIFORM_BUFFER, 9 "ray_cells" STORAGE_IMAGE,
-        10 "rays" STORAGE_BUFFER, 11 "light_ray_cells" STORAGE_BUFFER, 12 "hits" STORAGE_BUFFER,
-        13 "drawn_vpls" STORAGE_IMAGE,
+        6 "triangle_shading" STORAGE_IMAGE, 8 "drawn_vpls" STORAGE_IMAGE, 9 "modulation" UNIFORM_BUFFER,
+        10 "ray_cells" STORAGE_IMAGE, 11 "rays" STORAGE_BUFFER, 12 "light_ray_cells" STORAGE_BUFFER,
+        13 "hits" STORAGE_BUFFER,
     ];
     LIGHT_RAYS_SURFACES_BINDINGS = [
-        0 "lights" STORAGE_IMAGE, 10 "drawn_vpls" STORAGE_IMAGE,
+        0 "lights" STORAGE_IMAGE, 8 "drawn_vpls" STORAGE_IMAGE,
     ];
     LIGHT_PATHS_EMIT_BINDINGS = [
-        7 "vpls" STORAGE_IMAGE, 9 "rays" STORAGE_BUFFER, 10 "light_paths" STORAGE_BUFFER,
+        7 "vpls" STORAGE_IMAGE, 10 "rays" STORAGE_BUFFER, 11 "light_paths" STORAGE_BUFFER,
     ];
     LIGHT_PATHS_SHADE_BINDINGS = [
         1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE, 3 "vertex_values" SAMPLED_IMAGE,
         4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE, 6 "triangle_shading" STORAGE_IMAGE,
-        9 "rays" STORAGE_BUFFER, 10 "hits" STORAGE_BUFFER, 11 "light_paths" STORAGE_BUFFER,
-        12 "drawn_vpls" STORAGE_IMAGE,
+        8 "drawn_vpls" STORAGE_IMAGE, 10 "rays" STORAGE_BUFFER, 11 "hits" STORAGE_BUFFER,
+        12 "light_paths" STORAGE_BUFFER,
     ];
     LIGHT_PATHS_SHADE_PHASORS_BINDINGS = [
         1 "texels" STORAGE_IMAGE, 2 "materials" STORAGE_IMAGE, 3 "vertex_values" SAMPLED_IMAGE,
         4 "instances" SAMPLED_IMAGE, 5 "ray_triangles" STORAGE_IMAGE, 6 "triangle_shading" STORAGE_IMAGE,
-        8 "modulation" UNIFORM_BUFFER, 9 "rays" STORAGE_BUFFER, 10 "hits" STORAGE_BUFFER,
-        11 "light_paths" STORAGE_BUFFER, 12 "drawn_vpls" STORAGE_IMAGE,
+        8 "drawn_vpls" STORAGE_IMAGE, 9 "modulation" UNIFORM_BUFFER, 10 "rays" STORAGE_BUFFER,
+        11 "hits" STORAGE_BUFFER, 12 "light_paths" STORAGE_BUFFER,
     ];
     FINAL_GATHER_EMIT_BINDINGS = [
         1 "position_instance" SAMPLED_IMAGE, 2 "normal_geometric" SAMPLED_IMAGE, 3 "lobe_parameters" SAMPLED_IMAGE,
@@ -479,13 +479,13 @@ modules! {
     LIGHT_RAYS_SURFACES_PHASORS: Key::LightRaysSurfaces { phasors: true, .. } =>
         "light_rays_surfaces_phasors" "light_rays" c"compute_main" [64, 1, 1] 44 LIGHT_RAYS_SURFACES_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
     LIGHT_PATHS_EMIT: Key::LightPathsEmit { phasors: false, .. } =>
-        "light_paths_emit" "light_paths" c"compute_main" [64, 1, 1] 40 LIGHT_PATHS_EMIT_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
+        "light_paths_emit" "light_paths" c"compute_main" [64, 1, 1] 36 LIGHT_PATHS_EMIT_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
     LIGHT_PATHS_EMIT_PHASORS: Key::LightPathsEmit { phasors: true, .. } =>
-        "light_paths_emit_phasors" "light_paths" c"compute_main" [64, 1, 1] 40 LIGHT_PATHS_EMIT_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
+        "light_paths_emit_phasors" "light_paths" c"compute_main" [64, 1, 1] 36 LIGHT_PATHS_EMIT_BINDINGS ["lambert", "specular", "microfacet"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
     LIGHT_PATHS_SHADE: Key::LightPathsShade { phasors: false, .. } =>
-        "light_paths_shade" "light_paths" c"compute_main" [64, 1, 1] 40 LIGHT_PATHS_SHADE_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
+        "light_paths_shade" "light_paths" c"compute_main" [64, 1, 1] 36 LIGHT_PATHS_SHADE_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 3), ("PHONG_VPL_LAYERS", 5), ("MICROFACET_VPL_LAYERS", 7), ("PAIRS", 2)];
     LIGHT_PATHS_SHADE_PHASORS: Key::LightPathsShade { phasors: true, .. } =>
-        "light_paths_shade_phasors" "light_paths" c"compute_main" [64, 1, 1] 40 LIGHT_PATHS_SHADE_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
+        "light_paths_shade_phasors" "light_paths" c"compute_main" [64, 1, 1] 36 LIGHT_PATHS_SHADE_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "flat", "textured", "smooth", "detailed", "instanced"] [("VPL_LAYERS", 4), ("PHONG_VPL_LAYERS", 6), ("MICROFACET_VPL_LAYERS", 8), ("PAIRS", 2)];
     FINAL_GATHER_EMIT: Key::FinalGatherEmit { .. } =>
         "final_gather_emit" "final_gather_emit" c"compute_main" [64, 1, 1] 96 FINAL_GATHER_EMIT_BINDINGS ["lambert", "matte", "specular", "glossy", "microfacet"] [("RESULT_VECTORS", 2), ("PAIRS", 2)];
     FINAL_GATHER_DRAW: Key::FinalGatherDraw { phasors: false, .. } =>

@@ -15,6 +15,7 @@
 //!
 //! `docs/model.md` describes what is computed, `docs/architecture.md` how. The library never prints and never exits.
 
+mod bounce_layers;
 mod cameras;
 #[cfg(feature = "capi")]
 pub mod capi;

@@ -27,6 +27,7 @@ use crate::{
         kernels, modulation,
         trace::RayList,
     },
+    plan::GatheredPart,
     scene::{IndirectLight, MAX_FREQUENCIES, PixelSampling, TARGET_ERRORS},
     vulkan::{CommandPool, PassTimes, Pipelines, Readback, Timeline, shaders::Key},
 };
@@ -40,12 +41,12 @@ pub struct Renderer {
     pub(crate) device: Device,
     pipelines: Arc<Pipelines>,
     commands: CommandPool,
-    cache: FrameCache,
+    pub(crate) cache: FrameCache,
     /// Room for rays, if the last frame cast any.
     rays: Option<RayList>,
     /// Buffers for the layers of the next frame.
     pool: BufferPool,
-    readback: RefCell<Readback>,
+    pub(crate) readback: RefCell<Readback>,
     /// The timeline of the frames that stay on the device; `None` before the first.
     timeline: Option<Arc<Timeline>>,
     /// The index of the next frame, unless its options give one.
@@ -169,14 +170,17 @@ impl Renderer {
         for layer in options.layers.unwrap_or_default() {
             layer.check_made_for(scene)?;
         }
-        let repeated = match options.repeat_unchanged {
+        let bounces = self.render_bounces(scene, options)?;
+        let before = start.elapsed();
+        let repeated = match options.repeat_unchanged && bounces.is_none() {
             true => self.repeat(scene, options)?,
             false => None,
         };
         let is_repeated = repeated.is_some();
-        let drawn = match repeated {
-            Some(drawn) => drawn,
-            None => self.draw(scene, options, false, None)?,
+        let drawn = match (repeated, &bounces) {
+            (Some(drawn), _) => drawn,
+            (None, None) => self.draw(scene, options, Drawing::default())?,
+            (None, Some(bounces)) => self.draw_part(scene, options, bounces.rest)?,
         };
         let pool = std::mem::take(&mut self.pool);
         let began = Instant::now();
@@ -188,12 +192,18 @@ impl Renderer {
             name: "layers",
             milliseconds: 1e3 * of_layers.as_secs_f64(),
         });
-        let wall = start.elapsed().as_secs_f64();
-        frame.stats.wall_milliseconds = wall * 1e3;
+        let wall = start.elapsed();
         if let Some(pace) = self.pace.as_mut().filter(|_| !is_repeated) {
-            pace.end_seconds += wall - 1e-3 * drawn.stats.wall_milliseconds;
+            let own = (wall - before).as_secs_f64();
+            pace.end_seconds += own - 1e-3 * drawn.stats.wall_milliseconds;
         }
-        self.kept = KeptFrame::of(&drawn, options);
+        // With other gathers, this one had a part of the limits.
+        let whole = bounces.is_none().then_some(&drawn);
+        self.kept = whole.and_then(|drawn| KeptFrame::of(drawn, options));
+        if let Some(bounces) = bounces {
+            bounces.add_to(&mut frame);
+        }
+        frame.stats.wall_milliseconds = wall.as_secs_f64() * 1e3;
         self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
     }
@@ -261,7 +271,7 @@ impl Renderer {
         let (images, last) = (std::mem::take(&mut self.cache.images), self.last.take());
         let kept = self.kept.take();
         let (next_frame_index, pace) = (self.next_frame_index, self.pace);
-        let drawn = self.draw(&small, &mut RenderOptions::default(), false, None);
+        let drawn = self.draw(&small, &mut RenderOptions::default(), Drawing::default());
         self.next_frame_index = next_frame_index;
         (self.last, self.pace) = (last, pace);
         drop(drawn?);
@@ -289,7 +299,11 @@ impl Renderer {
             None => Arc::new(Timeline::new(&self.device)?),
         };
         self.timeline = Some(timeline.clone());
-        let drawn = self.draw(scene, options, true, None)?;
+        let drawing = Drawing {
+            stays_on_device: true,
+            ..Drawing::default()
+        };
+        let drawn = self.draw(scene, options, drawing)?;
         let ready_at = timeline.rise().inspect_err(|_| self.forget())?;
         Ok(DeviceFrame::new(&self.device, drawn, timeline, ready_at))
     }
@@ -302,17 +316,20 @@ impl Renderer {
         options: &mut RenderOptions,
         observe: &mut Observer,
     ) -> Result<DrawnFrame> {
-        self.draw(scene, options, false, Some(observe))
+        let drawing = Drawing {
+            observe: Some(observe),
+            ..Drawing::default()
+        };
+        self.draw(scene, options, drawing)
     }
 
-    fn draw(
+    pub(crate) fn draw(
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
-        stays_on_device: bool,
-        observe: Option<&mut Observer>,
+        drawing: Drawing,
     ) -> Result<DrawnFrame> {
-        let drawn = self.try_to_draw(scene, options, stays_on_device, observe);
+        let drawn = self.try_to_draw(scene, options, drawing);
         // Copies that are still waiting are of no use.
         drawn.inspect_err(|_| {
             self.commands = CommandPool::new(&self.device);
@@ -324,9 +341,13 @@ impl Renderer {
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
-        stays_on_device: bool,
-        observe: Option<&mut Observer>,
+        drawing: Drawing,
     ) -> Result<DrawnFrame> {
+        let Drawing {
+            part,
+            stays_on_device,
+            observe,
+        } = drawing;
         self.kept = None;
         let cost = RefCell::new(Cost::new(
             options.submission_target,
@@ -337,6 +358,7 @@ impl Renderer {
         self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
+        plan.gather_part(part);
         // The frame's description has the lights of the scene alone.
         let lit = &*scene.with_emissive_light();
         let mut gather = plan.indirect.as_mut().map(|indirect| &mut indirect.gather);
@@ -441,6 +463,15 @@ impl Renderer {
             description: self.describe(scene, options),
         })
     }
+}
+
+/// How a frame is drawn, beside its options.
+#[derive(Default)]
+pub(crate) struct Drawing<'d, 'o> {
+    pub part: GatheredPart,
+    /// Its images are for a host that uses them on the device.
+    pub stays_on_device: bool,
+    pub observe: Option<&'d mut Observer<'o>>,
 }
 
 /// Draws while other threads make the pipelines of kernels.

@@ -40,6 +40,7 @@ enum class layer : std::int32_t {
     albedo = CAMLUX_LAYER_ALBEDO,
     triangle_id = CAMLUX_LAYER_TRIANGLE_ID,
     texcoord = CAMLUX_LAYER_TEXCOORD,
+    indirect_bounce = CAMLUX_LAYER_INDIRECT_BOUNCE,
     tof_phasor = CAMLUX_LAYER_TOF_PHASOR,
     tof_phasor_direct = CAMLUX_LAYER_TOF_PHASOR_DIRECT,
     tof_phasor_indirect = CAMLUX_LAYER_TOF_PHASOR_INDIRECT,
@@ -50,14 +51,23 @@ enum class layer : std::int32_t {
     tof_wraps = CAMLUX_LAYER_TOF_WRAPS,
     tof_taps = CAMLUX_LAYER_TOF_TAPS,
     tof_point = CAMLUX_LAYER_TOF_POINT,
+    tof_phasor_bounce = CAMLUX_LAYER_TOF_PHASOR_BOUNCE,
 };
+
+/** The layer of light of so many bounces alone: of indirect_bounce or of tof_phasor_bounce; -1 if there is no such layer. */
+constexpr layer of_bounces(std::int32_t bounces, layer of_one = layer::indirect_bounce) noexcept
+{
+    const bool is_there = (of_one == layer::indirect_bounce || of_one == layer::tof_phasor_bounce) && bounces >= 1 && bounces <= 16;
+    return static_cast<layer>(is_there ? static_cast<std::int32_t>(of_one) + bounces - 1 : -1);
+}
 
 /** A time-of-flight layer at the frequency with that index; -1 if there is no such layer. \param phase of tof_taps: the index of the phase image. */
 constexpr layer of_frequency(std::int32_t frequency, layer of_first, std::int32_t phase = 0) noexcept
 {
     const std::int32_t most_phases = of_first == layer::tof_taps ? 8 : 1;
-    const bool is_there = frequency >= 0 && frequency < 4 && of_first >= layer::tof_phasor && of_first <= layer::tof_taps &&
-                          phase >= 0 && phase < most_phases;
+    const bool is_of_bounces = of_first >= layer::tof_phasor_bounce && of_first <= of_bounces(16, layer::tof_phasor_bounce);
+    const bool is_of_tof = (of_first >= layer::tof_phasor && of_first <= layer::tof_taps) || of_first == layer::tof_point || is_of_bounces;
+    const bool is_there = frequency >= 0 && frequency < 4 && is_of_tof && phase >= 0 && phase < most_phases;
     const std::int32_t number = static_cast<std::int32_t>(of_first) + frequency * CAMLUX_TOF_NEXT_FREQUENCY + phase;
     return static_cast<layer>(is_there ? number : -1);
 }

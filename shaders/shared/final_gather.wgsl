@@ -28,6 +28,9 @@ struct FinalGatherParameters {
     set_count: u32,
     // Samples of a packet that are VPLs: all, or none if lights have none.
     vpl_samples: u32,
+    // The VPLs of a set that paths lead to: the first one, and their number. With others, paths would not have a wanted number of bounces.
+    first_vpl: u32,
+    vpl_count: u32,
     // 1: stores what each ray to a VPL finds.
     is_pilot: u32,
     // Index of a receiver's result, less its index in the list.
@@ -45,8 +48,6 @@ struct FinalGatherParameters {
     path_count: u32,
     first_path: u32,
     first_path_to_light: u32,
-    // VPLs of a set, from the first on, with which they have no more bounces than there may be.
-    path_vpls: u32,
     // The same of the paths that they extend.
     extended_count: u32,
     first_extended: u32,

@@ -60,6 +60,16 @@ fn load_vpl_lobe(index: u32) -> VplLobe {
     return VplLobe(textureLoad(vpls, place, VPL_LAYERS).xyz, lobe_of_texels(texels));
 }
 
+// For rays: radiance along a unit direction that leads away from it.
+fn vpl_radiance(vpl: Vpl, index: u32, direction: vec3<f32>) -> vec3<f32> {
+    var radiance = vpl.diffuse;
+    if (SPECULAR) {
+        let vpl_lobe = load_vpl_lobe(index);
+        radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, direction);
+    }
+    return radiance;
+}
+
 fn vpl_place(index: u32) -> vec2<u32> {
     return vec2<u32>(index % VPLS_PER_ROW, index / VPLS_PER_ROW);
 }

@@ -10,7 +10,7 @@ use crate::{
     DeviceFrame,
     output::{
         ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile, PngView,
-        TofQuantity, write_exr_files, write_png,
+        write_exr_files, write_png,
     },
 };
 
@@ -237,14 +237,16 @@ pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
 /// The number of a layer; `None` for layers that no render has.
 fn number_of(layer: Layer) -> Option<i32> {
     let (_, first) = layer.c_constant()?;
-    let Layer::Tof(frequency, quantity) = layer else {
-        return Some(first);
-    };
-    let phase = match quantity {
-        TofQuantity::Taps(phase) => phase,
+    let frequency = match layer {
+        Layer::Tof(frequency, _) => frequency,
         _ => 0,
     };
-    Some(first + CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency) + i32::from(phase))
+    let own = match layer.number() {
+        Some(number) if layer.bounces().is_some() => number - 1,
+        Some(phase) => phase,
+        None => 0,
+    };
+    Some(first + CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency) + i32::from(own))
 }
 
 /// Name and unit of a layer as C strings, created once.

@@ -4,7 +4,8 @@ use super::*;
 use crate::scene::{ChargeUnit, MAX_FREQUENCIES, SensorNoise, TimeOfFlight};
 
 /// Difference between the numbers of a layer at one frequency and at the next. CAMLUX_LAYER_TOF_PHASOR and so on are of frequency 0, and
-/// CAMLUX_LAYER_TOF_TAPS is of phase image 0: add 1 for each phase image after it.
+/// CAMLUX_LAYER_TOF_TAPS is of phase image 0: add 1 for each phase image after it. CAMLUX_LAYER_INDIRECT_BOUNCE and CAMLUX_LAYER_TOF_PHASOR_BOUNCE
+/// are of one bounce: add 1 for each bounce more.
 pub const CAMLUX_TOF_NEXT_FREQUENCY: i32 = 16;
 
 /// Charges are electrons.

@@ -326,6 +326,7 @@ pub(crate) fn read_layers(
             has_sensor: true,
             counted: None,
             has_indirect: images.indirect.is_some(),
+            bounces: 1,
             has_emission: false,
             has_samples: false,
             has_stderr: false,

@@ -108,6 +108,7 @@ impl Plan {
             has_sensor: self.joule_per_irradiance.is_some(),
             counted: self.counted_electrons,
             has_indirect: self.indirect.is_some(),
+            bounces: self.bounces(),
             has_emission: self.is_emissive,
             has_samples: self.pixel_sampling.is_some(),
             has_stderr: self.has_stderr_layer(),

@@ -1,11 +1,12 @@
 //! The layers of a frame: what their rows say, and which scenes have them.
 
-use std::{collections::HashMap, sync::LazyLock};
+use std::{collections::HashMap, num::NonZeroU8, sync::LazyLock};
 
 use super::layer_table::{Layer, LayerNeed, TofQuantity};
 use crate::error::{Error, Result};
 use crate::scene::{
-    ChargeUnit, CountedElectrons, IndirectLight, MAX_FREQUENCIES, MAX_PHASES, Scene, TimeOfFlight,
+    ChargeUnit, CountedElectrons, IndirectLight, MAX_BOUNCES, MAX_FREQUENCIES, MAX_PHASES, Scene,
+    TimeOfFlight,
 };
 
 /// The names of a layer and of its channels.
@@ -24,12 +25,13 @@ impl Names {
     /// It lives as long as the program.
     fn of(layer: Layer) -> Names {
         let row = layer.row();
+        let own = match layer.number() {
+            Some(number) => format!("{}{number}", row.name),
+            None => row.name.into(),
+        };
         let name: &'static str = match layer {
-            Layer::Tof(frequency, TofQuantity::Taps(phase)) => {
-                format!("tof{frequency}.{}{phase}", row.name).leak()
-            }
-            Layer::Tof(frequency, _) => format!("tof{frequency}.{}", row.name).leak(),
-            _ => row.name,
+            Layer::Tof(frequency, _) => format!("tof{frequency}.{own}").leak(),
+            _ => own.leak(),
         };
         let channel = |part: &&str| -> &'static str { format!("{name}.{part}").leak() };
         let channels = match row.channels {
@@ -46,14 +48,39 @@ impl Names {
 impl Layer {
     /// Every layer, in the order of the documentation.
     pub fn all() -> impl Iterator<Item = Layer> {
-        let quantities = || {
-            let phases = (1..MAX_PHASES as u8).map(TofQuantity::Taps);
-            TofQuantity::OF_ROWS.iter().copied().chain(phases)
+        let bounces = || (1..=MAX_BOUNCES).filter_map(NonZeroU8::new);
+        let quantities = move |of_row: TofQuantity| match of_row {
+            TofQuantity::PhasorBounce(_) => bounces().map(TofQuantity::PhasorBounce).collect(),
+            TofQuantity::Taps(_) => (0..MAX_PHASES as u8).map(TofQuantity::Taps).collect(),
+            _ => vec![of_row],
         };
-        let of_frequency = move |frequency| quantities().map(move |q| Layer::Tof(frequency, q));
-        let frequencies = 0..MAX_FREQUENCIES as u8;
-        let plain = Layer::OF_ROWS.iter().copied();
-        plain.chain(frequencies.flat_map(of_frequency))
+        let of_frequency = move |frequency| {
+            let quantities = TofQuantity::OF_ROWS.iter().copied().flat_map(quantities);
+            quantities.map(move |quantity| Layer::Tof(frequency, quantity))
+        };
+        let plain = move |of_row: Layer| match of_row {
+            Layer::Bounce(_) => bounces().map(Layer::Bounce).collect(),
+            _ => vec![of_row],
+        };
+        let plain = Layer::OF_ROWS.iter().copied().flat_map(plain);
+        plain.chain((0..MAX_FREQUENCIES as u8).flat_map(of_frequency))
+    }
+
+    /// The number of bounces or of the phase image, with which the layer's name ends.
+    pub(crate) fn number(self) -> Option<u8> {
+        match self {
+            Layer::Bounce(bounces) | Layer::Tof(_, TofQuantity::PhasorBounce(bounces)) => {
+                Some(bounces.get())
+            }
+            Layer::Tof(_, TofQuantity::Taps(phase)) => Some(phase),
+            _ => None,
+        }
+    }
+
+    /// The number of bounces of the light that the layer has alone.
+    pub(crate) fn bounces(self) -> Option<u32> {
+        let has_bounces = matches!(self.need(), LayerNeed::MoreBounces);
+        self.number().filter(|_| has_bounces).map(u32::from)
     }
 
     /// The name in OpenEXR files and on the command line.
@@ -152,6 +179,7 @@ impl Layer {
             has_sensor: scene.sensor.is_some(),
             counted: scene.sensor.and_then(|sensor| sensor.counted_electrons()),
             has_indirect: scene.indirect.is_some(),
+            bounces: gather.map_or(1, |gather| gather.bounces),
             has_emission: scene.has_emission(),
             has_samples: scene.camera.pixel_sampling.is_some(),
             has_stderr: gather.is_some_and(|gather| gather.stderr_layer),
@@ -197,6 +225,10 @@ impl Layer {
                 let (count, last) = (tof.phase_count, tof.phase_count - 1);
                 format!("choose one of its {count} phase images, phase0 to phase{last}")
             }
+            _ if self.bounces().is_some() => {
+                let least = self.bounces().unwrap_or_default().max(2);
+                format!("let final-gather gather {least} bounces or more (bounces)")
+            }
             _ if self.is_on_request() && self.need() == LayerNeed::Nothing => {
                 "name it in the layers of the render".into()
             }
@@ -210,7 +242,9 @@ impl Layer {
         let is_in_range = match self {
             Layer::Tof(frequency, _) if u32::from(frequency) >= frequencies => false,
             Layer::Tof(_, TofQuantity::Taps(phase)) => u32::from(phase) < phases,
-            _ => true,
+            _ => self
+                .bounces()
+                .is_none_or(|bounces| bounces <= parts.bounces),
         };
         is_in_range
             && match self.need() {
@@ -222,6 +256,7 @@ impl Layer {
                     .counted
                     .is_some_and(|counted| counted.is_raw && counted.has_noise),
                 LayerNeed::Indirect => parts.has_indirect,
+                LayerNeed::MoreBounces => parts.bounces > 1,
                 LayerNeed::StderrLayer => parts.has_stderr,
                 LayerNeed::Samples => parts.has_samples,
                 LayerNeed::Emission => parts.has_emission,
@@ -237,6 +272,8 @@ pub(crate) struct FrameParts {
     pub has_sensor: bool,
     pub counted: Option<CountedElectrons>,
     pub has_indirect: bool,
+    /// Most bounces of its light.
+    pub bounces: u32,
     /// Whether surfaces emit.
     pub has_emission: bool,
     /// Whether pixels are averaged over samples.

@@ -1,5 +1,7 @@
 //! The table of layers: everything that is known of a layer, whatever the scene, is its row here.
 
+use std::num::NonZeroU8;
+
 /// What a frame needs to have a layer. A layer of a time-of-flight frequency needs that frequency, too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerNeed {
@@ -14,6 +16,8 @@ pub enum LayerNeed {
     RawNoise,
     /// [`Scene::indirect`](crate::Scene::indirect)
     Indirect,
+    /// [`FinalGather::bounces`](crate::scene::FinalGather::bounces) above 1.
+    MoreBounces,
     /// `stderr_layer` of [`IndirectLight::FinalGather`](crate::scene::IndirectLight::FinalGather). Reference images need nothing.
     StderrLayer,
     /// [Samples](crate::scene::PixelSampling) that pixels are averaged over.
@@ -37,6 +41,7 @@ impl LayerNeed {
             LayerNeed::RawElectrons => "give the sensor bayer or monochrome",
             LayerNeed::RawNoise => "give the sensor noise, and bayer or monochrome",
             LayerNeed::Indirect => "give the scene indirect light",
+            LayerNeed::MoreBounces => "let final-gather gather more bounces (bounces)",
             LayerNeed::StderrLayer => "set stderr_layer of its indirect light",
             LayerNeed::Samples => "set samples of its camera",
             LayerNeed::Emission => "give a material an emission",
@@ -140,6 +145,10 @@ layers! {
         /// Computed by the [`IndirectLight`](crate::scene::IndirectLight) in
         /// [`FrameDescription::indirect`](super::FrameDescription::indirect).
         Indirect: "indirect" ["R", "G", "B"] "W/sr/m^2", Indirect, CAMLUX_LAYER_INDIRECT = 2;
+        /// Light of one number of bounces alone, counted from 1; with that of 1 what other surfaces emit. Together they are `indirect`.
+        ///
+        /// Each is gathered by itself, to the target error of its own light. All gathers of a frame share its limits.
+        Bounce(NonZeroU8): "indirect." ["R", "G", "B"] "W/sr/m^2", MoreBounces on_request, CAMLUX_LAYER_INDIRECT_BOUNCE = 24;
         /// Light that the surface emits by itself.
         Emission: "emission" ["R", "G", "B"] "W/sr/m^2", Emission, CAMLUX_LAYER_EMISSION = 15;
         /// Standard error of `indirect`, and thus of `radiance`, per band.
@@ -239,6 +248,8 @@ layers! {
         PhasorDirect: "phasor_direct" ["re", "im"] "W/sr/m^2", Nothing, CAMLUX_LAYER_TOF_PHASOR_DIRECT = 65;
         /// Z of the indirect light.
         PhasorIndirect: "phasor_indirect" ["re", "im"] "W/sr/m^2", Indirect, CAMLUX_LAYER_TOF_PHASOR_INDIRECT = 66;
+        /// Z of the light of one number of bounces alone, as `indirect.1` and so on have its radiance.
+        PhasorBounce(NonZeroU8): "phasor_indirect." ["re", "im"] "W/sr/m^2", MoreBounces on_request, CAMLUX_LAYER_TOF_PHASOR_BOUNCE = 192;
         /// Standard error of Z of the indirect light.
         PhasorStandardError: "phasor_stderr" ["re", "im"] "W/sr/m^2", Reference;
         /// Half the path length computed from the phase images, noise included, from 0 to c/(2f); NaN where they give no range.

@@ -332,8 +332,10 @@ impl<'m> Measuring<'m> {
             TofQuantity::Amplitude => put(values, measured, |of| [of.phasor.magnitude() as f32]),
             TofQuantity::Intensity => put(values, measured, |of| [of.intensity as f32]),
             TofQuantity::Taps(phase) => put(values, measured, |of| of.taps[usize::from(phase)]),
-            // They are no floats, or not of this camera.
-            TofQuantity::Wraps | TofQuantity::PhasorStandardError => (),
+            // They are no floats, or not of this camera, or of another gather.
+            TofQuantity::Wraps
+            | TofQuantity::PhasorStandardError
+            | TofQuantity::PhasorBounce(_) => (),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Final gathering: the bounces at a list of receivers, with rays from the receivers and from the lights. [`FinalGather::take`] is
 //! the sequence of its passes: emit rays, trace them, shade what they hit, and sum up.
 
+use std::ops::Range;
+
 use super::{
     Context,
     cost::WorkKind,
@@ -61,6 +63,8 @@ pub(crate) struct FinalGather<'b> {
     sampling: [LightSampling; 2],
     /// The light rays that were traced last.
     sent: Option<LightRaySets>,
+    /// As [`light_paths::assumed_area`] computes it.
+    assumed_area: f64,
     /// Density of the points of emissive surfaces, as a [`DeviceLight`] has it.
     emission_density: f64,
     /// Whether gathers of the image send rays to VPLs.
@@ -177,6 +181,7 @@ impl<'b> FinalGather<'b> {
             light_rays: LightRays::new(device, context.plan)?,
             sampling: [(); 2].map(|()| LightSampling::even(&lights)),
             sent: None,
+            assumed_area: light_paths::assumed_area(context),
             emission_density: lights
                 .iter()
                 .map(|light| light.emission_density(context.space))
@@ -210,10 +215,11 @@ impl<'b> FinalGather<'b> {
         let table = match sampling.table.take() {
             Some(table) if table.is_for(set_size) => table,
             _ => {
-                let bounces = self.context.plan.bounces();
+                let Context { commands, plan, .. } = *self.context;
+                let area = self.assumed_area;
                 sampling
                     .sampler
-                    .table(self.context.commands, set_size, bounces)?
+                    .table(commands, set_size, plan.bounces(), area)?
             }
         };
         let count = self.light_rays.trace(
@@ -230,7 +236,8 @@ impl<'b> FinalGather<'b> {
 
     /// Packets of a receiver, and lights, that an invocation of the sum takes within the loop iterations that the driver allows.
     fn summed_at_once(&self, lobes: u32) -> (u32, u32) {
-        let lights = self.context.plan.gathered_lights();
+        let gathered = self.context.plan.gathered_lights();
+        let lights = gathered.max(self.lights.len() as u32);
         let Some(most) = self.context.device.info().quirks.max_loop_iterations else {
             return (u32::MAX, lights);
         };
@@ -251,7 +258,6 @@ impl<'b> FinalGather<'b> {
         let packets = Buffer::upload(device, "packets", &chunk.packets)?;
         let spans = Buffer::upload(device, "spans", &chunk.spans)?;
         let packet_count = chunk.packets.len() as u32;
-        let lights = context.plan.gathered_lights();
         let of_packets = groups_in_rows(packet_count.div_ceil(PACKETS_OF_GROUP));
         let of_lobes = groups_in_rows((gather.lobes * packet_count).div_ceil(PACKETS_OF_GROUP));
         let of_spans = groups_in_rows((chunk.spans.len() as u32).div_ceil(64));
@@ -289,7 +295,7 @@ impl<'b> FinalGather<'b> {
                 }
             }
             tree.trace(context, Find::Closest, 0..directions)?;
-            for light_index in 0..lights {
+            for light_index in 0..parameters.light_end {
                 let parameters = FinalGatherParameters {
                     light_index,
                     ..parameters
@@ -306,7 +312,7 @@ impl<'b> FinalGather<'b> {
                 tree.trace(context, Find::Closest, first..first + paths)?;
                 let lanes = parameters.path_count.min(LANES);
                 let groups = groups_in_rows((gather.lobes * packet_count * lanes).div_ceil(64));
-                for light_index in 0..self.lights.len() as u32 {
+                for light_index in 0..parameters.light_end {
                     let parameters = FinalGatherParameters {
                         light_index,
                         ..*parameters
@@ -317,12 +323,14 @@ impl<'b> FinalGather<'b> {
             }
             tree.trace(context, Find::Any, to_light)?;
         }
-        let sum = |parameters: &FinalGatherParameters, lights: u32, deep: bool| {
-            for light_index in (0..lights).step_by(lights_at_once as usize) {
+        let sum = |parameters: &FinalGatherParameters, deep: bool| {
+            let lights = parameters.light_end;
+            // Without lights, there are VPLs.
+            for light_index in (0..lights.max(1)).step_by(lights_at_once as usize) {
                 let is_first = light_index == 0;
                 let parameters = FinalGatherParameters {
                     light_index,
-                    light_end: (light_index + lights_at_once).min(lights),
+                    light_end: lights.min(light_index.saturating_add(lights_at_once)),
                     vpl_samples: if is_first { parameters.vpl_samples } else { 0 },
                     ..*parameters
                 };
@@ -335,9 +343,9 @@ impl<'b> FinalGather<'b> {
             }
             Ok(())
         };
-        sum(&parameters, lights, false)?;
+        sum(&parameters, false)?;
         for parameters in &longer_paths {
-            sum(parameters, self.lights.len() as u32, true)?;
+            sum(parameters, true)?;
         }
         Ok(())
     }
@@ -347,8 +355,8 @@ impl<'b> FinalGather<'b> {
 struct Gather<'g> {
     lobes: u32,
     rays: PacketRays,
-    /// VPLs of a set for the longer paths, bounce by bounce: with these, paths have as many bounces as there may be.
-    vpls: Vec<u32>,
+    /// VPLs of a set for the longer paths, bounce by bounce.
+    vpls: Vec<Range<u32>>,
     receiver: Receiver,
     resources: Vec<(&'static str, Resource<'g>)>,
     parameters: FinalGatherParameters,
@@ -419,7 +427,8 @@ impl Gatherer for FinalGather<'_> {
         self.send_light_rays(few, 0)?;
         let table = self.sampling[GatheredFor::Image as usize].table.as_ref();
         let vpl_count = table.map_or(0, |table| table.set_size);
-        if vpl_count == 0 {
+        // The pass sums over all of them.
+        if vpl_count == 0 || self.context.plan.gathers_last_bounce_alone() {
             return Ok(false);
         }
         let vpls = &self.light_rays.vpls;
@@ -482,29 +491,40 @@ impl Gatherer for FinalGather<'_> {
         ]);
         resources.extend(self.context.modulation());
         let lobes = if is_glossy { 2 } else { 1 };
-        let rays = PacketRays::new(self.context.plan, lobes);
+        let plan = self.context.plan;
+        let rays = PacketRays::new(plan, lobes);
+        let (bounces, is_alone) = (plan.bounces(), plan.gathers_last_bounce_alone());
+        let vpls = match is_alone {
+            true => table.vpls_of(bounces, true),
+            // With the points of surfaces that emit.
+            false => 0..table.set_size,
+        };
         let gather = Gather {
             lobes,
             rays,
-            vpls: (2..=self.context.plan.bounces())
+            // Beyond these VPLs, paths would have more bounces than there may be.
+            vpls: (1..bounces)
                 .rev()
-                .map(|bounces| table.vpls_within(bounces - 1))
+                .map(|left| table.vpls_of(left, is_alone))
                 .collect(),
-            receiver: self.context.plan.receiver(is_glossy),
+            receiver: plan.receiver(is_glossy),
             resources,
             parameters: FinalGatherParameters {
                 camera_position: self.context.camera_position(),
                 set_size: table.set_size,
                 set_count: light_rays.set_count,
-                vpl_samples: if table.set_size > 0 && sends_to_vpls {
+                vpl_samples: if !vpls.is_empty() && sends_to_vpls {
                     PACKET_SAMPLES
                 } else {
                     0
                 },
+                first_vpl: vpls.start,
+                vpl_count: vpls.len() as u32,
+                light_end: plan.gathered_lights(),
                 is_pilot: self.pilot_samples.is_some().into(),
                 result_offset: results.first.wrapping_sub(first),
                 seed: seed ^ own_seed,
-                reflected_density: light_paths::density(self.context, table),
+                reflected_density: table.reflected_density,
                 emission_density: (table.point_share() * self.emission_density) as f32,
                 ..FinalGatherParameters::default()
             },

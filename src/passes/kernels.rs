@@ -26,7 +26,6 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
         let of_one_bounce = [
             Key::FinalGatherEmit { receiver },
             Key::FinalGatherDraw { phasors, receiver },
-            shade_key(plan, receiver, false, false),
             Key::FinalGatherSum {
                 phasors,
                 receiver,
@@ -34,7 +33,9 @@ pub(crate) fn of_final_gather(plan: &Plan) -> Vec<Key> {
             },
         ];
         let of_more = keys_of_longer_paths(plan, receiver);
-        of_one_bounce.into_iter().chain(of_more)
+        let shade = shade_key(plan, receiver, false, false);
+        let shade = (!plan.gathers_last_bounce_alone()).then_some(shade);
+        of_one_bounce.into_iter().chain(shade).chain(of_more)
     });
     let first = [
         Key::ReceiversCount { brdf },

@@ -34,13 +34,21 @@ pub(super) fn most_vpls(of_first: u32, bounces: u32, sets: u32) -> u32 {
     }
 }
 
-/// The density that the VPLs are given, per area: as if they were spread evenly over the box around the scene.
-pub(super) fn density(context: &Context, table: &RayTable) -> f32 {
+/// The area over which the VPLs are taken to be spread evenly, whatever their density is: that of the box around the scene, local units².
+/// 0 with one bounce.
+pub(super) fn assumed_area(context: &Context) -> f64 {
+    if context.plan.bounces() == 1 {
+        return 0.0;
+    }
     let size_m = context.scene.bounding_box().map(|b| b.max_m - b.min_m);
     let size = size_m.unwrap_or_default() / context.space.metres_per_unit;
-    let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
-    let of_two_bounces = table.reflected.first().copied().unwrap_or_default();
-    (f64::from(of_two_bounces) / f64::from(table.set_size.max(1)) / area.max(1e-12)) as f32
+    2.0 * (size.x * size.y + size.y * size.z + size.z * size.x)
+}
+
+/// The density that the VPLs are given, per area.
+pub(super) fn density(of_two_bounces: u32, set_size: u32, assumed_area: f64) -> f32 {
+    let share = f64::from(of_two_bounces) / f64::from(set_size.max(1));
+    (share / assumed_area.max(1e-12)) as f32
 }
 
 fn emit_key(plan: &Plan) -> Key {
@@ -87,12 +95,11 @@ pub(super) fn trace(
             let end = all_rays.min(first + plan.rays_at_once);
             let parameters = LightPathParameters {
                 set_size: table.set_size,
-                set_count: sets.set_count,
                 first_vpl,
                 vpl_count,
                 first_before: before.0,
                 count_before: before.1,
-                density: density(context, table),
+                density: table.reflected_density,
                 seed: sets.seed.wrapping_mul(0x9e37_79b9) ^ bounce,
                 first_in_list: first,
                 end_in_list: end,

@@ -1,5 +1,7 @@
 //! Which rays of the lights go through which cell of their maps, as [`VplSampler`](super::vpl_sampler::VplSampler) decides.
 
+use std::ops::Range;
+
 use super::{
     random::{hash, unit},
     vpl_sampler::MAX_SMALL_CELLS,
@@ -26,6 +28,8 @@ pub(crate) struct RayTable {
     pub set_size: u32,
     /// The VPLs of each further bounce.
     pub reflected: Vec<u32>,
+    /// The density that these are given, as in `Vpl` of the shaders.
+    pub reflected_density: f32,
     /// These points.
     pub point_count: u32,
     pub(super) requested_set_size: u32,
@@ -42,10 +46,17 @@ impl RayTable {
         self.lights.iter().map(|light| light.ray_count).sum()
     }
 
-    /// VPLs of up to this many bounces, which a set begins with.
-    pub fn vpls_within(&self, bounces: u32) -> u32 {
-        let further = self.reflected.iter().take(bounces as usize - 1);
-        self.ray_count() + further.sum::<u32>()
+    /// VPLs of up to this many bounces, which a set begins with; or those of this number alone. Points are not among them.
+    pub fn vpls_of(&self, bounces: u32, alone: bool) -> Range<u32> {
+        let within = |bounces: u32| match bounces {
+            0 => 0,
+            _ => {
+                let further = self.reflected.iter().take(bounces as usize - 1);
+                self.ray_count() + further.sum::<u32>()
+            }
+        };
+        let start = if alone { within(bounces - 1) } else { 0 };
+        start..within(bounces)
     }
 
     /// The ray that about led to a VPL; `None` for points.

@@ -165,12 +165,14 @@ impl VplSampler {
         }
     }
 
-    /// Distributes about this many rays to the cells. Each light that shines gets some.
+    /// Distributes about this many rays to the cells. Each light that shines gets some. Of the VPLs of further bounces, it is assumed that
+    /// they are spread over this area.
     pub fn table(
         &self,
         commands: &CommandPool,
         requested_set_size: u32,
         bounces: u32,
+        assumed_area: f64,
     ) -> Result<RayTable> {
         let mut cells = Vec::new();
         let mut texels = Vec::new();
@@ -243,9 +245,11 @@ impl VplSampler {
                 densities.push([0.0, 0.0, density as f32, 0.0]);
             }
         }
+        let of_two_bounces = reflected.first().copied().unwrap_or_default();
         Ok(RayTable {
             set_size,
             reflected,
+            reflected_density: light_paths::density(of_two_bounces, set_size, assumed_area),
             point_count,
             requested_set_size,
             lights,

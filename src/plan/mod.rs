@@ -2,11 +2,14 @@
 
 mod axes;
 mod display;
+mod indirect;
 mod kernels;
 mod packet_rays;
 mod steps;
 
 pub(crate) use axes::surface_axis;
+pub(crate) use indirect::GatheredPart;
+pub use indirect::{GatherPlan, IndirectPlan, RefinementPlan};
 pub use kernels::{GatherKernel, Tracer};
 pub(crate) use packet_rays::PacketRays;
 pub(crate) use steps::GridStep;
@@ -16,8 +19,8 @@ use crate::{
     emission::EmissionDomain,
     geometry::has_shared_meshes,
     scene::{
-        CountedElectrons, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Material, Mesh,
-        PixelSampling, PlacedLight, Scene, Shadow, TextureLookup, TextureRole, VplSum,
+        CountedElectrons, DEFAULT_TARGET_ERROR, Material, Mesh, PixelSampling, PlacedLight, Scene,
+        Shadow, TextureLookup, TextureRole,
     },
     vulkan::{DeviceInfo, DeviceKind, shaders::most_storage_images},
 };
@@ -28,10 +31,6 @@ const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
 const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
 /// Least sub-pixel bits of the rasterisers of GPUs.
 const FINE_SUB_PIXEL_BITS: u32 = 8;
-/// From this target error on, points of the coarsest grid along the shorter edge of the image, and its largest stride.
-const GRIDS: [(f64, u32, u32); 4] = [(0.0, 25, 16), (0.05, 16, 16), (0.1, 12, 32), (0.2, 6, 64)];
-/// Texels along the edge of a tile, if the scene sets the size of the RSM for final gathering.
-const RSM_TEXELS_PER_TILE: u32 = 8;
 /// Most rays in memory at a time. More do not make a device faster, but a CPU loses them from its caches.
 const MAX_RAYS_OF_CPU: u64 = 1 << 19;
 const MAX_RAYS_OF_GPU: u64 = 1 << 22;
@@ -39,8 +38,6 @@ const MAX_RAYS_OF_GPU: u64 = 1 << 22;
 const BYTES_PER_RAY: u64 = 80;
 /// Points on emissive surfaces from which samples of their light start. Each frame draws others.
 const EMISSION_POINTS: u32 = 1 << 16;
-/// Most tiles along the edge of a face.
-const MAX_TILES: u32 = 32;
 
 /// The passes and permutations that a frame needs on a device.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,65 +153,6 @@ impl ShadowPlan {
     }
 }
 
-/// What the indirect light needs.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct IndirectPlan {
-    /// Cells along one edge of a face of a light's emission domain: texels of its RSM, or tiles through which final gathering
-    /// sends rays.
-    pub emission_size: u32,
-    pub gather: GatherPlan,
-    pub refinement: RefinementPlan,
-    /// Whether the standard error of each pixel's indirect light is requested.
-    pub has_stderr_layer: bool,
-}
-
-/// What gathers a pixel's indirect light.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum GatherPlan {
-    /// The sum over all VPLs, without visibility.
-    VplSum { sum: VplSum, kernel: GatherKernel },
-    /// Rays from P and rays to VPLs.
-    FinalGather { bounces: u32 },
-}
-
-/// Which pixels are gathered; the others are interpolated.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RefinementPlan {
-    /// Requested relRMSE of the indirect light; `None`: every pixel is gathered. The reference is the sum at every pixel for a sum,
-    /// and the true bounce for final gathering.
-    pub target_error: Option<f64>,
-    /// Requested error of range, metres; only with time of flight of the bounce. `target_error` is then for the light alone.
-    pub target_range_error_m: Option<f64>,
-    /// The norm of this error; [`ErrorNorm::Image`] for sums.
-    pub error_norm: ErrorNorm,
-    /// Wall time of a frame from the call on, milliseconds; `None`: no limit.
-    pub max_ms: Option<f64>,
-    /// Rays for the indirect light of a frame; `None`: no limit.
-    pub max_rays: Option<u64>,
-    /// Stride of the grid of pixels that are gathered first; a power of two, 1 if every pixel is gathered.
-    pub coarsest_stride: u32,
-}
-
-impl IndirectPlan {
-    /// The formula of the sum over VPLs; `None` for final gathering.
-    pub fn sum(&self) -> Option<VplSum> {
-        match self.gather {
-            GatherPlan::VplSum { sum, .. } => Some(sum),
-            GatherPlan::FinalGather { .. } => None,
-        }
-    }
-
-    /// Edge of a face of the RSM, texels; `None` if there is no RSM.
-    pub fn rsm_size(&self) -> Option<u32> {
-        self.sum().map(|_| self.emission_size)
-    }
-
-    /// Whether rays find visibility.
-    pub fn is_final_gather(&self) -> bool {
-        matches!(self.gather, GatherPlan::FinalGather { .. })
-    }
-}
-
 impl Plan {
     /// Plans for a scene, without checking that the device can hold it.
     pub(crate) fn for_scene(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
@@ -250,12 +188,9 @@ impl Plan {
         let faces = |light: &PlacedLight| EmissionDomain::new(light, 1, &bounds).faces.len();
         let faces: Vec<usize> = lights.iter().map(faces).collect();
         let fine_enough = shadow_size(scene, faces.iter().copied().min().unwrap_or(1), device);
-        let indirect = scene.indirect.map(|indirect| IndirectPlan {
-            emission_size: planned_emission_size(indirect, scene.lights.len()),
-            gather: planned_gather(indirect, device),
-            refinement: planned_refinement(indirect, scene.camera.resolution_px),
-            has_stderr_layer: indirect.gather().is_some_and(|gather| gather.stderr_layer),
-        });
+        let indirect = scene
+            .indirect
+            .map(|indirect| IndirectPlan::new(indirect, scene, device));
         let has_primary_rays = has_primary_rays(scene, device);
         // If something casts rays anyway, they cost less than a map, and their shadows are exact.
         let has_rays = has_primary_rays || indirect.is_some_and(|i| i.is_final_gather());
@@ -357,8 +292,11 @@ impl Plan {
         self.indirect.filter(|_| !self.lights.is_empty())
     }
 
-    /// Lights of which rays from hits lead to each; and, as one more, what the hits emit by themselves.
+    /// Lights of which rays from the hits of P's directions lead to each; and, as one more, what the hits emit by themselves.
     pub(crate) fn gathered_lights(&self) -> u32 {
+        if self.gathers_last_bounce_alone() {
+            return 0;
+        }
         let is_emission = |light: &LightPlan| light.emission_points > 0;
         let emission = u32::from(self.lights.iter().any(is_emission));
         self.lights.len() as u32 + emission
@@ -421,6 +359,17 @@ impl Plan {
         }
     }
 
+    /// Whether only light of several bounces is gathered, all of the same number.
+    pub(crate) fn gathers_last_bounce_alone(&self) -> bool {
+        let is_alone = |plan: IndirectPlan| plan.has_last_bounce_alone;
+        self.bounces() > 1 && self.bounce().is_some_and(is_alone)
+    }
+
+    /// From here on, plans one of the frame's gathers. They share the limits.
+    pub(crate) fn gather_part(&mut self, part: GatheredPart) {
+        self.indirect = self.indirect.map(|indirect| indirect.of_part(part));
+    }
+
     /// Whether indirect light is gathered by rays.
     pub(crate) fn has_final_gather(&self) -> bool {
         self.bounce().is_some_and(|plan| plan.is_final_gather())
@@ -462,64 +411,6 @@ fn rays_at_once(plan: &Plan, device: &DeviceInfo) -> u32 {
     };
     let count = fitting.min(most).min(needed);
     count.max(at_least).max(width).min(u32::MAX.into()) as u32
-}
-
-fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {
-    match indirect.sum() {
-        Some(sum) => GatherPlan::VplSum {
-            sum,
-            kernel: GatherKernel::best_for(device),
-        },
-        None => GatherPlan::FinalGather {
-            bounces: indirect.gather().map_or(1, |gather| gather.bounces),
-        },
-    }
-}
-
-fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> RefinementPlan {
-    let gather = indirect.gather();
-    let target_error = match gather {
-        None => indirect.interpolation_error(),
-        Some(gather) => Some(gather.target_error),
-    };
-    let range_mm = gather.and_then(|gather| gather.target_range_error_mm);
-    RefinementPlan {
-        target_error,
-        target_range_error_m: range_mm.map(|mm| 1e-3 * mm),
-        error_norm: gather.map_or(ErrorNorm::Image, |gather| gather.error_norm),
-        max_ms: gather.and_then(|gather| gather.max_ms),
-        max_rays: gather.and_then(|gather| gather.max_rays),
-        coarsest_stride: match target_error {
-            None => 1,
-            // Sums differ little in time.
-            Some(_) if gather.is_none() => coarsest_stride(resolution_px, 0.0),
-            Some(target) => coarsest_stride(resolution_px, target),
-        },
-    }
-}
-
-/// Stride of the pixels that are gathered in any case: a few of them along the shorter edge show what the image is like.
-fn coarsest_stride(resolution_px: [u32; 2], target_error: f64) -> u32 {
-    let [width, height] = resolution_px;
-    let mut grids = GRIDS.into_iter().rev();
-    let grid = grids.find(|&(least, ..)| target_error >= least);
-    let (_, points, most) = grid.unwrap_or(GRIDS[0]);
-    let stride = (width.min(height) / points).clamp(2, most);
-    1 << stride.ilog2()
-}
-
-/// Cells along one edge of a face. Tiles are stored in Morton order, so their number is a power of two.
-fn planned_emission_size(indirect: IndirectLight, light_count: usize) -> u32 {
-    match (indirect.rsm_size(), light_count) {
-        (Some(size), _) if indirect.sum().is_some() => size,
-        (Some(size), _) => (size / RSM_TEXELS_PER_TILE)
-            .clamp(1, MAX_TILES)
-            .next_power_of_two(),
-        // Many lights share the rays that a single light would have.
-        (None, 0..=4) => 16,
-        (None, 5..=16) => 8,
-        (None, _) => 4,
-    }
 }
 
 /// Edge of a face of a shadow map that is fine enough for every light, so that the lights can share one.

@@ -1,6 +1,8 @@
 //! Where the rays of final gathering are in the list of rays: those of a packet's samples, and those of the longer paths that go on from
 //! them. The layout is that of `shaders/shared/final_gather.wgsl`.
 
+use std::ops::Range;
+
 use super::Plan;
 use crate::vulkan::shaders::{FinalGatherParameters, constants::SAMPLES};
 
@@ -18,6 +20,8 @@ pub(crate) struct PacketRays {
     /// With what surfaces emit.
     gathered_lights: u32,
     bounces: u32,
+    /// Whether only paths with so many bounces lead to lights.
+    are_last_alone: bool,
 }
 
 impl PacketRays {
@@ -27,18 +31,25 @@ impl PacketRays {
             lights: plan.lights.len() as u32,
             gathered_lights: plan.gathered_lights(),
             bounces: plan.bounces(),
+            are_last_alone: plan.gathers_last_bounce_alone(),
         }
     }
 
-    /// Longer paths of each bounce, for each packet and lobe.
-    fn path_counts(&self) -> impl Iterator<Item = u32> {
-        let further = 0..self.bounces - 1;
-        further.map(|further| (PATHS_OF_TWO_BOUNCES >> (further / 2)).max(FEWEST_PATHS))
+    /// Longer paths of each bounce, for each packet and lobe; and the lights that each leads to.
+    fn path_counts(&self) -> impl Iterator<Item = (u32, u32)> {
+        (2..=self.bounces).map(|bounces| {
+            let count = (PATHS_OF_TWO_BOUNCES >> ((bounces - 2) / 2)).max(FEWEST_PATHS);
+            let lights = match self.are_last_alone && bounces < self.bounces {
+                true => 0,
+                false => self.lights,
+            };
+            (count, lights)
+        })
     }
 
     /// Longer paths of a packet.
     pub fn paths(&self) -> u32 {
-        self.lobes * self.path_counts().sum::<u32>()
+        self.lobes * self.path_counts().map(|(count, _)| count).sum::<u32>()
     }
 
     /// Rays of a packet along directions and longer paths.
@@ -49,7 +60,10 @@ impl PacketRays {
     /// Rays of a packet that lead to VPLs and to lights.
     fn leading_to_light(&self) -> u32 {
         let of_directions = SAMPLES * self.lobes * self.gathered_lights;
-        SAMPLES + of_directions + self.paths() * (1 + self.lights)
+        let of_paths = self
+            .path_counts()
+            .map(|(count, lights)| count * (1 + lights));
+        SAMPLES + of_directions + self.lobes * of_paths.sum::<u32>()
     }
 
     /// Rays of a packet.
@@ -68,16 +82,15 @@ impl PacketRays {
     }
 
     /// What the kernels need to know of the longer paths, bounce by bounce.
-    /// `vpls` are those of a set that each bounce may use.
+    /// `vpls` are those of a set that each bounce may use; `light_end` is the number of lights.
     pub fn longer_paths(
         &self,
         of_packets: FinalGatherParameters,
-        vpls: &[u32],
+        vpls: &[Range<u32>],
     ) -> Vec<FinalGatherParameters> {
         let packets = of_packets.packet_count;
         let mut parameters = FinalGatherParameters {
             path_count: SAMPLES,
-            path_vpls: of_packets.set_size,
             first_path_to_light: of_packets.first_to_light
                 + SAMPLES * packets * (1 + self.lobes * self.gathered_lights),
             ..of_packets
@@ -86,7 +99,7 @@ impl PacketRays {
         let counts = self
             .path_counts()
             .zip(vpls)
-            .map(|(path_count, &path_vpls)| {
+            .map(|((path_count, lights), vpls)| {
                 parameters = FinalGatherParameters {
                     path_count,
                     first_path: parameters.first_path
@@ -94,11 +107,13 @@ impl PacketRays {
                     first_path_to_light: parameters.first_path_to_light + to_lights,
                     extended_count: parameters.path_count,
                     first_extended: parameters.first_path,
-                    path_vpls,
-                    extended_vpls: parameters.path_vpls,
+                    first_vpl: vpls.start,
+                    vpl_count: vpls.len() as u32,
+                    extended_vpls: parameters.vpl_count,
+                    light_end: lights,
                     ..parameters
                 };
-                to_lights = self.lobes * path_count * packets * (1 + self.lights);
+                to_lights = self.lobes * path_count * packets * (1 + lights);
                 parameters
             });
         counts.collect()

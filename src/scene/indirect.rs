@@ -30,9 +30,10 @@ const RSM_SIZES: Limits = Limits::positive(
     "give the texels along one face's edge, such as 64",
 );
 
+pub(crate) const MAX_BOUNCES: u8 = 16;
 const BOUNCES: Limits = Limits::between(
     1.0,
-    16.0,
+    MAX_BOUNCES as f64,
     "give a number of bounces from 1 to 16, such as 4",
 );
 

@@ -271,7 +271,7 @@ fn frames_are_checked() {
     for (layer, words) in [
         (CAMLUX_LAYER_ENERGY, "camlux_scene_set_sensor"),
         (CAMLUX_LAYER_TOF_RANGE, "no layer tof0.range"),
-        (24, "layer is 24"),
+        (40, "layer is 40"),
         (-1, "layer is -1"),
     ] {
         let mut view = init!(camlux_view {});

@@ -1,16 +1,17 @@
 //! Final gathering of more than one bounce, against closed forms and against the reference, which samples paths with its own code.
 
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, num::NonZeroU8};
 
 use crate::common::gather::gather;
 use crate::common::gpu::{Gpu, demo_scene};
-use crate::common::reference_frame::{error_of_indirect, reference_frame, values};
+use crate::common::reference_frame::{add_rounds, error_of_indirect, reference_frame, values};
 use crate::reference::lit_sphere;
 use camlux::{
     Scene,
     hard_cases::scenes::with_tof,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
     output::{Frame, Layer, TofQuantity},
+    reference::Reference,
     scene::{Material, MetallicRoughness},
 };
 use glam::DVec3;
@@ -80,6 +81,122 @@ fn phasors_of_an_integrating_sphere_are_powers_of_its_chords() {
                 off / expected.magnitude()
             );
             assert!(off <= 3e-3 * expected.magnitude(), "{found:?} {expected:?}");
+        }
+    }
+}
+
+fn bounce(number: u8) -> NonZeroU8 {
+    NonZeroU8::new(number).expect("bounces are counted from 1")
+}
+
+/// Each bounce of an integrating sphere has its own layer, with the powers of the albedo and of the chords as above.
+#[test]
+fn layers_of_bounces_are_the_terms_of_the_series() {
+    let mut gpu = Gpu::open();
+    let frequency_hz = 20e6;
+    let mut scene = with_tof(sphere(DVec3::new(0.3, -0.2, 0.1)), &[frequency_hz]);
+    scene.indirect = Some(gather!(0.03, bounces = 4));
+    let numbers = [1, 2, 4];
+    let phasor = |number| Layer::Tof(0, TofQuantity::PhasorBounce(bounce(number)));
+    let direct = Layer::Tof(0, TofQuantity::PhasorDirect);
+    let mut layers = vec![Layer::Direct, direct];
+    layers.extend(numbers.map(|number| Layer::Bounce(bounce(number))));
+    layers.extend(numbers.map(phasor));
+    let frame = gpu.render_with(&scene, |options| options.layers = Some(&layers));
+    assert_eq!(frame.layers.len(), layers.len());
+    let z = |layer| {
+        let pairs = values(&frame, layer).as_chunks::<2>().0.iter();
+        let pairs = pairs.map(|z| z.map(f64::from));
+        pairs.map(|[re, im]| Phasor { re, im }).sum::<Phasor>()
+    };
+    let mean = |layer| {
+        let values = values(&frame, layer);
+        values.iter().copied().map(f64::from).sum::<f64>() / values.len() as f64
+    };
+    let x = 2.0 * TAU * frequency_hz / SPEED_OF_LIGHT_M_S;
+    let per_bounce = Phasor {
+        re: x.cos() + x * x.sin() - 1.0,
+        im: x.sin() - x * x.cos(),
+    } * (0.5 * 2.0 / (x * x));
+    for number in numbers {
+        let expected = mean(Layer::Direct) * 0.5_f64.powi(number.into());
+        let off = mean(Layer::Bounce(bounce(number))) / expected - 1.0;
+        let expected = (0..number).fold(z(direct), |z, _| z * per_bounce);
+        let found = z(phasor(number));
+        let off_z = (found.re - expected.re).hypot(found.im - expected.im) / expected.magnitude();
+        println!("bounce {number}: {off:.1e} off, its phasor {off_z:.1e}");
+        assert!(off.abs() < 5e-3, "{off}");
+        assert!(off_z < 0.01, "{off_z}");
+    }
+}
+
+/// One bounce alone, without the pixels at edges: with the same random numbers, references of one bounce more differ by it.
+fn bounce_of_reference(scene: &Scene, bounces: u32, seed: u16) -> Vec<[f64; 3]> {
+    let mut scene = scene.clone();
+    let up_to = (bounces.max(2) - 1..=bounces).map(|bounces| {
+        scene.indirect = Some(gather!(0.1, bounces = bounces));
+        let reference = Reference::new(&scene, 256).expect("a valid scene");
+        let mut reference = reference.with_seed(seed);
+        add_rounds(&mut reference, 6);
+        reference.frame()
+    });
+    let up_to: Vec<Frame> = up_to.collect();
+    let mut light = pixels_off_edges(&up_to[up_to.len() - 1], Layer::Indirect, &up_to[0]);
+    if bounces > 1 {
+        let fewer = pixels_off_edges(&up_to[0], Layer::Indirect, &up_to[0]);
+        for (light, fewer) in light.iter_mut().zip(fewer) {
+            *light = [0, 1, 2].map(|band| light[band] - fewer[band]);
+        }
+    }
+    light
+}
+
+fn pixels_off_edges(frame: &Frame, layer: Layer, reference: &Frame) -> Vec<[f64; 3]> {
+    let edges = reference.ids(Layer::Edge).expect("a reference has it");
+    let (pixels, _) = values(frame, layer).as_chunks::<3>();
+    let inside = pixels.iter().zip(edges).filter(|(_, edge)| **edge == 0);
+    inside.map(|(pixel, _)| pixel.map(f64::from)).collect()
+}
+
+#[test]
+fn layers_of_bounces_are_those_of_the_reference() {
+    let mut gpu = Gpu::open();
+    let target = 0.05;
+    let demo = |name| demo_scene(name, [20, 20]);
+    for (name, mut scene) in [
+        ("cornell_spot", demo("cornell_spot")),
+        ("glossy", demo("glossy")),
+        ("facets", facets()),
+        ("ceiling", ceiling()),
+    ] {
+        scene.indirect = Some(gather!(target, bounces = 3));
+        let numbers = [1, 2];
+        let layers = numbers.map(|number| Layer::Bounce(bounce(number)));
+        let frame = gpu.render_with(&scene, |options| options.layers = Some(&layers));
+        let edges = reference_frame(&scene, 1, 0);
+        for (number, layer) in numbers.into_iter().zip(layers) {
+            let found = pixels_off_edges(&frame, layer, &edges);
+            let [a, b] = [0, 1].map(|seed| bounce_of_reference(&scene, number.into(), seed));
+            let [mut square, mut noise, mut truth, mut sum, mut true_sum] = [0.0; 5];
+            for ((x, a), b) in found.iter().zip(&a).zip(&b) {
+                for band in 0..3 {
+                    let mean = 0.5 * (a[band] + b[band]);
+                    square += (x[band] - mean).powi(2);
+                    noise += (0.5 * (a[band] - b[band])).powi(2);
+                    truth += mean.powi(2);
+                    sum += x[band];
+                    true_sum += mean;
+                }
+            }
+            let error = ((square - noise).max(0.0) / truth).sqrt();
+            let noise = (noise / truth).sqrt();
+            let off = sum / true_sum - 1.0;
+            println!(
+                "{name}, bounce {number}: {error:.4}, noise of the reference {noise:.4}; mean {off:.1e} off"
+            );
+            assert!(noise < 0.1, "{noise}");
+            assert!(error < 1.1 * target, "{error}");
+            assert!(off.abs() < 0.02, "{off}");
         }
     }
 }

@@ -49,6 +49,7 @@ pub fn assert_constants_are_checked_in() {
                 "; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise"
             }
             LayerNeed::Indirect => "; with camlux_scene_set_indirect",
+            LayerNeed::MoreBounces => "; with bounces of camlux_indirect",
             LayerNeed::StderrLayer => "; with stderr_layer of camlux_indirect",
             LayerNeed::Samples => "; with samples of camlux_camera",
             LayerNeed::Emission => "; with emission_w_sr_m2 of a camlux_material",
@@ -106,6 +107,13 @@ fn assert_table_is_checked_in(mark: &str, is_listed: &dyn Fn(Layer) -> bool) {
         let name = match layer {
             Layer::Tof(1.., _) | Layer::Tof(_, TofQuantity::Taps(1..)) => continue,
             Layer::Tof(_, TofQuantity::Taps(_)) => "`tof0.phase0` to `tof0.phase7`".into(),
+            Layer::Bounce(n) | Layer::Tof(_, TofQuantity::PhasorBounce(n)) if n.get() > 1 => {
+                continue;
+            }
+            Layer::Bounce(_) => "`indirect.1` to `indirect.16`".into(),
+            Layer::Tof(_, TofQuantity::PhasorBounce(_)) => {
+                "`tof0.phasor_indirect.1` to `tof0.phasor_indirect.16`".into()
+            }
             _ => format!("`{}`", layer.name()),
         };
         let unit = match layer {
@@ -124,6 +132,7 @@ fn assert_table_is_checked_in(mark: &str, is_listed: &dyn Fn(Layer) -> bool) {
                 " With [`bayer` or `monochrome`, and noise](scene.md#noise-of-a-sensor)."
             }
             LayerNeed::Indirect => " With `[indirect]`.",
+            LayerNeed::MoreBounces => " With [`bounces`](scene.md#indirect-light).",
             LayerNeed::StderrLayer => {
                 " In a reference image, and in a render with [`stderr_layer`](scene.md#indirect-light)."
             }
