@@ -23,7 +23,7 @@ fn load_candidate(receiver: Receiver, vpl_index: u32) -> Candidate {
     let offset = vpl.position - receiver.position;
     let distance_squared = dot(offset, offset);
     let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
-    let radiance = vpl_radiance(vpl, vpl_index, -direction);
+    let radiance = vpl_light(vpl, vpl_index, -direction).radiance;
     var contribution = mis_contribution(receiver, direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density, parameters.vpl_count);
     if (PHASORS) {
         let turns = vpl_turns(vpl_index) + modulation.turns_per_unit * sqrt(distance_squared);

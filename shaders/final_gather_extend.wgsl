@@ -3,7 +3,8 @@
 // a direction from the lobes of the BRDF, and to one of some VPLs, both weighted by the balance heuristic.
 //
 // Light of the first bounce's VPLs is weighted by their true density, that of further bounces by the density that VPLs are given for it
-// (light_paths.wgsl). A path that goes on leaves the other part of that weight to VPLs.
+// (light_paths.wgsl). A path that goes on leaves the other part of that weight to VPLs. That density is known once a path has chosen from
+// where light comes to the surface after: it is in proportion to the directivity of that surface.
 
 #import final_gather_mis
 #import hits
@@ -21,8 +22,12 @@ struct Vertex {
     hit: Hit,
     // A unit vector.
     to_previous: vec3<f32>,
-    // From the radiance that the surface sends along the path to the irradiance of P, as in Contribution.
+    // From the radiance that the surface sends along the path to the irradiance of P, as in Contribution, but for the shares that the path
+    // leaves to VPLs here and at the surface before.
     weight: vec3<f32>,
+    // Density of VPLs at both, over that of directions there, for a directivity of 1.
+    vpl_ratio: f32,
+    vpl_ratio_before: f32,
     // As in Contribution.
     lobe: Shape,
     // Of the path.
@@ -53,22 +58,28 @@ fn vertex_of(packet: u32, lobe: u32, number: u32, receiver: Receiver) -> Vertex 
         let offset = vertex.hit.position - ray.origin;
         let cosine_q = dot(vertex.hit.geometric_normal, vertex.to_previous);
         let of_vpls = candidate_density(parameters.extended_vpls, parameters.reflected_density, dot(offset, offset), cosine_q);
-        vertex.weight = path.weight / max(path.density + of_vpls, 1e-30);
+        vertex.weight = path.weight / max(path.density, 1e-30);
+        vertex.vpl_ratio = of_vpls / max(path.density, 1e-30);
+        vertex.vpl_ratio_before = path.vpl_ratio;
         vertex.lobe = path.lobe;
         vertex.length = path.length + length(offset);
     } else {
         let offset = vertex.hit.position - receiver.position;
         let cosine_q = dot(vertex.hit.geometric_normal, vertex.to_previous);
-        let contribution = mis_contribution(receiver, ray.direction, dot(offset, offset), vec3<f32>(1.0), cosine_q, parameters.reflected_density, parameters.extended_vpls);
-        vertex.weight = contribution.irradiance;
-        vertex.lobe = contribution.lobe;
+        let alone = mis_contribution(receiver, ray.direction, dot(offset, offset), vec3<f32>(1.0), cosine_q, 0.0, parameters.extended_vpls);
+        let of_vpls = candidate_density(parameters.extended_vpls, parameters.reflected_density, dot(offset, offset), cosine_q);
+        vertex.weight = alone.irradiance;
+        // The irradiance is the cosine over the density of directions.
+        vertex.vpl_ratio = of_vpls * alone.irradiance.x / max(dot(receiver.normal, ray.direction), 1e-30);
+        vertex.lobe = alone.lobe;
         vertex.length = length(offset);
     }
     var seen = 1.0;
     if (GLOSSY) {
         seen = diffuse_factor(vec3<f32>(1.0)).x + mean_shape(vertex.lobe);
     }
-    vertex.importance = select(0.0, seen * band_sum(vertex.weight * albedo(vertex.hit.brdf)), is_hit);
+    let left = (1.0 + vertex.vpl_ratio) * (1.0 + vertex.vpl_ratio_before);
+    vertex.importance = select(0.0, seen * band_sum(vertex.weight * albedo(vertex.hit.brdf)) / left, is_hit);
     return vertex;
 }
 
@@ -81,17 +92,15 @@ struct Reflection {
 
 fn reflection_at(vertex: Vertex) -> Reflection {
     var reflection: Reflection;
-    reflection.base_share = 1.0;
+    reflection.base_share = base_share(vertex.hit.brdf);
     if (SPECULAR) {
-        let brdf = vertex.hit.brdf;
-        reflection.lobe = lobe_of(vertex.to_previous, vertex.hit.shading_normal, brdf.lobe);
-        let base = band_sum(brdf.kd);
-        reflection.base_share = base / max(base + band_sum(reflected_share(brdf.lobe)), 1e-30);
+        reflection.lobe = lobe_of(vertex.to_previous, vertex.hit.shading_normal, vertex.hit.brdf.lobe);
     }
     return reflection;
 }
 
-// Irradiance of P per radiance from a direction, and the density of such directions.
+// Irradiance of P per radiance from a direction, but for the share that the path leaves to VPLs at the vertex; and the density of such
+// directions.
 struct Scattered {
     weight: vec3<f32>,
     density: f32,
@@ -102,12 +111,15 @@ fn scattered(vertex: Vertex, reflection: Reflection, direction: vec3<f32>) -> Sc
     let cosine = dot(hit.shading_normal, direction);
     var factor = diffuse_factor(hit.brdf.kd);
     var density = diffuse_density(reflection.base_share, cosine);
+    var directed = 1.0;
     if (SPECULAR) {
         let shape = eval_lobe(reflection.lobe, direction);
         factor += specular_factor(hit.brdf.lobe) * shape;
         let share = 1.0 - reflection.base_share;
         density += select(0.0, lobe_density(share, reflection.lobe, direction, shape), share > 0.0);
+        directed = directivity(reflection.base_share, reflection.lobe, shape);
     }
+    factor /= 1.0 + vertex.vpl_ratio_before * directed;
     let is_above = cosine > 0.0 && dot(hit.geometric_normal, direction) > 0.0;
     return Scattered(select(vec3<f32>(0.0), vertex.weight * factor * cosine, is_above), density);
 }
@@ -123,11 +135,12 @@ fn load_candidate(vertex: Vertex, reflection: Reflection, vpl_index: u32) -> Can
     let offset = vpl.position - vertex.hit.position;
     let distance_squared = dot(offset, offset);
     let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
-    let radiance = vpl_radiance(vpl, vpl_index, -direction);
+    let light = vpl_light(vpl, vpl_index, -direction);
     let cosine_q = -dot(vpl.normal, direction);
     let path = scattered(vertex, reflection, direction);
     let density = path.density + candidate_density(parameters.vpl_count, vpl.density, distance_squared, cosine_q);
-    let irradiance = select(vec3<f32>(0.0), path.weight * radiance / max(density, 1e-30), cosine_q > 0.0);
+    let share = 1.0 / ((1.0 + vertex.vpl_ratio * light.directivity) * max(density, 1e-30));
+    let irradiance = select(vec3<f32>(0.0), path.weight * light.radiance * share, cosine_q > 0.0);
     return Candidate(irradiance, vpl.position);
 }
 
@@ -192,7 +205,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     // A path that has met nothing has no lobe to draw a direction from.
     direction = select(vec3<f32>(0.0, 0.0, 1.0), direction, is_wanted);
     rays[parameters.first_path + path] = Ray(start, select(NO_RAY, NO_END, is_wanted), direction, 0.0);
-    paths[path_place(path)] = Path(select(vec3<f32>(0.0), along.weight, is_wanted), select(1.0, along.density, is_wanted), vertex.lobe, vertex.length);
+    paths[path_place(path)] = Path(select(vec3<f32>(0.0), along.weight, is_wanted), select(1.0, along.density, is_wanted), vertex.lobe, vertex.length, vertex.vpl_ratio);
 
     // To a VPL.
     let first_vpl = set_of(packet) * parameters.set_size + parameters.first_vpl;

@@ -41,12 +41,13 @@ fn point_for(packet: Packet, pixel: vec2<u32>) -> Light {
     return light;
 }
 
-// What the end of a longer path contributes, as mis_contribution.
-fn path_contribution(path: Path, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_density: f32) -> Contribution {
+// What the end of a longer path contributes, as mis_contribution. `directed` is the directivity of its last surface.
+fn path_contribution(path: Path, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_density: f32, directed: f32) -> Contribution {
     let density = path.density + candidate_density(parameters.vpl_count, vpl_density, distance_squared, cosine_q);
+    let share = 1.0 / ((1.0 + path.vpl_ratio * directed) * max(density, 1e-30));
     var contribution: Contribution;
     contribution.lobe = path.lobe;
-    contribution.irradiance = select(vec3<f32>(0.0), path.weight * radiance / max(density, 1e-30), cosine_q > 0.0);
+    contribution.irradiance = select(vec3<f32>(0.0), path.weight * radiance * share, cosine_q > 0.0);
     return contribution;
 }
 
@@ -112,7 +113,12 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         let vpl_density = facing_vpl_density(light, hit.position) * geometric_cosine_light;
         var contribution: Contribution;
         if (DEEP) {
-            contribution = path_contribution(path, dot(offset, offset), radiance, cosine_q, vpl_density);
+            var directed = 1.0;
+            if (SPECULAR) {
+                let lobe = lobe_of(illumination.to_light, hit.shading_normal, hit.brdf.lobe);
+                directed = directivity(base_share(hit.brdf), lobe, eval_lobe(lobe, -direction));
+            }
+            contribution = path_contribution(path, dot(offset, offset), radiance, cosine_q, vpl_density, directed);
         } else {
             contribution = mis_contribution(receiver, direction, dot(offset, offset), radiance, cosine_q, vpl_density, parameters.vpl_count);
         }

@@ -203,7 +203,7 @@ fn accumulate_fetched(first: u32, local: u32, lane: u32) {
 #repeat LANE FETCH_VPLS
 fn vpl_of_LANE(mine: Vpl) -> Vpl {
     return Vpl(subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.density, LANEu), subgroupBroadcast(mine.normal, LANEu),
-        mine.is_modulated, subgroupBroadcast(mine.diffuse, LANEu));
+        mine.is_modulated, subgroupBroadcast(mine.diffuse, LANEu), mine.base_share);
 }
 
 fn lobe_of_LANE(mine: VplLobe) -> VplLobe {

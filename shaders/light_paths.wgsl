@@ -17,7 +17,7 @@ struct LightPathParameters {
     vpl_count: u32,
     first_before: u32,
     count_before: u32,
-    // Per area, as in Vpl.
+    // Per area, as in Vpl, for a directivity of 1.
     density: f32,
     // Each seed gives other directions.
     seed: u32,
@@ -34,6 +34,8 @@ struct LightPath {
     is_modulated: f32,
     // Of the path from L to the VPL.
     turns: vec4<f32>,
+    // Of the VPL, along the ray.
+    directivity: f32,
 }
 
 #if EMIT
@@ -96,6 +98,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     var direction = sample_diffuse(square, frame_around(vpl.normal));
     let base_share = drawn_parts.x / of_drawn;
     var radiance = vpl.diffuse;
+    var directed = 1.0;
     var density = diffuse_density(base_share, dot(vpl.normal, direction));
     if (SPECULAR) {
         let specular = load_vpl_lobe(drawn);
@@ -103,6 +106,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
         direction = select(in_lobe, direction, unit(hash(random ^ 0x967a889bu)) < base_share);
         let shape = eval_lobe(specular.lobe, direction);
         radiance += specular.specular * shape;
+        directed = directivity(vpl.base_share, specular.lobe, shape);
         density = diffuse_density(base_share, dot(vpl.normal, direction));
         density += select(0.0, lobe_density(1.0 - base_share, specular.lobe, direction, shape), base_share < 1.0);
     }
@@ -115,7 +119,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     if (PHASORS) {
         turns = vpl_turns(drawn);
     }
-    light_paths[in_list] = LightPath(select(vec3<f32>(0.0), flux, is_wanted), vpl.is_modulated, turns);
+    light_paths[in_list] = LightPath(select(vec3<f32>(0.0), flux, is_wanted), vpl.is_modulated, turns, directed);
 }
 #else
 @compute @workgroup_size(64)
@@ -135,11 +139,12 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let cosine = dot(hit.shading_normal, to_before);
     let geometric_cosine = dot(hit.geometric_normal, to_before);
     let is_lit = is_hit && cosine > 0.0 && geometric_cosine > 0.0;
-    let incident = select(vec3<f32>(0.0), path.flux * (parameters.density * cosine / max(geometric_cosine, 1e-6)), is_lit);
+    let density = parameters.density * path.directivity;
+    let incident = select(vec3<f32>(0.0), path.flux * (density * cosine / max(geometric_cosine, 1e-6)), is_lit);
     var turns: vec4<f32>;
     if (PHASORS) {
         turns = path.turns + modulation.turns_per_unit * distance(hit.position, ray.origin);
     }
-    store_hit(vpl, hit, to_before, incident, parameters.density, path.is_modulated, turns);
+    store_hit(vpl, hit, to_before, incident, density, path.is_modulated, turns);
 }
 #endif

@@ -143,7 +143,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let along = (f32(number) + unit(seed_of(set_index, number))) / f32(parameters.ray_count);
     let point = emission_point(load_light(parameters.light_index), along);
     let density = point.density * f32(parameters.ray_count) / f32(parameters.set_size);
-    let vpl = Vpl(before_surface(point.position, point.normal, END_SHIFT), density, point.normal, 0.0, point.radiance);
+    let vpl = Vpl(before_surface(point.position, point.normal, END_SHIFT), density, point.normal, 0.0, point.radiance, 1.0);
     var specular: VplLobe;
     if (SPECULAR) {
         // A lobe that reflects nothing.

@@ -104,10 +104,12 @@ structs! {
         forward: [f32; 3],
         _pad2: [u32; 1],
     }
-    LightPath 32 {
+    LightPath 48 {
         flux: [f32; 3],
         is_modulated: f32,
         turns: [f32; 4],
+        directivity: f32,
+        _pad0: [u32; 3],
     }
     LightPathParameters 36 {
         set_size: u32,
@@ -156,11 +158,13 @@ structs! {
         begin: u32,
         end: u32,
     }
-    Path 32 {
+    Path 48 {
         weight: [f32; 3],
         density: f32,
         lobe: [f32; 3],
         length: f32,
+        vpl_ratio: f32,
+        _pad0: [u32; 3],
     }
     PeelParameters 8 {
         ray_count: u32,

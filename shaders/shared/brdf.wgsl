@@ -244,6 +244,26 @@ fn eval_brdf(brdf: Brdf, normal: vec3<f32>, to_light: vec3<f32>, to_viewer: vec3
     return value;
 }
 
+// The base's share of what a surface reflects.
+fn base_share(brdf: Brdf) -> f32 {
+    var share = 1.0;
+    if (SPECULAR) {
+        let base = band_sum(brdf.kd);
+        share = base / max(base + band_sum(reflected_share(brdf.lobe)), 1e-30);
+    }
+    return share;
+}
+
+// Light along a direction over its mean, weighted by the cosine, if light comes from the fixed direction of the lobe. It is the same for
+// light in the reverse direction. `shape` is the result of eval_lobe.
+fn directivity(base_share: f32, lobe: Lobe, shape: Shape) -> f32 {
+    var directivity = 1.0;
+    if (SPECULAR) {
+        directivity = base_share + (1.0 - base_share) * PI * unit_specular_factor(lobe) * mean_shape(shape);
+    }
+    return directivity;
+}
+
 // sample_* maps a point of the unit square to a direction, neighbours to neighbours. *_density is the number of such directions per solid
 // angle, of `samples` samples: for one sample, the pdf.
 fn sample_diffuse(square: vec2<f32>, around_normal: Frame) -> vec3<f32> {

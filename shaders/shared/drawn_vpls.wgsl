@@ -9,7 +9,7 @@ fn store_vpl(index: u32, vpl: Vpl, turns: vec4<f32>, specular: VplLobe) {
     let slot = vpl_place(index);
     textureStore(drawn_vpls, slot, 0, vec4<f32>(vpl.position, vpl.density));
     textureStore(drawn_vpls, slot, 1, vec4<f32>(vpl.normal, vpl.is_modulated));
-    textureStore(drawn_vpls, slot, 2, vec4<f32>(vpl.diffuse, 0.0));
+    textureStore(drawn_vpls, slot, 2, vec4<f32>(vpl.diffuse, vpl.base_share));
     if (PHASORS) {
         textureStore(drawn_vpls, slot, TURNS_LAYER, turns);
     }
@@ -25,7 +25,8 @@ fn store_vpl(index: u32, vpl: Vpl, turns: vec4<f32>, specular: VplLobe) {
 fn store_hit(index: u32, hit: Hit, to_light: vec3<f32>, incident: vec3<f32>, density: f32, is_modulated: f32, turns: vec4<f32>) {
     // Off its surface, for the rays that end there; and on the side that the light sees, even if Q is also in a second surface.
     let position = before_surface(hit.position, hit.geometric_normal, END_SHIFT) + END_SHIFT * to_light;
-    let vpl = Vpl(position, density, hit.geometric_normal, is_modulated, diffuse_factor(hit.brdf.kd) * incident);
+    let diffuse = diffuse_factor(hit.brdf.kd) * incident;
+    let vpl = Vpl(position, density, hit.geometric_normal, is_modulated, diffuse, base_share(hit.brdf));
     var specular: VplLobe;
     if (SPECULAR) {
         specular = VplLobe(specular_factor(hit.brdf.lobe) * incident, lobe_of(to_light, hit.shading_normal, hit.brdf.lobe));

@@ -129,6 +129,8 @@ struct Path {
     lobe: Shape,
     // Up to the last ray.
     length: f32,
+    // Of the ray before: density of VPLs where it ends, over that of directions, for a directivity of 1.
+    vpl_ratio: f32,
 }
 
 // The list of rays: those along directions, lobe by lobe for each packet; those along longer paths, bounce by bounce; those to VPLs, packet
@@ -175,13 +177,6 @@ fn difference_place(packet: u32, sample: u32) -> u32 {
 
 fn pilot_place(packet: Packet, sample: u32) -> u32 {
     return SAMPLES * (packet.receiver + parameters.result_offset) + sample;
-}
-
-// The result does not depend on the order of the bands, because what is learned from it must not.
-fn band_sum(v: vec3<f32>) -> f32 {
-    let low = min(v.x, v.y);
-    let high = max(v.x, v.y);
-    return min(low, v.z) + max(low, min(high, v.z)) + max(high, v.z);
 }
 
 fn square(v: vec3<f32>) -> f32 {

@@ -114,3 +114,10 @@ fn unpack_direction(packed: f32) -> vec3<f32> {
     let fold = max(-z, 0.0);
     return normalize(vec3<f32>(flat - select(vec2<f32>(-fold), vec2<f32>(fold), flat >= vec2<f32>(0.0)), z));
 }
+
+// The result does not depend on the order of the bands, because what is learned from it must not.
+fn band_sum(v: vec3<f32>) -> f32 {
+    let low = min(v.x, v.y);
+    let high = max(v.x, v.y);
+    return min(low, v.z) + max(low, min(high, v.z)) + max(high, v.z);
+}

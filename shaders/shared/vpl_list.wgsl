@@ -26,6 +26,8 @@ struct Vpl {
     // L_{L→Q}·cosθ_{Q→L}·ΔΩ/ΣΔΩ; instant-radiosity: I·ΔΩ, which gives intensity per cosine; for rays: the irradiance at Q, which gives
     // radiance.
     diffuse: vec3<f32>,
+    // For rays: as in brdf.wgsl.
+    base_share: f32,
 }
 
 // What a surface with a specular lobe has in addition.
@@ -42,8 +44,15 @@ fn load_vpl(index: u32) -> Vpl {
     let place = vpl_place(index);
     let position_density = textureLoad(vpls, place, 0);
     let normal_modulated = textureLoad(vpls, place, 1);
-    let diffuse = textureLoad(vpls, place, 2).xyz;
-    return Vpl(position_density.xyz, position_density.w, normal_modulated.xyz, normal_modulated.w, diffuse);
+    let diffuse_share = textureLoad(vpls, place, 2);
+    return Vpl(
+        position_density.xyz,
+        position_density.w,
+        normal_modulated.xyz,
+        normal_modulated.w,
+        diffuse_share.xyz,
+        diffuse_share.w,
+    );
 }
 
 // For rays: of the path from L, for each frequency.
@@ -60,14 +69,23 @@ fn load_vpl_lobe(index: u32) -> VplLobe {
     return VplLobe(textureLoad(vpls, place, VPL_LAYERS).xyz, lobe_of_texels(texels));
 }
 
-// For rays: radiance along a unit direction that leads away from it.
-fn vpl_radiance(vpl: Vpl, index: u32, direction: vec3<f32>) -> vec3<f32> {
-    var radiance = vpl.diffuse;
+// For rays: what a VPL sends along a direction.
+struct VplLight {
+    radiance: vec3<f32>,
+    // As in brdf.wgsl.
+    directivity: f32,
+}
+
+// `direction` leads away from the VPL and has unit length.
+fn vpl_light(vpl: Vpl, index: u32, direction: vec3<f32>) -> VplLight {
+    var light = VplLight(vpl.diffuse, 1.0);
     if (SPECULAR) {
         let vpl_lobe = load_vpl_lobe(index);
-        radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, direction);
+        let shape = eval_lobe(vpl_lobe.lobe, direction);
+        light.radiance += vpl_lobe.specular * shape;
+        light.directivity = directivity(vpl.base_share, vpl_lobe.lobe, shape);
     }
-    return radiance;
+    return light;
 }
 
 fn vpl_place(index: u32) -> vec2<u32> {
