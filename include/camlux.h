@@ -2158,8 +2158,8 @@ typedef struct camlux_exr_options {
   size_t layer_count;
   /** 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr. */
   int32_t plain;
-  /** 0. */
-  uint32_t reserved;
+  /** 1: each layer gets a part of its own in the file, with its name, and channels without it: R of the part direct. 0 if plain is 1. */
+  int32_t multipart;
 } camlux_exr_options;
 
 /** What a frame has cost: times, counts and estimated errors. Initialise with CAMLUX_FRAME_STATS_INIT. */

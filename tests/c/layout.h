@@ -536,8 +536,8 @@ CHECK(camlux_exr_options_layer_count_offset, offsetof(camlux_exr_options, layer_
 CHECK(camlux_exr_options_layer_count_size, sizeof(((camlux_exr_options *)0)->layer_count) == 8);
 CHECK(camlux_exr_options_plain_offset, offsetof(camlux_exr_options, plain) == 24);
 CHECK(camlux_exr_options_plain_size, sizeof(((camlux_exr_options *)0)->plain) == 4);
-CHECK(camlux_exr_options_reserved_offset, offsetof(camlux_exr_options, reserved) == 28);
-CHECK(camlux_exr_options_reserved_size, sizeof(((camlux_exr_options *)0)->reserved) == 4);
+CHECK(camlux_exr_options_multipart_offset, offsetof(camlux_exr_options, multipart) == 28);
+CHECK(camlux_exr_options_multipart_size, sizeof(((camlux_exr_options *)0)->multipart) == 4);
 
 CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 168);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);

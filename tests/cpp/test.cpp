@@ -99,7 +99,9 @@ void values_begin_like_those_of_c()
     CHECK(camlux::vec3(camlux::camera().up).y == 1);
     camlux::exr_options depth;
     depth.layers = {camlux::layer::depth, camlux::layer::radiance};
+    depth.multipart = true;
     CHECK(camlux::detail::raw_of(depth, numbers).layer_count == 2);
+    CHECK(camlux::detail::raw_of(depth, numbers).multipart == 1);
     CHECK((numbers == std::vector<std::int32_t>{CAMLUX_LAYER_DEPTH, CAMLUX_LAYER_RADIANCE}));
 }
 

@@ -207,7 +207,7 @@ pub fn layouts() -> Vec<Layout> {
             unit,
         }
         camlux_exr_options {
-            half, layers, layer_count, plain, reserved,
+            half, layers, layer_count, plain, multipart,
         }
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,
