@@ -208,8 +208,14 @@ fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<
     let parts = parts.map(|layers| part(output, frame, layers, options, &further));
     let parts = parts.collect::<Result<Vec<_>>>()?;
     let bounds = IntegerBounds::from_dimensions(resolution(frame));
-    Image::from_layers(ImageAttributes::new(bounds), parts)
-        .write()
+    let image = Image::from_layers(ImageAttributes::new(bounds), parts);
+    let writer = image.write();
+    // Threads cost more than they save where a block is one line of a layer.
+    let writer = match (options.multipart, options.compression) {
+        (true, ExrCompression::Rle) => writer.non_parallel(),
+        _ => writer,
+    };
+    writer
         .to_unbuffered(&mut output.temporary)
         .map_err(|error| output.failed(&error))?;
     exr_header_order::sort(&mut output.temporary).map_err(|error| output.failed(&error))

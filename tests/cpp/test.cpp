@@ -285,6 +285,14 @@ void settings_come_back()
     sensor.vignetting = {-0.3, 0.1, -0.05};
     scene.set_sensor(sensor);
     CHECK(same(camlux::detail::raw_of(*scene.sensor()), camlux::detail::raw_of(sensor)) && !scene.sensor()->noise);
+    camlux::vignetting_map map;
+    map.width_px = 2;
+    map.height_px = 1;
+    map.values = {1, 0.5f};
+    scene.set_vignetting_map(map);
+    map.height_px = 2;
+    CHECK(scene.try_set_vignetting_map(map).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    scene.set_vignetting_map(std::nullopt);
     sensor.bayer = camlux::bayer_pattern::bggr;
     sensor.noise = camlux::tof_noise();
     sensor.noise->full_well_e = 5e3;

@@ -178,6 +178,9 @@ pub fn layouts() -> Vec<Layout> {
             encoding, path, width_px, height_px, values, row_stride_bytes, lens, reserved,
             fov_y_deg, fx_px, fy_px, cx_px, cy_px,
         }
+        camlux_vignetting_map {
+            reserved, path, width_px, height_px, values, row_stride_bytes,
+        }
         camlux_scene_counts {
             textures, materials, meshes, instances, lights,
         }

@@ -31,7 +31,7 @@ fn every_layer_has_a_part_of_its_name_and_comes_back() {
     let [path, single] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
     let frame = frame();
     let written = write_exr_files(&path, &frame, &multipart()).unwrap();
-    assert_eq!(written.files, [path.clone()]);
+    assert_eq!(written.files, std::slice::from_ref(&path));
     write_exr_files(&single, &frame, &ExrOptions::default()).unwrap();
     let image = read_all_flat_layers_from_file(&path).unwrap();
     let expected = frame.layers.iter().map(|(layer, _)| {
