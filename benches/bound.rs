@@ -3,8 +3,9 @@
 //! Renders each scene with several target errors and seeds, and compares every image with a path-traced reference, whose noise is
 //! removed. References are kept in `target/bound`. FOLDER: the mesh scenes (`cargo run --release --example generate_scenes -- meshes
 //! FOLDER`). WORD: the name of a scene, such as `knot`; a target error, such as 0.05 or, of the range, 5mm; a limit, such as 100ms or 1e6rays; the longer edge of
-//! the images, such as 320px; or a number of seeds, such as 20seeds. Without names, all scenes are rendered, without target errors and
-//! limits, those of the list. `direct` is direct light alone.
+//! the images, such as 320px; a number of seeds, such as 20seeds; or the number of bounces of images and references, such as 3bounces. Without
+//! names, all scenes are rendered; without target errors and limits, those of the list; without a number of bounces, one. `direct` is direct
+//! light alone.
 //!
 //! The times are wall times of frames after the first, on this machine. `foretold` is the time on the device that the renderer predicts for
 //! the first frame of a row from the last of the row before, over the time that it takes.
@@ -82,14 +83,16 @@ fn report() -> Result<(), Failure> {
         .collect();
     let (folders, words): (Vec<_>, Vec<_>) =
         words.into_iter().partition(|word| Path::new(word).is_dir());
-    let (mut seeds, mut edge_px) = (SEEDS, EDGE_PX);
+    let (mut seeds, mut edge_px, mut bounces) = (SEEDS, EDGE_PX, 1);
     let (mut all_asked, mut names) = (Vec::new(), Vec::new());
     for word in words {
         let number = |unit: &str| word.strip_suffix(unit)?.parse::<f64>().ok();
-        match (number("seeds"), number("px"), Asked::read(&word)) {
-            (Some(count), ..) => seeds = count as u32,
-            (_, Some(px), _) => edge_px = px as u32,
-            (.., Some(asked)) => all_asked.push(asked),
+        let numbers = [number("seeds"), number("px"), number("bounces")];
+        match (numbers, Asked::read(&word)) {
+            ([Some(count), ..], _) => seeds = count as u32,
+            ([_, Some(px), _], _) => edge_px = px as u32,
+            ([.., Some(count)], _) => bounces = count as u32,
+            (_, Some(asked)) => all_asked.push(asked),
             _ => names.push(word),
         }
     }
@@ -129,9 +132,11 @@ fn report() -> Result<(), Failure> {
         scene.camera.resolution_px = [width, height].map(|px| (scale * px).round() as u32);
         // The estimate is about the light at pixels' centres, not about their samples.
         scene.camera.pixel_sampling = None;
-        let truth = reference(&scene, name)?;
+        // The reference has the bounces of the scene, whatever is asked for.
+        scene.indirect = Asked::Error(DEFAULT_TARGET_ERROR).indirect(bounces);
+        let truth = reference(&scene, name, bounces)?;
         for asked in &all_asked {
-            scene.indirect = asked.indirect();
+            scene.indirect = asked.indirect(bounces);
             if scene.tof.is_none() && matches!(asked, Asked::Range(_)) {
                 continue;
             }
@@ -216,13 +221,14 @@ impl Asked {
         limit.or_else(|| number("").map(Asked::Error))
     }
 
-    fn indirect(&self) -> Option<IndirectLight> {
+    fn indirect(&self, bounces: u32) -> Option<IndirectLight> {
         let target = match self {
             Asked::Error(target) => *target,
             Asked::Range(_) => DEFAULT_TARGET_ERROR,
             _ => LEAST_TARGET,
         };
         let mut gather = FinalGather::new(target);
+        gather.bounces = bounces;
         match self {
             Asked::Error(_) => (),
             Asked::Range(mm) => gather.target_range_error_mm = Some(*mm),
@@ -314,7 +320,7 @@ fn print_row(
 }
 
 /// The reference image of a scene, from its file if there is one.
-fn reference(scene: &Scene, name: &str) -> Result<Frame, Failure> {
+fn reference(scene: &Scene, name: &str, bounces: u32) -> Result<Frame, Failure> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/bound");
     fs::create_dir_all(&folder)?;
     let edge_px = scene.camera.resolution_px.into_iter().max();
@@ -322,7 +328,11 @@ fn reference(scene: &Scene, name: &str) -> Result<Frame, Failure> {
         Some(px) if px != EDGE_PX => format!("_{px}px"),
         _ => String::new(),
     };
-    let path = folder.join(format!("{name}{size}.exr"));
+    let more = match bounces {
+        1 => String::new(),
+        count => format!("_{count}bounces"),
+    };
+    let path = folder.join(format!("{name}{size}{more}.exr"));
     let goal = Goal::StandardError(REFERENCE_ERROR);
     let go_on = &mut |_| ControlFlow::Continue(());
     let kept = Reference::resume(scene, &path);

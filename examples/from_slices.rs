@@ -45,6 +45,7 @@ fn main() -> Result<(), camlux::Error> {
         textures: Vec::new(),
         direct: Direct::default(),
         indirect: Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32)),
+        vignetting_map: None,
         left_out: Vec::new(),
     };
 

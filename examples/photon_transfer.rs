@@ -50,6 +50,7 @@ fn wall(exposure_time_s: f64) -> Scene {
         textures: Vec::new(),
         direct: Direct::default(),
         indirect: None,
+        vignetting_map: None,
         left_out: Vec::new(),
     }
 }

@@ -738,8 +738,8 @@ typedef struct camlux_sensor {
   double quantum_efficiency;
   /**
    * Focal length divided by the diameter of the aperture. The irradiance on a pixel is its radiance times (pi/4) / f_number^2 * cos^4 of the
-   * angle to the axis, or the polynomial of vignetting in place of cos^4. 0: the irradiance is numerically the radiance. With
-   * CAMLUX_LENS_FISHEYE and CAMLUX_LENS_EQUIRECTANGULAR only beside vignetting.
+   * angle to the axis, or the polynomial of vignetting or the map of camlux_scene_set_vignetting_map in place of cos^4. 0: the irradiance is numerically the radiance. With
+   * CAMLUX_LENS_FISHEYE and CAMLUX_LENS_EQUIRECTANGULAR only beside one of them.
    */
   double f_number;
   /** Factors of quantum_efficiency for light in the bands R, G and B. Time of flight has its own. */
@@ -1508,6 +1508,28 @@ camlux_status camlux_scene_remove(camlux_scene *scene,
 #define CAMLUX_RELATIVE_TO_CAMERA 1
 
 /**
+ * The measured vignetting of the camera's lens as an image, in place of the vignetting of camlux_sensor: an image of an evenly bright
+ * surface, divided by its value on the axis. It spans the image of the camera, whatever the resolutions of both. Initialise with
+ * CAMLUX_VIGNETTING_MAP_INIT, and give either a file or an array.
+ */
+typedef struct camlux_vignetting_map {
+  /** Set by CAMLUX_VIGNETTING_MAP_INIT. */
+  uint32_t struct_size;
+  /** 0. */
+  uint32_t reserved;
+  /** A grey PNG, JPEG, WebP or OpenEXR file with linear values, UTF-8; NULL: from the array. */
+  const char *path;
+  /** Width of the array, pixels; 0 with a file. */
+  uint32_t width_px;
+  /** Height of the array, pixels; 0 with a file. */
+  uint32_t height_px;
+  /** Light over that on the axis, from 0 to 100, rows from the top. */
+  const float *values;
+  /** Bytes from one row to the next, a multiple of 4; 0: rows are contiguous. */
+  size_t row_stride_bytes;
+} camlux_vignetting_map;
+
+/**
  * The measured pattern of a lamp, in the C-gamma system of the CIE: gamma is the angle from the direction of the light, C the angle about it,
  * counterclockwise for a viewer who looks along it. Initialise with CAMLUX_PATTERN_INIT, and give either a file or arrays.
  */
@@ -1610,6 +1632,18 @@ typedef struct camlux_light {
   /** 0. */
   uint32_t reserved;
 } camlux_light;
+
+/**
+ * Sets the vignetting of the lens as an image. It stays when the sensor changes. A frame needs a sensor with an f_number and without
+ * vignetting of its own.
+ *
+ * \param map NULL: none, the default.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range, and for a file that cannot be
+ * read.
+ * \threads any; calls on the same scene are serialised.
+ */
+camlux_status camlux_scene_set_vignetting_map(camlux_scene *scene,
+                                              const camlux_vignetting_map *map);
 
 /**
  * Adds a light.
@@ -2170,8 +2204,8 @@ typedef struct camlux_exr_options {
   size_t layer_count;
   /** 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr. */
   int32_t plain;
-  /** 0. */
-  uint32_t reserved;
+  /** 1: each layer gets a part of its own in the file, with its name, and channels without it: R of the part direct. 0 if plain is 1. */
+  int32_t multipart;
 } camlux_exr_options;
 
 /** What a frame has cost: times, counts and estimated errors. Initialise with CAMLUX_FRAME_STATS_INIT. */
@@ -2583,6 +2617,8 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 #define CAMLUX_PATTERN_INIT { CAMLUX_INITIALISED + sizeof(camlux_pattern), 0, NULL, NULL, 0, NULL, 0, NULL }
 
 #define CAMLUX_PROJECTED_IMAGE_INIT { CAMLUX_INITIALISED + sizeof(camlux_projected_image), 0, NULL, 0, 0, NULL, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0 }
+
+#define CAMLUX_VIGNETTING_MAP_INIT { CAMLUX_INITIALISED + sizeof(camlux_vignetting_map), 0, NULL, 0, 0, NULL, 0 }
 
 #define CAMLUX_SCENE_COUNTS_INIT { CAMLUX_INITIALISED + sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
 

@@ -10,7 +10,7 @@ axes! {
     Distribution { Broadcast8 "broadcast8", Broadcast4 "broadcast4", Tile "tile" }
     Lobes { Matte "matte", Glossy "glossy" }
     Frequencies { PhasorsOne "phasors one", PhasorsFour "phasors four" }
-    Falloff { Aperture "aperture", Sampled "sampled", Vignetted "vignetted" }
+    Falloff { Aperture "aperture", Sampled "sampled", Vignetted "vignetted", Mapped "mapped" }
     Hit { Any "any", Closest "closest" }
     Search { Kernel "kernel", Query "query" }
     Traced { Cutout "cutout", Instanced "instanced" }

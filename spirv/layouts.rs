@@ -251,7 +251,7 @@ structs! {
         vignetting: [f32; 3],
         _pad0: [u32; 1],
         principal_point: [f32; 2],
-        _pad1: [u32; 2],
+        map_size: [u32; 2],
     }
     SmoothParameters 24 {
         stride: u32,

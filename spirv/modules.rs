@@ -137,7 +137,8 @@ bindings! {
     ];
     SENSOR_BINDINGS = [
         0 "direct_radiance" SAMPLED_IMAGE, 1 "indirect_radiance" SAMPLED_IMAGE, 2 "emission" SAMPLED_IMAGE,
-        3 "position_instance" SAMPLED_IMAGE, 4 "footprint" SAMPLED_IMAGE, 5 "energy" STORAGE_IMAGE,
+        3 "position_instance" SAMPLED_IMAGE, 4 "footprint" SAMPLED_IMAGE, 5 "vignetting_map" STORAGE_BUFFER,
+        6 "energy" STORAGE_IMAGE,
     ];
     TRACE_ANY_KERNEL_BINDINGS = [
         0 "instances" SAMPLED_IMAGE, 1 "ray_triangles" STORAGE_IMAGE, 2 "texels" STORAGE_IMAGE,
@@ -459,7 +460,7 @@ modules! {
     PIXEL_FILTER_GATHERED_PHASORS: Key::PixelFilterGathered { phasors: true, .. } =>
         "pixel_filter_gathered_phasors" "pixel_filter" c"compute_main" [64, 1, 1] 80 PIXEL_FILTER_GATHERED_PHASORS_BINDINGS ["lambert", "specular", "microfacet", "noisy"] [("RESULT_VECTORS", 16), ("PAIRS", 2)];
     SENSOR: Key::Sensor { .. } =>
-        "sensor" "sensor" c"compute_main" [8, 8, 1] 64 SENSOR_BINDINGS ["indirect", "emissive", "aperture", "sampled", "vignetted"] [];
+        "sensor" "sensor" c"compute_main" [8, 8, 1] 64 SENSOR_BINDINGS ["indirect", "emissive", "aperture", "sampled", "vignetted", "mapped"] [];
     TRACE_ANY_KERNEL: Key::Trace { hit: Hit::Any, search: Search::Kernel, .. } =>
         "trace_any_kernel" "trace" c"compute_main" [64, 1, 1] 8 TRACE_ANY_KERNEL_BINDINGS ["cutout", "instanced"] [];
     TRACE_ANY_QUERY: Key::Trace { hit: Hit::Any, search: Search::Query, .. } =>

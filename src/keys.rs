@@ -120,6 +120,12 @@ impl<'t> Keys<'t> {
         Some(Value::new(self.source.clone(), key, &self.name, value))
     }
 
+    /// The value of a key that may be a text, if it is one.
+    pub fn take_text(&mut self, key: &str) -> Option<Value<'t>> {
+        let value = self.table.get(key)?;
+        value.get_ref().is_str().then(|| self.take(key)).flatten()
+    }
+
     /// The value of an optional key, converted by `read`.
     pub fn optional<T>(
         &mut self,

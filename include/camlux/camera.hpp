@@ -95,6 +95,14 @@ struct sensor {
     std::optional<tof_noise> noise = std::nullopt;
 };
 
+/** camlux_vignetting_map: a file, or width_px * height_px values. */
+struct vignetting_map {
+    std::string path = {};
+    std::uint32_t width_px = 0, height_px = 0;
+    /** Light over that on the axis, row by row from the top. */
+    std::vector<float> values = {};
+};
+
 /** camlux_tof. */
 struct tof {
     /** A modulation frequency and its contrast. */
@@ -193,6 +201,25 @@ inline camlux_sensor raw_of(const sensor &from) noexcept
         to.has_vignetting = 1;
     }
     return to;
+}
+
+inline camlux_vignetting_map raw_of(const vignetting_map &from) noexcept
+{
+    camlux_vignetting_map to = CAMLUX_VIGNETTING_MAP_INIT;
+    to.path = name_of(from.path);
+    to.width_px = from.width_px;
+    to.height_px = from.height_px;
+    to.values = from.values.data();
+    return to;
+}
+
+/** Checks what camlux.h cannot check. */
+inline result<void> check_map(const vignetting_map &map)
+{
+    if (map.values.size() != std::size_t(map.width_px) * map.height_px)
+        return {CAMLUX_ERROR_INVALID_ARGUMENT,
+                "camlux::vignetting_map: values has another size than width_px times height_px; give one for each pixel"};
+    return check_texts({{"vignetting_map.path", map.path}});
 }
 
 inline sensor sensor_of(const camlux_sensor &from) noexcept

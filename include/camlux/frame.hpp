@@ -87,6 +87,8 @@ struct exr_options {
     std::vector<layer> layers = {};
     /** Each layer in a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr. */
     bool plain = false;
+    /** Each layer in a part of its own, with its name, and channels without it: R of the part direct. Not together with plain. */
+    bool multipart = false;
 };
 
 /** camlux_frame_stats. Estimates that do not exist are NaN. */
@@ -151,6 +153,7 @@ inline camlux_exr_options raw_of(const exr_options &from, std::vector<std::int32
     camlux_exr_options to = CAMLUX_EXR_OPTIONS_INIT;
     to.half = from.half ? 1 : 0;
     to.plain = from.plain ? 1 : 0;
+    to.multipart = from.multipart ? 1 : 0;
     numbers.clear();
     for (const layer wanted : from.layers)
         numbers.push_back(number(wanted));

@@ -93,6 +93,18 @@ public:
         return detail::ended(status, found);
     }
 
+    /** \param map std::nullopt: none. */
+    void set_vignetting_map(const std::optional<camlux::vignetting_map> &map) { try_set_vignetting_map(map).value(); }
+    result<void> try_set_vignetting_map(const std::optional<camlux::vignetting_map> &map)
+    {
+        if (!map)
+            return detail::ended(camlux_scene_set_vignetting_map(get(), nullptr));
+        if (const result<void> fine = detail::check_map(*map); !fine)
+            return fine;
+        const camlux_vignetting_map raw = detail::raw_of(*map);
+        return detail::ended(camlux_scene_set_vignetting_map(get(), &raw));
+    }
+
     /** \param tof std::nullopt: no time of flight. It needs a sensor with wavelength_nm and quantum_efficiency. */
     void set_tof(const std::optional<camlux::tof> &tof) { try_set_tof(tof).value(); }
     result<void> try_set_tof(const std::optional<camlux::tof> &tof)

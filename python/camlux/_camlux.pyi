@@ -287,6 +287,7 @@ class Frame(Layers):
         half: bool = False,
         compression: Literal["none", "rle", "zips", "zip", "piz"] = "none",
         plain: bool = False,
+        multipart: bool = False,
     ) -> None: ...
     def save_png(self, path: str | os.PathLike[str]) -> float: ...
     def camera_to_world(self) -> npt.NDArray[np.float64]: ...
@@ -359,6 +360,7 @@ class DatasetOptions:
         half: bool,
         compression: str | None,
         plain: bool,
+        multipart: bool,
         format: str,
         has_depth_png: bool,
     ) -> DatasetOptions: ...

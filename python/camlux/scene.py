@@ -391,6 +391,8 @@ class Scene(Fields):
     sensor: converts radiance to energy; None: frames have no layer `energy`.
     tof: time of flight; None: frames have no layers of it.
     shadow: how shadows are found; None: the better method for the scene.
+    vignetting_map: measured vignetting as an image, (height, width), in place of `vignetting` of the sensor: light over that on the axis. It
+        spans the image of the camera at any resolution. With an `f_number`.
     """
 
     camera: Camera
@@ -401,6 +403,7 @@ class Scene(Fields):
     sensor: Sensor | None = None
     tof: TimeOfFlight | None = None
     shadow: Literal["map", "rays"] | None = None
+    vignetting_map: Matrix | None = None
 
     if TYPE_CHECKING:
         # Unlike the attributes, the arguments may be lists of one kind of light, which type checkers tell from lists of any kind.
@@ -414,6 +417,7 @@ class Scene(Fields):
             sensor: Sensor | None = None,
             tof: TimeOfFlight | None = None,
             shadow: Literal["map", "rays"] | None = None,
+            vignetting_map: Matrix | None = None,
         ) -> None: ...
 
     @staticmethod

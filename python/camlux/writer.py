@@ -42,6 +42,7 @@ class DatasetWriter:
         half: bool = False,
         compression: Literal["none", "rle", "zips", "zip", "piz"] | None = None,
         plain: bool = False,
+        multipart: bool = False,
         format: Literal["exr", "npz"] = "exr",
         depth_png: bool = False,
     ) -> None:
@@ -49,16 +50,16 @@ class DatasetWriter:
 
         renderer: None: one on the best device. flow: adds the layers flow and scene_flow, from each frame to the next; a mesh that is
         replaced has none. layers: writes only these; also layers on request, and those of a sequence such as flow_backward.
-        half, plain: as for Frame.save. compression: likewise; None: rle, or none of npz files.
+        half, plain, multipart: as for Frame.save. compression: likewise; None: rle, or none of npz files.
         format: OpenEXR files, or archives of numpy, without a header. depth_png: also a PNG of the depth, 16 bits, millimetres.
         """
         self.folder = Path(folder)
         self._renderer = renderer or Renderer()
-        self._options = DatasetOptions(flow, layers, half, compression, plain, format, depth_png)
+        self._options = DatasetOptions(flow, layers, half, compression, plain, multipart, format, depth_png)
         #: Whether there is flow to the next frame and to the previous one, and occlusion there.
         (self._to_next, self._hidden_next), (self._to_previous, self._hidden_previous) = self._options.flow
         self._layers = None if layers is None else [layers] if isinstance(layers, str) else list(layers)
-        self._settings = [flow, self._layers, half, compression, plain, format, depth_png]
+        self._settings = [flow, self._layers, half, compression, plain, multipart, format, depth_png]
         self._plain, self._format, self._depth_png = plain, format, depth_png
         self._base = SceneState(scene)
         # A loop may render with a target_error, and so with indirect light.

@@ -117,6 +117,7 @@ impl DatasetOptions {
         half: bool,
         compression: Option<&str>,
         plain: bool,
+        multipart: bool,
         format: &str,
         has_depth_png: bool,
     ) -> PyResult<Self> {
@@ -129,6 +130,15 @@ impl DatasetOptions {
         if plain && format == FileFormat::Npz {
             let problem = "plain is True, in npz files; leave out one of them: only OpenEXR files can be plain";
             return Err(ArgumentError::new_err(problem));
+        }
+        if multipart && format == FileFormat::Npz {
+            let problem = "multipart is True, in npz files; leave out one of them: only OpenEXR files have parts";
+            return Err(ArgumentError::new_err(problem));
+        }
+        if multipart && plain {
+            return Err(ArgumentError::new_err(
+                "plain and multipart are True; leave out one of them: a plain file has one part",
+            ));
         }
         let compression = compression.map(compression_named).transpose()?;
         let compression = compression.unwrap_or(format.usual_compression());
@@ -143,6 +153,7 @@ impl DatasetOptions {
             layers: layers.map(|names| self::layers(&names)).transpose()?,
             compression,
             plain,
+            multipart,
             ..ExrOptions::default()
         };
         let flow = flow_layers(&mut exr.layers, flow);
@@ -213,6 +224,7 @@ impl DatasetOptions {
             "compression": self.exr.compression.name(),
             "half": self.exr.half,
             "plain": self.exr.plain,
+            "multipart": self.exr.multipart,
             "file_format": self.format.name(),
             "depth_png": self.has_depth_png,
             "time": null,

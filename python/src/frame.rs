@@ -118,12 +118,13 @@ impl Frame {
     /// Writes an OpenEXR file, which appears complete or not at all.
     ///
     /// half: stores radiance, direct, indirect and N as 16-bit floats. layers: writes only these. compression: none, rle, zips, zip or piz.
-    /// plain: writes a file for each layer, with the channels R, G, B or Y that OpenCV reads: x.depth.exr for x.exr.
+    /// plain: writes a file for each layer, with the channels R, G, B or Y that OpenCV reads: x.depth.exr for x.exr. multipart: writes
+    /// one file with a part for each layer, with its name, and channels without it: R of the part direct; not together with plain.
     ///
     /// Raises FileError.
     #[pyo3(
-        signature = (path, *, layers=None, half=false, compression="none", plain=false, **others),
-        text_signature = "($self, path, *, layers=None, half=False, compression=\"none\", plain=False)"
+        signature = (path, *, layers=None, half=false, compression="none", plain=false, multipart=false, **others),
+        text_signature = "($self, path, *, layers=None, half=False, compression=\"none\", plain=False, multipart=False)"
     )]
     fn save(
         slf: &Bound<'_, Self>,
@@ -132,6 +133,7 @@ impl Frame {
         half: bool,
         compression: &str,
         plain: bool,
+        multipart: bool,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
         refuse("Frame.save", others)?;
@@ -142,6 +144,7 @@ impl Frame {
             layers: layers.map(|value| self::layers(&value)).transpose()?,
             compression: compression_named(compression)?,
             plain,
+            multipart,
             ..ExrOptions::default()
         };
         let written = slf.py().detach(|| write_exr_files(&path, frame, &options));

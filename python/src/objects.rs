@@ -11,7 +11,7 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::errors::{raised, warn_above};
 use crate::mesh::meshes;
-use crate::parts::{Pattern, ProjectedImage, Texture};
+use crate::parts::{Pattern, ProjectedImage, Texture, array};
 
 /// Implements `camlux.Scene.load`.
 #[pyfunction]
@@ -71,6 +71,10 @@ impl<'py> Classes<'py> {
             materials: self.materials(&scene.materials, scene.textures.clone())?,
             indirect: scene.indirect.map(|indirect| self.parameters(indirect.parameters())).transpose()?,
             sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
+            vignetting_map: scene.vignetting_map.as_ref().map(|map| {
+                let [width, height] = map.size_px.map(|px| px as usize);
+                array(py, map.values.clone(), &[height, width])
+            }).transpose()?,
             tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
             shadow: scene.direct.shadow.map(Shadow::name),
         )

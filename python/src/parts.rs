@@ -45,7 +45,7 @@ fn hash_of(value: impl Hash) -> u64 {
 }
 
 /// An array of this shape from its values.
-fn array<'py, T: numpy::Element>(
+pub fn array<'py, T: numpy::Element>(
     py: Python<'py>,
     values: Vec<T>,
     shape: &[usize],

@@ -6,13 +6,15 @@ use camlux::glam::DVec3;
 use camlux::scene::{
     self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, Filter, IndirectLight,
     Intrinsics, Lens, Light, Material, MetallicRoughness, PixelFilter, PixelSampling, PlacedLight,
-    Profile, Sensor, SensorNoise, Shadow, TextureLookup, TimeOfFlight, Wrap,
+    Profile, Sensor, SensorNoise, Shadow, Shared, TextureLookup, TimeOfFlight, VignettingMap, Wrap,
 };
+use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 
+use crate::arrays::{as_array, numbers};
 use crate::attributes::Part;
 use crate::dataset::SceneState;
-use crate::errors::{ArgumentTypeError, raised};
+use crate::errors::{ArgumentTypeError, SceneError, raised};
 use crate::mesh::Mesh;
 use crate::objects::light_class;
 use crate::parts::{Pattern, ProjectedImage, Texture};
@@ -43,6 +45,10 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
             .part("sensor")?
             .map(|sensor| sensor_from(&sensor))
             .transpose()?,
+        vignetting_map: part
+            .part("vignetting_map")?
+            .map(|map| vignetting_map_from(&map.object))
+            .transpose()?,
         tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
         lights: lights.iter().map(placed_from).collect::<PyResult<_>>()?,
         meshes: meshes.collect::<PyResult<_>>()?,
@@ -68,6 +74,22 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     let sources = textures.list.iter().map(|texture| &texture.get().0);
     scene.textures = scene::in_their_roles(sources, &mut scene.materials);
     Ok(scene)
+}
+
+fn vignetting_map_from(values: &Bound<'_, PyAny>) -> PyResult<Shared<VignettingMap>> {
+    let array = as_array(values)?;
+    let &[height, width] = array.shape() else {
+        let shape = array.shape();
+        return Err(SceneError::new_err(format!(
+            "vignetting_map has the shape {shape:?}; give (height, width)"
+        )));
+    };
+    let values: Vec<f64> = numbers(&array, "vignetting_map", "numbers")?;
+    let map = VignettingMap {
+        size_px: [width as u32, height as u32],
+        values: values.into_iter().map(|value| value as f32).collect(),
+    };
+    Ok(map.into())
 }
 
 /// The cameras of a list.

@@ -1,4 +1,4 @@
-"""Plain OpenEXR files: what other programs read."""
+"""Plain OpenEXR files, and files with a part for each layer: what other programs read."""
 
 import os
 
@@ -59,3 +59,30 @@ def test_a_data_set_of_plain_files(program, tmp_path):
         np.testing.assert_array_equal(seen_by_opencv(plain.folder / mine.line["files"]["depth"]), other["depth"])
         with pytest.raises(KeyError, match="no layer"):
             mine["colour"]
+
+
+def test_openexr_reads_every_part(renderer, tmp_path):
+    scene = camlux.Scene.load(SCENES / "tof_corner.toml")
+    scene.camera.resolution_px = (24, 16)
+    frame = renderer.render(scene)
+    frame.save(tmp_path / "x.exr", multipart=True)
+    with OpenEXR.File(str(tmp_path / "x.exr")) as file:
+        assert [part.name() for part in file.parts] == list(frame)
+        for part, (layer, pixels) in zip(file.parts, frame.items()):
+            stored = part.channels
+            if set(stored) == {"RGB"}:
+                theirs = stored["RGB"].pixels
+            else:
+                names = sorted(stored, key=["re", "im", "A", "B", "X", "Y", "Z"].index)
+                theirs = np.stack([stored[name].pixels for name in names], axis=-1).reshape(pixels.shape)
+            assert theirs.dtype == pixels.dtype
+            np.testing.assert_array_equal(theirs, pixels, err_msg=layer)
+            assert part.header["camlux.unit." + layer]
+    image = camlux.read_exr(tmp_path / "x.exr")
+    assert set(image) == set(frame)
+    for layer, pixels in frame.items():
+        np.testing.assert_array_equal(image[layer], pixels, err_msg=layer)
+    # A program that looks at the first part alone sees the radiance.
+    np.testing.assert_array_equal(seen_by_opencv(tmp_path / "x.exr"), frame["radiance"])
+    with pytest.raises(camlux.FileError, match="a plain file has one part"):
+        frame.save(tmp_path / "y.exr", multipart=True, plain=True)

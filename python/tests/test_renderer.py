@@ -115,6 +115,26 @@ def test_a_sensor_counts_electrons(device, scene):
         renderer.render(scene)
 
 
+def test_a_vignetting_map_is_an_array(device, scene, tmp_path):
+    renderer = camlux.Renderer(device)
+    scene.indirect = None
+    scene.sensor = camlux.Sensor((3, 3), 1e-3)
+    plain = renderer.render(scene)["energy"]
+    scene.sensor.f_number = 2.0
+    height, width = plain.shape[:2]
+    values = np.linspace(0.0, 1.0, height * width, dtype=np.float32).reshape(height, width)
+    scene.vignetting_map = values
+    np.testing.assert_allclose(renderer.render(scene)["energy"], plain * values[..., None] * np.pi / 16, rtol=2e-6)
+    scene.save(tmp_path / "saved")
+    again = camlux.Scene.load(tmp_path / "saved" / "scene.toml")
+    np.testing.assert_array_equal(again.vignetting_map, values)
+    assert again.sensor.f_number == 2.0
+    for wrong, words in [([1.0], "give \\(height, width\\)"), ([[0.5, -1.0]], "pixel \\(1, 0\\) is -1")]:
+        scene.vignetting_map = wrong
+        with pytest.raises(camlux.SceneError, match=words):
+            renderer.render(scene)
+
+
 def test_a_measured_vignetting_takes_the_place_of_the_cosine(device, scene):
     scene.indirect = None
     scene.sensor = camlux.Sensor((3, 3), 1e-3, f_number=2)

@@ -297,6 +297,7 @@ def test_archives_and_pngs_of_the_depth_are_those_of_a_batch(program, tmp_path):
         ({"format": "npz", "compression": "zip", "depth_png": True}, 'format = "npz"\ncompression = "zip"\ndepth_png = true'),
         ({"depth_png": True}, "depth_png = true"),
         ({"depth_png": True, "plain": True}, "depth_png = true\nplain = true"),
+        ({"multipart": True}, "multipart = true"),
     ]:
         name = "-".join(options)
         (tmp_path / f"{name}.toml").write_text(JOB.replace("flow = true", f"flow = true\nlayers = {json.dumps(layers)}\n{keys}"))
@@ -304,7 +305,7 @@ def test_archives_and_pngs_of_the_depth_are_those_of_a_batch(program, tmp_path):
         assert loop(tmp_path / f"loop-{name}", cornell(), layers=layers, **options) == [0, 1, 2]
         assert loop(tmp_path / f"loop-{name}", cornell(), layers=layers, **options) == []
         by_batch, by_loop = (camlux.Dataset(tmp_path / f"{of}-{name}") for of in ["batch", "loop"])
-        for key in ["file_format", "depth_png", "compression", "plain"]:
+        for key in ["file_format", "depth_png", "compression", "plain", "multipart"]:
             assert by_loop.about[key] == by_batch.about[key], key
         for mine, other in zip(by_loop.lines, by_batch.lines):
             for key in ["file", "files", "depth_png", "blake3", "bytes"]:
@@ -326,6 +327,8 @@ def test_archives_and_pngs_of_the_depth_are_those_of_a_batch(program, tmp_path):
     for options, message in [
         ({"format": "png"}, 'format is "png"; give "exr" or "npz"'),
         ({"format": "npz", "plain": True}, "only OpenEXR files can be plain"),
+        ({"format": "npz", "multipart": True}, "only OpenEXR files have parts"),
+        ({"plain": True, "multipart": True}, "a plain file has one part"),
         ({"format": "npz", "compression": "rle"}, 'compression is "rle", in npz files'),
     ]:
         with pytest.raises(camlux.ArgumentError, match=message):

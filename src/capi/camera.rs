@@ -103,8 +103,8 @@ pub struct camlux_sensor {
     /// Electrons per photon, above 0 and up to 1.
     pub quantum_efficiency: f64,
     /// Focal length divided by the diameter of the aperture. The irradiance on a pixel is its radiance times (pi/4) / f_number^2 * cos^4 of the
-    /// angle to the axis, or the polynomial of vignetting in place of cos^4. 0: the irradiance is numerically the radiance. With
-    /// CAMLUX_LENS_FISHEYE and CAMLUX_LENS_EQUIRECTANGULAR only beside vignetting.
+    /// angle to the axis, or the polynomial of vignetting or the map of camlux_scene_set_vignetting_map in place of cos^4. 0: the irradiance is numerically the radiance. With
+    /// CAMLUX_LENS_FISHEYE and CAMLUX_LENS_EQUIRECTANGULAR only beside one of them.
     pub f_number: f64,
     /// Factors of quantum_efficiency for light in the bands R, G and B. Time of flight has its own.
     pub band_weights: [f64; 3],

@@ -58,8 +58,8 @@ pub struct camlux_exr_options {
     pub layer_count: usize,
     /// 1: each layer gets a file of its own with the channels R, G, B or Y, which programs such as OpenCV read: x.depth.exr for x.exr.
     pub plain: i32,
-    /// 0.
-    pub reserved: u32,
+    /// 1: each layer gets a part of its own in the file, with its name, and channels without it: R of the part direct. 0 if plain is 1.
+    pub multipart: i32,
 }
 
 c_struct!(camlux_view, 64, format: CAMLUX_FORMAT_F32);
@@ -155,7 +155,6 @@ impl FrameObject {
     /// # Safety
     /// There are `layer_count` layers.
     unsafe fn exr_options(&self, options: camlux_exr_options) -> Outcome<ExrOptions> {
-        args::reserved(camlux_exr_options::NAME, options.reserved)?;
         // SAFETY: the caller guarantees it.
         let numbers = unsafe { layer_numbers(options.layers, options.layer_count) }?;
         let picked = numbers.into_iter().map(|number| Ok(self.layer(number)?.0));
@@ -164,6 +163,7 @@ impl FrameObject {
             half: args::flag("half", options.half)?,
             layers: (!picked.is_empty()).then_some(picked),
             plain: args::flag("plain", options.plain)?,
+            multipart: args::flag("multipart", options.multipart)?,
             ..ExrOptions::default()
         })
     }

@@ -1,11 +1,14 @@
-//! The patterns of measured lamps and the images of projectors, from arrays and files.
+//! The patterns of measured lamps, the images of projectors and vignetting maps, from arrays and files.
 
 use std::{ffi::c_char, path::Path};
 
 use super::*;
 use crate::{
     Error,
-    scene::{Encoding, Intrinsics, Lens, Measured, Pattern, Profile, ProjectedImage},
+    scene::{
+        Encoding, Intrinsics, Lens, Measured, Pattern, Profile, ProjectedImage, Shared,
+        VignettingMap,
+    },
 };
 
 /// The measured pattern of a lamp, in the C-gamma system of the CIE: gamma is the angle from the direction of the light, C the angle about it,
@@ -67,9 +70,59 @@ pub struct camlux_projected_image {
     pub cy_px: f64,
 }
 
+/// The measured vignetting of the camera's lens as an image, in place of the vignetting of camlux_sensor: an image of an evenly bright
+/// surface, divided by its value on the axis. It spans the image of the camera, whatever the resolutions of both. Initialise with
+/// CAMLUX_VIGNETTING_MAP_INIT, and give either a file or an array.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_vignetting_map {
+    /// Set by CAMLUX_VIGNETTING_MAP_INIT.
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// A grey PNG, JPEG, WebP or OpenEXR file with linear values, UTF-8; NULL: from the array.
+    pub path: *const c_char,
+    /// Width of the array, pixels; 0 with a file.
+    pub width_px: u32,
+    /// Height of the array, pixels; 0 with a file.
+    pub height_px: u32,
+    /// Light over that on the axis, from 0 to 100, rows from the top.
+    pub values: *const f32,
+    /// Bytes from one row to the next, a multiple of 4; 0: rows are contiguous.
+    pub row_stride_bytes: usize,
+}
+
 c_struct!(camlux_pattern, 56);
 
 c_struct!(camlux_projected_image, 88);
+
+c_struct!(camlux_vignetting_map, 40);
+
+/// Sets the vignetting of the lens as an image. It stays when the sensor changes. A frame needs a sensor with an f_number and without
+/// vignetting of its own.
+///
+/// \param map NULL: none, the default.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of range, and for a file that cannot be
+/// read.
+/// \threads any; calls on the same scene are serialised.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_vignetting_map(
+    scene: *mut camlux_scene,
+    map: *const camlux_vignetting_map,
+) -> camlux_status {
+    ffi_guard("camlux_scene_set_vignetting_map", || {
+        let object = handle::get(scene)?;
+        // SAFETY: the caller guarantees it.
+        let raw = unsafe { args::read_optional(map) }?;
+        // SAFETY: as above.
+        let map = raw.map(|raw| unsafe { map_from_c(raw) }).transpose()?;
+        if let Some(map) = &map {
+            map.validate()?;
+        }
+        object.lock_to_change().scene.vignetting_map = map.map(Shared::from);
+        Ok(())
+    })
+}
 
 /// The pattern or the image that a light points to.
 ///
@@ -158,6 +211,50 @@ unsafe fn pattern_from_c(raw: camlux_pattern) -> Outcome<Pattern> {
 
 /// # Safety
 /// As for [`pattern_of`].
+unsafe fn map_from_c(raw: camlux_vignetting_map) -> Outcome<VignettingMap> {
+    args::reserved(camlux_vignetting_map::NAME, raw.reserved)?;
+    // SAFETY: the caller guarantees it.
+    if let Some(path) = unsafe { args::text(raw.path, "camlux_vignetting_map.path") }? {
+        file_alone(raw.width_px == 0 && raw.height_px == 0)?;
+        let (map, warning) =
+            VignettingMap::load(Path::new(&path), &path).map_err(Failure::as_it_is)?;
+        warn(warning);
+        return Ok(map);
+    }
+    let size_px = [raw.width_px, raw.height_px];
+    if size_px.contains(&0) {
+        let problem = "the vignetting map has no path, and no width_px or no height_px; give a path, or an array";
+        return Err(Failure::argument(problem));
+    }
+    let (name, stride_bytes) = ("camlux_vignetting_map.values", raw.row_stride_bytes);
+    // SAFETY: the caller guarantees it.
+    let values = unsafe { grey_values(name, size_px, raw.values, stride_bytes) }?;
+    Ok(VignettingMap { size_px, values })
+}
+
+/// # Safety
+/// The pointer is null, or misaligned, or to values of this size and stride.
+unsafe fn grey_values(
+    name: &'static str,
+    [width, height]: [u32; 2],
+    values: *const f32,
+    stride_bytes: usize,
+) -> Outcome<Vec<f32>> {
+    let rows = args::Rows {
+        name,
+        count_name: "height_px",
+        data: values.cast(),
+        stride_bytes,
+        count: height as usize,
+        length: width as usize,
+    };
+    // SAFETY: the caller guarantees it.
+    let rows = unsafe { rows.read(|row: &[f32]| row.to_vec()) }?;
+    Ok(rows.concat())
+}
+
+/// # Safety
+/// As for [`pattern_of`].
 unsafe fn image_from_c(raw: camlux_projected_image) -> Outcome<ProjectedImage> {
     args::reserved(camlux_projected_image::NAME, raw.reserved)?;
     let encoding = encoding(raw.encoding)?;
@@ -195,20 +292,13 @@ unsafe fn image_from_c(raw: camlux_projected_image) -> Outcome<ProjectedImage> {
         let problem = "the projected image has no path, and no width_px or no height_px; give a path, or an array";
         return Err(Failure::argument(problem));
     }
-    let rows = args::Rows {
-        name: "camlux_projected_image.values",
-        count_name: "height_px",
-        data: raw.values.cast(),
-        stride_bytes: raw.row_stride_bytes,
-        count: raw.height_px as usize,
-        length: raw.width_px as usize,
-    };
+    let (name, stride_bytes) = ("camlux_projected_image.values", raw.row_stride_bytes);
     // SAFETY: the caller guarantees it.
-    let rows = unsafe { rows.read(|row: &[f32]| row.to_vec()) }?;
+    let values = unsafe { grey_values(name, size_px, raw.values, stride_bytes) }?;
     Ok(ProjectedImage {
         size_px,
         intrinsics: lens.intrinsics_px(size_px),
-        values: rows.concat(),
+        values,
     })
 }
 

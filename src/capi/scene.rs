@@ -318,6 +318,7 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
                 textures: Vec::new(),
                 direct: Direct::default(),
                 indirect: None,
+                vignetting_map: None,
                 left_out: Vec::new(),
             }))
         };

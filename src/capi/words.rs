@@ -1,7 +1,7 @@
 //! The library names values as scene files do. This table says what they are in C.
 
 /// What messages of the library contain, and what it is in C. A phrase stands before those that it contains.
-const WORDS: [(&str, &str); 35] = [
+const WORDS: [(&str, &str); 37] = [
     // Hints.
     (
         "give the sensor a wavelength_nm and a quantum_efficiency",
@@ -40,6 +40,14 @@ const WORDS: [(&str, &str); 35] = [
         "name it in layers of camlux_render_options",
     ),
     ("give the scene a sensor", "call camlux_scene_set_sensor"),
+    (
+        "give a sensor with an f_number, or leave it out",
+        "call camlux_scene_set_sensor with an f_number, or camlux_scene_set_vignetting_map with NULL",
+    ),
+    (
+        "leave out one of them: a flat field",
+        "set has_vignetting to 0, or call camlux_scene_set_vignetting_map with NULL: a flat field",
+    ),
     (
         "give the sensor noise, and neither bayer nor monochrome",
         "call camlux_scene_set_sensor_noise, and set neither bayer nor monochrome of camlux_sensor",

@@ -39,11 +39,11 @@ impl Scene {
             return Err(Error::scene("camera", problem, hint));
         }
         let mut toml = Toml::default();
-        self.write_camera(&mut toml);
         let saved = Saved {
             scene: self,
             folder,
         };
+        self.write_camera(&mut toml, saved.vignetting_map()?);
         saved.lights(&mut toml)?;
         saved.textures(&mut toml)?;
         let keys = saved.materials(&mut toml);
@@ -54,7 +54,7 @@ impl Scene {
             .commit_with(toml.text().as_bytes())
     }
 
-    fn write_camera(&self, toml: &mut Toml) {
+    fn write_camera(&self, toml: &mut Toml, vignetting_map: Option<String>) {
         let Camera {
             resolution_px: [width, height],
             position_m,
@@ -96,6 +96,9 @@ impl Scene {
             if lens.iter().any(|(_, value)| value.is_some()) {
                 toml.table("[lens]");
                 toml.parameters(lens);
+                if let Some(file) = vignetting_map {
+                    toml.string("vignetting", &file);
+                }
             }
         }
         if let Some(tof) = &self.tof {
@@ -154,6 +157,15 @@ impl Saved<'_> {
         let folder = make_folder(&self.folder.join(part))?.to_owned();
         OutputFile::create(folder.join(name))?.commit_with(bytes)?;
         Ok(format!("{part}/{name}"))
+    }
+
+    fn vignetting_map(&self) -> Result<Option<String>> {
+        let map = self.scene.vignetting_map.as_ref();
+        let file = map.map(|map| {
+            let bytes = images::grey_exr(map.size_px, &map.values).map_err(internal)?;
+            self.write(PATTERNS, "vignetting.exr", &bytes)
+        });
+        file.transpose()
     }
 
     fn lights(&self, toml: &mut Toml) -> Result<()> {

@@ -131,10 +131,10 @@ pub(crate) fn draw(
     let (joule, aperture) = (plan.joule_per_irradiance, plan.irradiance_per_radiance);
     let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
     let positions = &gbuffer.position_instance;
-    let falloff = match &images.sampled {
-        _ if plan.is_vignetting_measured => (Falloff::Vignetted, None),
-        Some(sampled) => (Falloff::Sampled, Some(("footprint", &sampled.footprint))),
-        None => (Falloff::Aperture, Some(("position_instance", positions))),
+    let falloff = match (plan.vignetting, &images.sampled) {
+        (Some(measured), _) => (measured, None),
+        (None, Some(sampled)) => (Falloff::Sampled, Some(("footprint", &sampled.footprint))),
+        (None, None) => (Falloff::Aperture, Some(("position_instance", positions))),
     };
     for (factor, falloff, sum) in [
         (energy_factor, aperture.map(|_| falloff), &images.energy),

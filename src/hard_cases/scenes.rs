@@ -52,6 +52,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
             shadow: Some(Shadow::Rays),
         },
         indirect: None,
+        vignetting_map: None,
         left_out: Vec::new(),
     }
 }

@@ -1,12 +1,16 @@
-//! Grey images: of projectors, and maps of all directions.
+//! Grey images: of projectors, maps of all directions, and vignetting.
 
 use std::path::Path;
 
 use super::texture;
 use super::unused::Unused;
 use crate::exr_decode::{ImageLayer, Refusal, decode_file};
-use crate::scene::{Encoding, Lens, ProjectedImage};
+use crate::scene::{Encoding, Lens, ProjectedImage, VignettingMap};
 use crate::{Error, Result};
+
+/// What to do about colours where light has them.
+pub(super) const BANDS_OF_LIGHT: &str =
+    "save it as a grey image and set the bands with power_w, or use one light for each band";
 
 /// A grey image with values from 0 to 1, row by row from the top.
 pub(super) struct GreyImage {
@@ -17,6 +21,7 @@ pub(super) struct GreyImage {
 
 impl GreyImage {
     /// Reads a PNG, JPEG or OpenEXR file. The values of an OpenEXR file are linear and are divided by `white`, or by the largest of them.
+    /// `if_coloured`: what to do about an image with colours.
     ///
     /// # Errors
     /// Returns an error at `named_at` in the same cases as for textures, and if the image has colours.
@@ -25,10 +30,11 @@ impl GreyImage {
         encoding: Encoding,
         white: Option<f32>,
         named_at: &str,
+        if_coloured: &'static str,
     ) -> Result<GreyImage> {
         let extension = file.extension().unwrap_or_default();
         if extension.eq_ignore_ascii_case("exr") {
-            return GreyImage::load_exr(file, white).map_err(|(problem, hint)| {
+            return GreyImage::load_exr(file, white, if_coloured).map_err(|(problem, hint)| {
                 let problem = format!("cannot read the image {}: {problem}", file.display());
                 Error::scene(named_at, problem, hint)
             });
@@ -47,7 +53,7 @@ impl GreyImage {
             Error::scene(
                 named_at,
                 format!("the image {} is not grey", file.display()),
-                "save it as a grey PNG and set the bands with power_w, or use one light for each band",
+                if_coloured,
             )
         })?;
         Ok(GreyImage {
@@ -57,7 +63,11 @@ impl GreyImage {
         })
     }
 
-    fn load_exr(file: &Path, white: Option<f32>) -> std::result::Result<GreyImage, Refusal> {
+    fn load_exr(
+        file: &Path,
+        white: Option<f32>,
+        if_coloured: &'static str,
+    ) -> std::result::Result<GreyImage, Refusal> {
         let image = decode_file(file, &|_| None)?;
         let chosen = picture(&image.layers)?;
         let mut unused = Unused::default();
@@ -87,13 +97,7 @@ impl GreyImage {
             of_bands.all(|(&value, _)| value == first).then_some(first)
         });
         let grey: Option<Vec<f32>> = grey.collect();
-        let grey = grey.ok_or_else(|| {
-            let problem = "it is not grey".into();
-            (
-                problem,
-                "save one channel and set the bands with power_w, or use one light for each band",
-            )
-        })?;
+        let grey = grey.ok_or_else(|| ("it is not grey".into(), if_coloured))?;
         let is_light = |&value: &f32| value >= 0.0 && value.is_finite();
         if let Some(value) = grey.iter().find(|value| !is_light(value)) {
             return Err((
@@ -111,6 +115,27 @@ impl GreyImage {
     }
 }
 
+impl VignettingMap {
+    /// Reads a grey PNG, JPEG, WebP or OpenEXR file. Values are linear: those of an OpenEXR file are the light over that on the axis; in the other
+    /// files the largest number, such as 65535, stands for 1. `named_at` is the line of the scene file that names it, or the file itself. Also
+    /// returns a warning of what the file holds and camlux does not use.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) if the file is missing or is no grey image.
+    pub fn load(path: &Path, named_at: &str) -> Result<(VignettingMap, Option<String>)> {
+        let extension = path.extension().unwrap_or_default();
+        let white = extension.eq_ignore_ascii_case("exr").then_some(1.0);
+        let if_coloured = "save one grey channel: all bands have the same vignetting";
+        let image = GreyImage::load(path, Encoding::Linear, white, named_at, if_coloured)?;
+        let warning = image.unused.warning(path);
+        let map = VignettingMap {
+            size_px: image.size_px,
+            values: image.values,
+        };
+        Ok((map, warning))
+    }
+}
+
 impl ProjectedImage {
     /// Reads a grey PNG, JPEG, WebP or OpenEXR file for a projector with this lens. `white`: the value of an OpenEXR file that stands for 1;
     /// `None`: the largest. `named_at` is the line of the scene file that names it, or
@@ -125,7 +150,7 @@ impl ProjectedImage {
         lens: Lens,
         named_at: &str,
     ) -> Result<(ProjectedImage, Option<String>)> {
-        let image = GreyImage::load(path, encoding, white, named_at)?;
+        let image = GreyImage::load(path, encoding, white, named_at, BANDS_OF_LIGHT)?;
         let warning = image.unused.warning(path);
         let projected = ProjectedImage {
             size_px: image.size_px,

@@ -1,4 +1,4 @@
-//! OpenEXR output: one file with one part. Channel names have the layer as prefix.
+//! OpenEXR output: one file with one part, whose channel names have the layer as prefix, or with a part for each layer.
 
 use std::io::Seek;
 use std::path::PathBuf;
@@ -8,15 +8,15 @@ use exr::image::write::WritableImage;
 use exr::image::write::samples::{SamplesWriter, WritableSamples};
 use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, Image, Layer as ExrPart};
 use exr::math::{RoundingMode, Vec2};
-use exr::meta::attribute::{LevelMode, LineOrder, SampleType};
-use exr::meta::header::Header;
+use exr::meta::attribute::{IntegerBounds, LevelMode, LineOrder, SampleType};
+use exr::meta::header::{Header, ImageAttributes};
 use exr::prelude::Compression;
 use half::f16;
 
 use super::atomic::OutputFile;
 use super::exr_header_order;
 use super::header::{self, Attribute};
-use super::{Frame, Layer, LayerData};
+use super::{Frame, Layer, LayerData, plain};
 use crate::error::Result;
 
 /// The contents of an OpenEXR file. The default is every layer of the frame as 32-bit float.
@@ -33,6 +33,9 @@ pub struct ExrOptions {
     /// Write each layer to a file of its own, with the channels R, G, B or Y, which programs such as OpenCV read. Ids become floats.
     /// [`write_exr_files`](super::write_exr_files) names the files.
     pub plain: bool,
+    /// Write a part for each layer, with its name, and channels without it: R of the part `direct`. Programs read one part without the
+    /// others. Not together with `plain`.
+    pub multipart: bool,
     /// Further header attributes: names, which get the prefix `camlux.`, and values.
     pub attributes: Vec<(String, Attribute)>,
 }
@@ -134,7 +137,8 @@ impl ExrOptions {
 
 /// Writes the frame as an OpenEXR file and gives the file its name.
 ///
-/// The file has one part with the channels of [`Layer::channel_names`] (ids as UINT). Its header holds the frame's description: standard
+/// The file has one part with the channels of [`Layer::channel_names`] (ids as UINT), or [several](ExrOptions::multipart) with those of
+/// [`Layer::part_channel_names`]. The header, that of each part, holds the frame's description: standard
 /// attributes `software`, `worldToCamera`, `worldToNDC` and `expTime`, the rest under `camlux.`, such as `camlux.unit.radiance` =
 /// `W/sr/m^2`. `docs/output.md` lists them.
 ///
@@ -187,43 +191,106 @@ impl WrittenExr {
 
 fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<()> {
     frame.check_for_output(output.path())?;
-    let channels = AnyChannels::sort(channels(output, frame, options)?.into());
-    let [width, height] = frame.resolution_px.map(|px| px as usize);
-    let encoding = Encoding {
-        compression: options.compression.names().1,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
+    options.require_layers(output, frame)?;
+    let layers = frame.layers.iter().map(|(layer, data)| (*layer, data));
+    let picked: Vec<_> = layers.filter(|(layer, _)| options.picks(*layer)).collect();
+    check_picked(output, &picked, options)?;
+    let mut further = options.attributes.clone();
+    if let ([(only, _)], true) = (&picked[..], options.multipart) {
+        // Readers do not look at the name of a single part, which other programs set by accident.
+        further.push((plain::LAYER.into(), only.name().into()));
+    }
+    let layers_of_part = match options.multipart {
+        true => 1,
+        false => picked.len(),
     };
-    let picks = |layer| options.picks(layer);
-    let attributes = header::attributes(frame, &picks, &options.attributes);
-    let part = ExrPart::new((width, height), attributes, encoding, channels);
-    Image::from_layer(part)
-        .write()
+    let parts = picked.chunks(layers_of_part);
+    let parts = parts.map(|layers| part(output, frame, layers, options, &further));
+    let parts = parts.collect::<Result<Vec<_>>>()?;
+    let bounds = IntegerBounds::from_dimensions(resolution(frame));
+    let image = Image::from_layers(ImageAttributes::new(bounds), parts);
+    let writer = image.write();
+    // Threads cost more than they save where a block is one line of a layer.
+    let writer = match (options.multipart, options.compression) {
+        (true, ExrCompression::Rle) => writer.non_parallel(),
+        _ => writer,
+    };
+    writer
         .to_unbuffered(&mut output.temporary)
         .map_err(|error| output.failed(&error))?;
     exr_header_order::sort(&mut output.temporary).map_err(|error| output.failed(&error))
 }
 
-/// The channels of the selected layers.
+/// A layer of a frame.
+type OfFrame<'f> = (Layer, &'f LayerData);
+
+/// Rejects layers that a file of its options cannot hold.
+fn check_picked(output: &OutputFile, picked: &[OfFrame], options: &ExrOptions) -> Result<()> {
+    if options.plain && options.multipart {
+        let hint = "leave out plain or multipart";
+        return Err(output.refused("a plain file has one part", hint));
+    }
+    match picked.len() {
+        0 => Err(output.refused("no layer is picked", "name at least one")),
+        2.. if options.plain => {
+            let hint = "write each layer to a file of its own";
+            Err(output.refused("a plain file holds one layer", hint))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A part with these layers, and with the description of the frame.
+fn part<'f>(
+    output: &OutputFile,
+    frame: &Frame,
+    layers: &[OfFrame<'f>],
+    options: &ExrOptions,
+    further: &[(String, Attribute)],
+) -> Result<ExrPart<AnyChannels<ChannelSamples<'f>>>> {
+    let has = |layer| layers.iter().any(|(kind, _)| *kind == layer);
+    let mut attributes = header::attributes(frame, &has, further);
+    if let ([(layer, _)], true) = (layers, options.multipart) {
+        attributes.layer_name = Some(layer.name().into());
+    }
+    let encoding = Encoding {
+        compression: options.compression.names().1,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let channels = AnyChannels::sort(channels(output, layers, options)?.into());
+    Ok(ExrPart::new(
+        resolution(frame),
+        attributes,
+        encoding,
+        channels,
+    ))
+}
+
+fn resolution(frame: &Frame) -> (usize, usize) {
+    let [width, height] = frame.resolution_px.map(|px| px as usize);
+    (width, height)
+}
+
+/// The channels of these layers.
 fn channels<'f>(
     output: &OutputFile,
-    frame: &'f Frame,
+    layers: &[OfFrame<'f>],
     options: &ExrOptions,
 ) -> Result<Vec<AnyChannel<ChannelSamples<'f>>>> {
-    options.require_layers(output, frame)?;
     let mut channels = Vec::new();
-    let picked = frame.layers.iter();
-    for (layer, data) in picked.filter(|(layer, _)| options.picks(*layer)) {
-        let names = match options.plain {
-            true => layer.plain_channel_names(),
-            false => layer.channel_names(),
+    for &(layer, data) in layers {
+        let names = match (options.plain, options.multipart) {
+            (true, _) => layer.plain_channel_names(),
+            (false, true) => layer.part_channel_names(),
+            (false, false) => layer.channel_names(),
         };
         let stored_as = match (data, options.plain) {
             (LayerData::Id(ids), true) => {
                 check_ids(output, ids)?;
                 SampleType::F32
             }
-            _ => sample_type(*layer, options.half),
+            _ => sample_type(layer, options.half),
         };
         for (offset, &name) in names.iter().enumerate() {
             channels.push(AnyChannel {
@@ -240,14 +307,7 @@ fn channels<'f>(
             });
         }
     }
-    match channels.len() {
-        0 => Err(output.refused("no layer is picked", "name at least one")),
-        4.. if options.plain => {
-            let hint = "write each layer to a file of its own";
-            Err(output.refused("a plain file holds one layer", hint))
-        }
-        _ => Ok(channels),
-    }
+    Ok(channels)
 }
 
 /// Rejects ids that a float does not hold exactly.

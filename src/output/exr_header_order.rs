@@ -5,14 +5,28 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 
 /// Magic number and version.
 const PREAMBLE_BYTES: u64 = 8;
+/// The bit of the version for several parts, in its second byte.
+const HAS_PARTS: u8 = 1 << 4;
 
-/// Sorts the attributes of a finished one-part file by name. Their lengths do not change, so nothing after them moves.
+/// Sorts the attributes of each part of a finished file by name. Their lengths do not change, so nothing after them moves.
 pub(super) fn sort(file: &mut (impl Read + Write + Seek)) -> io::Result<()> {
+    let mut preamble = [0; PREAMBLE_BYTES as usize];
+    file.rewind()?;
+    file.read_exact(&mut preamble)?;
+    let mut headers = Vec::new();
+    let mut reader = BufReader::new(&mut *file);
+    loop {
+        let mut attributes = read_attributes(&mut reader)?;
+        attributes.sort();
+        headers.extend(attributes.concat());
+        // Each header ends with an empty name, and so do the headers of several parts.
+        if attributes.is_empty() || preamble[5] & HAS_PARTS == 0 {
+            break;
+        }
+        headers.push(0);
+    }
     file.seek(SeekFrom::Start(PREAMBLE_BYTES))?;
-    let mut attributes = read_attributes(&mut BufReader::new(&mut *file))?;
-    attributes.sort();
-    file.seek(SeekFrom::Start(PREAMBLE_BYTES))?;
-    file.write_all(&attributes.concat())?;
+    file.write_all(&headers)?;
     file.flush()
 }
 

@@ -22,8 +22,8 @@ impl LayeredImage {
     /// but HTJ2K). The memory used is bounded by the file's real contents, and by 64 MiB more where a data window is smaller than the display window.
     ///
     /// The image is the display window. Pixels outside of the data window are 0, see [`LayeredImage::data_pixels`]. In a file of several
-    /// parts, the name of a channel begins with that of its part: channel `R` of the part `direct` is `direct.R`. A [plain](super::ExrOptions::plain)
-    /// file of camlux has its layer.
+    /// parts, the name of a channel begins with that of its part: channel `R` of the part `direct` is `direct.R`. [Plain](super::ExrOptions::plain)
+    /// files and [parts](super::ExrOptions::multipart) of camlux have their layers.
     ///
     /// # Errors
     /// [`Error::Input`] when the file is missing or cannot be read, when it is not OpenEXR or is damaged, and for what camlux does not

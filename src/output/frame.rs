@@ -7,7 +7,8 @@ use super::{Layer, TofQuantity};
 use crate::error::Result;
 use crate::model::FrameKey;
 use crate::scene::{
-    Camera, DEFAULT_TARGET_ERROR, IndirectLight, Light, Scene, Sensor, TimeOfFlight,
+    Camera, DEFAULT_TARGET_ERROR, IndirectLight, Light, Scene, Sensor, Shared, TimeOfFlight,
+    VignettingMap,
 };
 
 /// The pixels of a layer, row by row from the top, channels interleaved: width · height · channels values.
@@ -422,6 +423,8 @@ pub struct FrameDescription {
     pub lights: Vec<Light>,
     pub camera: Camera,
     pub sensor: Option<Sensor>,
+    /// That of the scene.
+    pub vignetting_map: Option<Shared<VignettingMap>>,
     /// Only present for an image with time-of-flight layers.
     pub tof: Option<TimeOfFlight>,
     /// The frame in its series. The sensor's noise depends on it.
@@ -443,6 +446,7 @@ impl FrameDescription {
                 .collect(),
             camera: scene.camera,
             sensor: scene.sensor,
+            vignetting_map: scene.vignetting_map.clone(),
             tof: scene.tof.clone(),
             key: FrameKey::default(),
             scene_hash,

@@ -81,6 +81,7 @@ pub(super) fn attributes(
         lights,
         camera,
         sensor,
+        vignetting_map,
         tof,
         key,
         scene_hash,
@@ -194,6 +195,11 @@ pub(super) fn attributes(
                     }
                 }
             }
+        }
+        if let Some(map) = vignetting_map {
+            let [width, height] = map.size_px;
+            let text = format!("image of {width} x {height} pixels");
+            add("lens.vignetting", Attribute::Text(text));
         }
         if let Some(noise) = &sensor.noise {
             sensor_noise("sensor", noise, *key, &mut add);

@@ -109,6 +109,14 @@ impl Layer {
         }
     }
 
+    /// The channels in a [part](super::ExrOptions::multipart) of its own: the last parts of [`Layer::channel_names`], Y for a whole number.
+    pub fn part_channel_names(self) -> &'static [&'static str] {
+        match self.row().channels {
+            [] => &["Y"],
+            parts => parts,
+        }
+    }
+
     /// The unit of the values; "1" for a plain number.
     pub fn unit(self) -> &'static str {
         self.row().unit

@@ -7,8 +7,8 @@ use super::{ExrOptions, Frame, Layer, OutputFile, WrittenExr};
 use crate::error::Result;
 use crate::exr_decode::ImageLayer;
 
-/// The attribute that names the layer of a plain file, after the prefix `camlux.`.
-const LAYER: &str = "layer";
+/// The attribute that names the layer of a plain file, or of a part, after the prefix `camlux.`.
+pub(super) const LAYER: &str = "layer";
 
 /// The plain file of a layer: `x.depth.exr` for `x.exr`.
 pub fn plain_path(path: &Path, layer: Layer) -> PathBuf {
@@ -46,19 +46,35 @@ pub fn write_exr_files(path: &Path, frame: &Frame, options: &ExrOptions) -> Resu
     Ok(written)
 }
 
-/// Gives the layer of a plain file its own name and channels again.
+/// Gives the layer of a plain file, and those of parts, their own names and channels again.
 pub(super) fn restore(layers: &mut [ImageLayer], attributes: &BTreeMap<String, String>) {
+    if let [only] = layers {
+        restore_only(only, attributes);
+    }
+    for layer in layers {
+        // The part of a whole number has the channel Y, which the layer has not.
+        let kind = Layer::from_name(&layer.name).filter(|kind| kind.is_id());
+        if let (Some(kind), [channel]) = (kind, &mut layer.channel_names[..])
+            && *channel == format!("{}.Y", kind.name())
+        {
+            *channel = kind.name().into();
+        }
+    }
+}
+
+fn restore_only(only: &mut ImageLayer, attributes: &BTreeMap<String, String>) {
     let named = attributes.get(&format!("camlux.{LAYER}"));
-    let (Some(layer), [only]) = (named.and_then(|name| Layer::from_name(name)), layers) else {
+    let Some(layer) = named.and_then(|name| Layer::from_name(name)) else {
         return;
     };
-    let plain = layer.plain_channel_names();
-    if !only.name.is_empty() || only.channel_names != plain {
+    let ways = [layer.part_channel_names(), layer.plain_channel_names()];
+    let way = ways.iter().find(|way| only.channel_names == **way);
+    let (true, Some(stored)) = (only.name.is_empty(), way) else {
         return;
-    }
+    };
     let names = layer.channel_names();
-    if names.len() < plain.len() {
-        let pixels = only.values.chunks_exact(plain.len());
+    if names.len() < stored.len() {
+        let pixels = only.values.chunks_exact(stored.len());
         let own = pixels.flat_map(|pixel| pixel.iter().take(names.len()).copied());
         only.values = own.collect();
     }

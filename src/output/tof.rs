@@ -11,7 +11,7 @@ use crate::{
         FrameKey, PhaseSampling, Phasor, Reading, electrons, multipath_error_m, range_m, wrap_count,
     },
     parallel::for_each_at_once,
-    scene::{Camera, ChargeUnit, MAX_PHASES, Photodetector, Sensor, TimeOfFlight},
+    scene::{Camera, ChargeUnit, MAX_PHASES, Photodetector, Sensor, TimeOfFlight, VignettingMap},
 };
 
 /// The phasors of a pixel at one frequency.
@@ -27,6 +27,7 @@ pub(crate) struct TofCamera<'t> {
     pub tof: &'t TimeOfFlight,
     pub camera: Camera,
     pub sensor: Sensor,
+    pub vignetting_map: Option<&'t VignettingMap>,
     pub photodetector: Photodetector,
     pub frame: FrameKey,
 }
@@ -62,6 +63,7 @@ impl TofCamera<'_> {
             tof: description.tof.as_ref()?,
             camera: description.camera,
             sensor,
+            vignetting_map: description.vignetting_map.as_deref(),
             photodetector: sensor.photodetector()?,
             frame: description.key,
         })
@@ -135,9 +137,14 @@ impl TofCamera<'_> {
         }
         let mut factors = vec![0.0; count];
         per_pixel(&mut factors, |i| {
-            let share = match self.sensor.vignetting {
-                None => self.ray(i).z.powi(4),
-                Some(vignetting) => {
+            let share = match (self.sensor.vignetting, self.vignetting_map) {
+                (None, None) => self.ray(i).z.powi(4),
+                (_, Some(map)) => {
+                    let resolution_px = self.camera.resolution_px;
+                    let (pixel, width) = (i as u32, resolution_px[0]);
+                    map.at([pixel % width, pixel / width], resolution_px)
+                }
+                (Some(vignetting), None) => {
                     let square = self.camera.squared_radius(self.centre_px(i));
                     vignetting.at(square)
                 }

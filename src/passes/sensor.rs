@@ -3,9 +3,9 @@
 use super::Context;
 use crate::{
     Result,
-    scene::Intrinsics,
+    scene::{Intrinsics, Shared, VignettingMap},
     vulkan::{
-        Image, Resource,
+        Buffer, Image, Resource,
         shaders::{Falloff, Key, SensorParameters},
     },
 };
@@ -45,6 +45,16 @@ pub(crate) fn expose(context: &Context, exposure: &Exposure) -> Result<()> {
     resources.extend(emission.map(|image| ("emission", Resource::Image(image))));
     let shown = falloff.and_then(|(_, shown)| shown);
     resources.extend(shown.map(|(name, image)| (name, Resource::Image(image))));
+    let map = context.scene.vignetting_map.as_ref();
+    let map = map.filter(|_| matches!(falloff, Some((Falloff::Mapped, _))));
+    let upload =
+        |map: &Shared<VignettingMap>| Buffer::upload(context.device, "vignetting map", &map.values);
+    let texels = map.map(upload).transpose()?;
+    resources.extend(
+        texels
+            .iter()
+            .map(|texels| ("vignetting_map", Resource::Buffer(texels))),
+    );
     let camera = &context.scene.camera;
     let Intrinsics { cx, cy, .. } = camera.intrinsics_px();
     let vignetting = context.scene.sensor.and_then(|sensor| sensor.vignetting);
@@ -55,6 +65,7 @@ pub(crate) fn expose(context: &Context, exposure: &Exposure) -> Result<()> {
         per_half_diagonal: (1.0 / camera.half_diagonal_px()) as f32,
         vignetting: vignetting.unwrap_or_default().0.map(|k| k as f32),
         principal_point: [cx, cy].map(|place| place as f32),
+        map_size: map.map_or([0; 2], |map| map.size_px),
         ..SensorParameters::default()
     };
     context.prepare_images(&[sum])?;

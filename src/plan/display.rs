@@ -133,7 +133,7 @@ impl fmt::Display for Plan {
         if self.joule_per_irradiance.is_some() {
             let vignetting = match self.irradiance_per_radiance {
                 None => "",
-                Some(_) if self.is_vignetting_measured => {
+                Some(_) if self.vignetting.is_some() => {
                     "     behind an aperture, measured vignetting"
                 }
                 Some(_) => "     behind an aperture, cos⁴",

@@ -22,7 +22,10 @@ use crate::{
         CountedElectrons, DEFAULT_TARGET_ERROR, Material, Mesh, PixelSampling, PlacedLight, Scene,
         Shadow, TextureLookup, TextureRole,
     },
-    vulkan::{DeviceInfo, DeviceKind, shaders::most_storage_images},
+    vulkan::{
+        DeviceInfo, DeviceKind,
+        shaders::{Falloff, most_storage_images},
+    },
 };
 
 /// Bounds of the edge of the shared shadow map, texels. Lights whose RSM is too coarse share this map.
@@ -82,8 +85,8 @@ pub struct Plan {
     pub joule_per_irradiance: Option<f64>,
     /// Irradiance on the pixel over the radiance of light along the axis, sr; `None` without an aperture.
     pub irradiance_per_radiance: Option<f64>,
-    /// Whether light off the axis falls by a measured polynomial instead of cos⁴.
-    pub(crate) is_vignetting_measured: bool,
+    /// How the light off the axis falls, if it was measured; `None`: by cos⁴.
+    pub(crate) vignetting: Option<Falloff>,
     /// `None` without time of flight.
     pub tof: Option<TofPlan>,
     /// Requested relRMSE of the direct light of lights with an area; `None` without such lights.
@@ -244,9 +247,10 @@ impl Plan {
                 .sensor
                 .filter(|sensor| sensor.f_number.is_some())
                 .map(|sensor| sensor.irradiance_per_radiance(1.0)),
-            is_vignetting_measured: scene
-                .sensor
-                .is_some_and(|sensor| sensor.vignetting.is_some()),
+            vignetting: match scene.sensor.and_then(|sensor| sensor.vignetting) {
+                _ if scene.vignetting_map.is_some() => Some(Falloff::Mapped),
+                polynomial => polynomial.map(|_| Falloff::Vignetted),
+            },
             tof,
             target_area_light_error: (scene.has_area_light() && !scene.is_dark()).then(|| {
                 let target = scene.indirect.and_then(|indirect| indirect.target_error());

@@ -92,6 +92,7 @@ impl Reference {
                 ..scene.camera
             },
             sensor: scene.sensor.filter(|_| scene.tof.is_some()),
+            vignetting_map: scene.vignetting_map.clone().filter(|_| scene.tof.is_some()),
             tof: scene.tof.clone().map(|tof| TimeOfFlight {
                 output: ChargeUnit::Electrons,
                 noise: None,

@@ -3,7 +3,7 @@
 use super::{
     BayerPattern, Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
     ParameterValue, Parameters, Pattern, Photodetector, PixelSampling, ProjectedImage, Scene,
-    Sensor, SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight,
+    Sensor, SensorNoise, Shadow, Texture, TextureLookup, TimeOfFlight, VignettingMap,
 };
 
 /// The beginning of every hashed scene. Change it when the format of the bytes after it changes.
@@ -18,6 +18,7 @@ impl Scene {
         let Scene {
             camera,
             sensor,
+            vignetting_map,
             tof,
             lights,
             meshes,
@@ -53,6 +54,10 @@ impl Scene {
         if let Some(vignetting) = sensor.and_then(|sensor| sensor.vignetting) {
             bytes.name("vignetting");
             bytes.numbers(vignetting.0);
+        }
+        if let Some(map) = vignetting_map {
+            bytes.name("vignetting_map");
+            bytes.update(&map.digest(digest_of_map));
         }
         bytes.name(shadow.map_or("chosen", Shadow::name));
         bytes.name(indirect.map_or("none", |indirect| indirect.name()));
@@ -380,6 +385,14 @@ pub(super) fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
     bytes.numbers([*fx, *fy, *cx, *cy]);
     bytes.list(values, |&value| [value.into()]);
     *bytes.finalize().as_bytes()
+}
+
+fn digest_of_map(map: &VignettingMap) -> [u8; 32] {
+    let VignettingMap { size_px, values } = map;
+    let mut bytes = Bytes::default();
+    bytes.numbers(size_px.map(f64::from));
+    bytes.list(values, |&value| [value.into()]);
+    bytes.finalize().into()
 }
 
 fn digest_of_texture(texture: &Texture) -> [u8; 32] {

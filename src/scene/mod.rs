@@ -34,6 +34,7 @@ mod texture_source;
 mod tof;
 mod validate;
 mod validate_surface;
+mod vignetting_map;
 mod warnings;
 
 use std::collections::HashSet;
@@ -73,6 +74,7 @@ pub use texture_source::{Component, TextureRole, TextureSource, in_their_roles};
 pub(crate) use tof::MAX_PHASES;
 pub use tof::{ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, TimeOfFlight};
 pub(crate) use validate::Places;
+pub use vignetting_map::VignettingMap;
 
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
 pub type Bands = [f64; 3];
@@ -83,6 +85,8 @@ pub struct Scene {
     pub camera: Camera,
     /// `None`: frames have no layers `energy`, `electrons` and `dn`.
     pub sensor: Option<Sensor>,
+    /// Measured vignetting as an image, in place of that of the sensor. With its f-number.
+    pub vignetting_map: Option<Shared<VignettingMap>>,
     /// How the camera measures path lengths; needs a sensor with a [`Photodetector`].
     pub tof: Option<TimeOfFlight>,
     pub lights: Vec<PlacedLight>,

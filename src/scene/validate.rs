@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, UVec2};
 
 use super::{
     BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Profile, Scene,
-    Sensor, Shadow, Vignetting, camera::halve,
+    Sensor, Shadow, Vignetting, VignettingMap, camera::halve,
 };
 use crate::{Error, Result, keys::Keys};
 
@@ -109,12 +109,18 @@ impl Scene {
         placed("camera", 0, self.camera.validate())?;
         if let Some(sensor) = &self.sensor {
             placed("sensor", 0, sensor.validate())?;
-            let fitting = match sensor.vignetting {
-                None => self.validate_cosine_falloff(sensor),
-                Some(vignetting) => self.validate_vignetting(vignetting),
+            let fitting = match (sensor.vignetting, &self.vignetting_map) {
+                (None, None) => self.validate_cosine_falloff(sensor),
+                (Some(vignetting), None) => self.validate_vignetting(vignetting),
+                (_, Some(map)) => validate_vignetting_map(sensor, map),
             };
             placed("sensor", 0, fitting)?;
         }
+        Part("vignetting map".into()).require(
+            self.vignetting_map.is_none() || self.sensor.is_some(),
+            "it is given without a sensor",
+            "give a sensor with an f_number, or leave it out",
+        )?;
         if let Some(indirect) = &self.indirect {
             placed("indirect", 0, indirect.validate())?;
             let fitting = self.validate_range_target(indirect);
@@ -187,7 +193,7 @@ impl Scene {
                 }
                 _ => "f_number is given for a fisheye lens, whose vignetting is not cos⁴",
             },
-            "add vignetting = [k1, k2, k3], as measured, or remove f_number: E_C is then numerically equal to the radiance",
+            "add vignetting = [k1, k2, k3] or an image, as measured, or remove f_number: E_C is then numerically equal to the radiance",
         )
     }
 
@@ -230,6 +236,21 @@ impl Scene {
             "remove samples from the camera, or use target_error alone",
         )
     }
+}
+
+fn validate_vignetting_map(sensor: &Sensor, map: &VignettingMap) -> Result<()> {
+    map.validate()?;
+    let part = Part("sensor".into());
+    part.require(
+        sensor.vignetting.is_none(),
+        "vignetting is given twice, by coefficients and by a map",
+        "leave out one of them: a flat field has all of the vignetting",
+    )?;
+    part.require(
+        sensor.f_number.is_some(),
+        "vignetting is given without an f_number",
+        "give f_number, too: vignetting only tells how much darker the corners are",
+    )
 }
 
 /// A part of a scene, as messages name it.

@@ -37,6 +37,58 @@ fn time_of_flight_that_is_not_all_there() {
 }
 
 #[test]
+fn images_of_vignetting_that_are_none() {
+    let folder = SceneFolder::new();
+    let save = |name: &str, grey: [f32; 2]| {
+        let pixel = |x: usize, _| (grey[x], grey[x], grey[x]);
+        exr::prelude::write_rgb_file(folder.path(name), 2, 1, pixel).unwrap();
+    };
+    save("below.exr", [1.0, -0.5]);
+    save("counts.exr", [1.0, 3000.0]);
+    save("black.exr", [0.0; 2]);
+    save("fine.exr", [0.5, 1.0]);
+    let coloured = image::RgbImage::from_pixel(2, 1, image::Rgb([9, 9, 8]));
+    coloured.save(folder.path("coloured.png")).unwrap();
+    let with = |lens: &str| {
+        let toml = format!("{CAMERA}{SENSOR}[lens]\n{lens}\n{LIGHT}{MESH}");
+        folder.load(&toml)
+    };
+    for (file, words) in [
+        (
+            "none.exr",
+            ["scene.toml:12: cannot read the image", "none.exr"],
+        ),
+        (
+            "coloured.png",
+            ["coloured.png is not grey", "save one grey channel"],
+        ),
+        (
+            "below.exr",
+            [
+                "below.exr: a pixel is -0.5",
+                "save finite values of 0 or more",
+            ],
+        ),
+        (
+            "counts.exr",
+            ["pixel (1, 0) is 3000", "divide the image of the flat field"],
+        ),
+        (
+            "black.exr",
+            ["all pixels are 0", "give the light over that on the axis"],
+        ),
+    ] {
+        let refused = with(&format!("f_number = 2.8\nvignetting = \"{file}\""));
+        assert_says(&folder.error(refused), &words);
+    }
+    let alone = with("vignetting = \"fine.exr\"");
+    let words = ["vignetting is given without an f_number", "give f_number"];
+    assert_says(&folder.error(alone), &words);
+    let scene = with("f_number = 2.8\nvignetting = \"fine.exr\"").unwrap();
+    assert_eq!(scene.vignetting_map.unwrap().values, [0.5, 1.0]);
+}
+
+#[test]
 fn unreadable_and_invalid_scene_files() {
     let folder = SceneFolder::new();
     let missing = Scene::load(&folder.path("none.toml"));
@@ -88,6 +140,8 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
         format!("{CAMERA}{SENSOR}[lens]\nf_number = 2.8\nvignetting = [-1.5, 0, 0]\n{LIGHT}{MESH}") =>
             "scene.toml:12, sensor: vignetting makes the factor -0.500 in pixel (",
             "give coefficients of a polynomial that is above 0";
+        format!("{CAMERA}{SENSOR}[lens]\nf_number = 2.8\nvignetting = \"none.exr\"\n{LIGHT}{MESH}") =>
+            "scene.toml:12: cannot read the image", "none.exr";
         format!("{CAMERA}{LIGHT}relative_to = \"robot\"\n") =>
             "scene.toml:11: unknown relative_to \"robot\" in [[light]]",
             "choose one of: camera, mesh";

@@ -6,7 +6,8 @@ use crate::common::scene_folder::assert_says;
 use camlux::scene::{
     AreaShape, BayerPattern, Camera, ChargeUnit, Direct, Encoding, IndirectLight, Intrinsics, Lens,
     Light, Material, Mesh, MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene,
-    Sensor, SensorNoise, Shadow, SpotCone, Texels, Texture, TimeOfFlight, Vignetting, VplSum,
+    Sensor, SensorNoise, Shadow, Shared, SpotCone, Texels, Texture, TimeOfFlight, Vignetting,
+    VignettingMap, VplSum,
 };
 use glam::DVec3;
 
@@ -61,8 +62,14 @@ fn scene() -> Scene {
         ],
         direct: Direct::default(),
         indirect: Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8)),
+        vignetting_map: None,
         left_out: Vec::new(),
     }
+}
+
+fn map(width: u32, values: Vec<f32>) -> Option<Shared<VignettingMap>> {
+    let size_px = [width, 1];
+    Some(VignettingMap { size_px, values }.into())
 }
 
 fn pixel_sampling(samples: u32) -> Option<PixelSampling> {
@@ -259,6 +266,13 @@ fn scenes_from_slices_are_validated() {
             s.sensor.as_mut().unwrap().monochrome = true;
         } => "sensor: has both bayer and monochrome; give one of them";
         |s| counts(s).vignetting = Some(Vignetting([0.0, f64::NAN, 0.0])) => "sensor: vignetting k2 is NaN; give finite coefficients";
+        |s| s.vignetting_map = map(2, [1.0; 3].into()) => "vignetting map: it has 3 values for 2 x 1 pixels";
+        |s| s.vignetting_map = map(2, [0.5, f32::NAN].into()) => "vignetting map: pixel (1, 0) is NaN";
+        |s| s.vignetting_map = map(2, [0.5, -0.5].into()) => "vignetting map: pixel (1, 0) is -0.5";
+        |s| s.vignetting_map = map(2, [0.0; 2].into()) => "vignetting map: all pixels are 0";
+        |s| s.vignetting_map = map(0, Vec::new()) => "vignetting map: it has 0 values";
+        |s| s.vignetting_map = map(40_000, vec![1.0; 40_000]) => "vignetting map: it has 40000 x 1 pixels";
+        |s| { s.vignetting_map = map(1, vec![1.0]); s.sensor = None; s.tof = None; } => "vignetting map: it is given without a sensor";
         |s| counts(s).vignetting = Some(Vignetting([0.0; 3])) => "sensor: vignetting is given without an f_number";
         |s| counts(s).band_weights[1] = -1.0 => "sensor: band_weights of G is -1; give a weight from 0";
         |s| counts(s).noise.as_mut().unwrap().prnu = 2.0 => "sensor noise: prnu is 2; give a share";

@@ -371,6 +371,22 @@ CHECK(camlux_projected_image_cx_px_size, sizeof(((camlux_projected_image *)0)->c
 CHECK(camlux_projected_image_cy_px_offset, offsetof(camlux_projected_image, cy_px) == 80);
 CHECK(camlux_projected_image_cy_px_size, sizeof(((camlux_projected_image *)0)->cy_px) == 8);
 
+CHECK(size_of_camlux_vignetting_map, sizeof(camlux_vignetting_map) == 40);
+CHECK(camlux_vignetting_map_struct_size_offset, offsetof(camlux_vignetting_map, struct_size) == 0);
+CHECK(camlux_vignetting_map_struct_size_size, sizeof(((camlux_vignetting_map *)0)->struct_size) == 4);
+CHECK(camlux_vignetting_map_reserved_offset, offsetof(camlux_vignetting_map, reserved) == 4);
+CHECK(camlux_vignetting_map_reserved_size, sizeof(((camlux_vignetting_map *)0)->reserved) == 4);
+CHECK(camlux_vignetting_map_path_offset, offsetof(camlux_vignetting_map, path) == 8);
+CHECK(camlux_vignetting_map_path_size, sizeof(((camlux_vignetting_map *)0)->path) == 8);
+CHECK(camlux_vignetting_map_width_px_offset, offsetof(camlux_vignetting_map, width_px) == 16);
+CHECK(camlux_vignetting_map_width_px_size, sizeof(((camlux_vignetting_map *)0)->width_px) == 4);
+CHECK(camlux_vignetting_map_height_px_offset, offsetof(camlux_vignetting_map, height_px) == 20);
+CHECK(camlux_vignetting_map_height_px_size, sizeof(((camlux_vignetting_map *)0)->height_px) == 4);
+CHECK(camlux_vignetting_map_values_offset, offsetof(camlux_vignetting_map, values) == 24);
+CHECK(camlux_vignetting_map_values_size, sizeof(((camlux_vignetting_map *)0)->values) == 8);
+CHECK(camlux_vignetting_map_row_stride_bytes_offset, offsetof(camlux_vignetting_map, row_stride_bytes) == 32);
+CHECK(camlux_vignetting_map_row_stride_bytes_size, sizeof(((camlux_vignetting_map *)0)->row_stride_bytes) == 8);
+
 CHECK(size_of_camlux_scene_counts, sizeof(camlux_scene_counts) == 24);
 CHECK(camlux_scene_counts_struct_size_offset, offsetof(camlux_scene_counts, struct_size) == 0);
 CHECK(camlux_scene_counts_struct_size_size, sizeof(((camlux_scene_counts *)0)->struct_size) == 4);
@@ -536,8 +552,8 @@ CHECK(camlux_exr_options_layer_count_offset, offsetof(camlux_exr_options, layer_
 CHECK(camlux_exr_options_layer_count_size, sizeof(((camlux_exr_options *)0)->layer_count) == 8);
 CHECK(camlux_exr_options_plain_offset, offsetof(camlux_exr_options, plain) == 24);
 CHECK(camlux_exr_options_plain_size, sizeof(((camlux_exr_options *)0)->plain) == 4);
-CHECK(camlux_exr_options_reserved_offset, offsetof(camlux_exr_options, reserved) == 28);
-CHECK(camlux_exr_options_reserved_size, sizeof(((camlux_exr_options *)0)->reserved) == 4);
+CHECK(camlux_exr_options_multipart_offset, offsetof(camlux_exr_options, multipart) == 28);
+CHECK(camlux_exr_options_multipart_size, sizeof(((camlux_exr_options *)0)->multipart) == 4);
 
 CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 168);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
@@ -630,6 +646,8 @@ static const camlux_pattern init_of_camlux_pattern = CAMLUX_PATTERN_INIT;
 static const unsigned char rust_camlux_pattern[] = {56,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_projected_image init_of_camlux_projected_image = CAMLUX_PROJECTED_IMAGE_INIT;
 static const unsigned char rust_camlux_projected_image[] = {88,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const camlux_vignetting_map init_of_camlux_vignetting_map = CAMLUX_VIGNETTING_MAP_INIT;
+static const unsigned char rust_camlux_vignetting_map[] = {40,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_scene_counts init_of_camlux_scene_counts = CAMLUX_SCENE_COUNTS_INIT;
 static const unsigned char rust_camlux_scene_counts[] = {24,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_bounds init_of_camlux_bounds = CAMLUX_BOUNDS_INIT;
@@ -668,6 +686,7 @@ static const struct init inits[] = {
     {"camlux_light", 192, rust_camlux_light, &init_of_camlux_light},
     {"camlux_pattern", 56, rust_camlux_pattern, &init_of_camlux_pattern},
     {"camlux_projected_image", 88, rust_camlux_projected_image, &init_of_camlux_projected_image},
+    {"camlux_vignetting_map", 40, rust_camlux_vignetting_map, &init_of_camlux_vignetting_map},
     {"camlux_scene_counts", 24, rust_camlux_scene_counts, &init_of_camlux_scene_counts},
     {"camlux_bounds", 56, rust_camlux_bounds, &init_of_camlux_bounds},
     {"camlux_target", 32, rust_camlux_target, &init_of_camlux_target},

@@ -282,17 +282,19 @@ fn a_view_is_what_a_copy_and_the_files_have() {
         assert_eq!(line[row..], [7.0; 5]);
     }
     let folder = tempfile::tempdir().expect("a folder");
-    for name in ["all.exr", "one.exr", "plain.exr", "look.png"] {
+    for name in ["all.exr", "one.exr", "plain.exr", "parts.exr", "look.png"] {
         let path = c_path(&folder.path().join(name));
         let one = init!(camlux_exr_options {
             layers: &CAMLUX_LAYER_DEPTH,
             layer_count: 1
         });
         let plain = camlux_exr_options { plain: 1, ..one };
+        let parts = init!(camlux_exr_options { multipart: 1 });
         // SAFETY: a string, and no options or a struct of that size.
         ok(unsafe {
             match name {
                 "plain.exr" => camlux_frame_write_exr(frame.raw(), path.as_ptr(), &plain),
+                "parts.exr" => camlux_frame_write_exr(frame.raw(), path.as_ptr(), &parts),
                 "all.exr" => camlux_frame_write_exr(frame.raw(), path.as_ptr(), null()),
                 "one.exr" => camlux_frame_write_exr(frame.raw(), path.as_ptr(), &one),
                 _ => camlux_frame_write_png(frame.raw(), path.as_ptr()),
@@ -301,6 +303,7 @@ fn a_view_is_what_a_copy_and_the_files_have() {
     }
     let read = |name: &str| camlux::output::LayeredImage::read(folder.path().join(name));
     let all = read("all.exr").expect("an image");
+    assert_eq!(read("parts.exr").expect("an image").layers(), all.layers());
     let values = all.layer("radiance").expect("the layer").values.iter();
     assert!(
         values

@@ -97,6 +97,18 @@ impl Sequence {
                     });
                     camlux_scene_set_indirect(scene, r.pointer(&mut indirect))
                 }
+                14 if r.one_in(2) => {
+                    // The counts are within the array.
+                    let values: [f64; 16] = r.reals();
+                    let values = values.map(|value| value.abs() as f32);
+                    let mut map = init!(camlux_vignetting_map {
+                        width_px: r.below(5) as u32,
+                        height_px: r.below(5) as u32,
+                        values: values.as_ptr(),
+                        row_stride_bytes: r.pick(&[0, 16]),
+                    });
+                    camlux_scene_set_vignetting_map(scene, r.pointer(&mut map))
+                }
                 14 => {
                     let mut direct = init!(camlux_direct { shadow: r.choice() });
                     camlux_scene_set_direct(scene, r.pointer(&mut direct))

@@ -198,6 +198,62 @@ fn lamps_and_projectors_without_a_shape_are_refused() {
     scene.add_light(&projector).expect("it is added");
 }
 
+/// From an array with a stride, and from a file with the same values: both give the scene that Rust gives.
+#[test]
+fn a_vignetting_map_is_an_array_or_a_file() {
+    let scene = load("cornell");
+    let mut sensor = init!(camlux_sensor {
+        pixel_pitch_um: [3.0; 2],
+        exposure_time_s: 1e-3
+    });
+    ok(scene.set_sensor(&sensor));
+    // Two rows of three values, each with one value behind.
+    let values = [0.5_f32, 1.0, 0.5, -1.0, 0.25, 0.75, 0.25, -1.0];
+    let whole = init!(camlux_vignetting_map {
+        width_px: 3,
+        height_px: 2,
+        values: values.as_ptr(),
+        row_stride_bytes: 16
+    });
+    let validate = || camlux_scene_validate(scene.raw());
+    // SAFETY: NULL, or a struct of its size with pointers to what it states.
+    let set = |map| unsafe { camlux_scene_set_vignetting_map(scene.raw(), map) };
+    ok(set(&whole));
+    fails(validate(), SCENE, "vignetting is given without an f_number");
+    sensor.f_number = 2.0;
+    ok(scene.set_sensor(&sensor));
+    ok(validate());
+    sensor.has_vignetting = 1;
+    ok(scene.set_sensor(&sensor));
+    fails(validate(), SCENE, "set has_vignetting to 0");
+    ok(set(null()));
+    ok(validate());
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("flat.png");
+    image::GrayImage::from_pixel(2, 2, image::Luma([51]))
+        .save(&file)
+        .expect("it is written");
+    let path = c_path(&file);
+    let of_file = init!(camlux_vignetting_map {
+        path: path.as_ptr()
+    });
+    ok(set(&of_file));
+    let refuses = |change: &dyn Fn(&mut camlux_vignetting_map), status, words| {
+        let mut map = whole;
+        change(&mut map);
+        fails(set(&map), status, words);
+    };
+    refuses(&|m| m.row_stride_bytes = 12, SCENE, "pixel (0, 1) is -1");
+    refuses(&|m| m.width_px = 0, ARGUMENT, "give a path, or an array");
+    refuses(&|m| m.reserved = 1, ARGUMENT, "reserved");
+    refuses(&|m| m.path = path.as_ptr(), ARGUMENT, "only one of them");
+    refuses(&|m| m.values = null(), ARGUMENT, "values is NULL");
+    let missing = init!(camlux_vignetting_map {
+        path: c"no such flat.png".as_ptr()
+    });
+    fails(set(&missing), SCENE, "no such flat.png");
+}
+
 /// A disc needs no direction of its height, wherever it points; a rectangle does.
 #[test]
 fn a_disc_needs_no_up() {

@@ -28,7 +28,7 @@ macro_rules! calls {
 
 #[test]
 fn a_panic_in_any_call_becomes_a_status() {
-    let calls: [Call; 81] = calls![
+    let calls: [Call; 82] = calls![
         camlux_set_log(0, None, null_mut()),
         camlux_handle_count(null_mut()),
         camlux_device_retain(null_mut()),
@@ -49,6 +49,7 @@ fn a_panic_in_any_call_becomes_a_status() {
         camlux_scene_get_camera(null_mut(), null_mut()),
         camlux_scene_set_sensor(null_mut(), null()),
         camlux_scene_set_sensor_noise(null_mut(), null()),
+        camlux_scene_set_vignetting_map(null_mut(), null()),
         camlux_scene_set_indirect(null_mut(), null()),
         camlux_scene_set_direct(null_mut(), null()),
         camlux_scene_set_tof(null_mut(), null()),

@@ -323,6 +323,10 @@ fn bad_jobs_are_refused_with_file_and_line() {
             "job.toml:4: \"compression\" in [job] is \"rle\", in an npz file; give none or zip, which numpy reads, or leave out format";
         "[job]\nscene = \"scene.toml\"\nplain = true\nformat = \"npz\"\n" =>
             "job.toml:3: \"plain\" in [job] is true, in an npz file; leave out one of them: only OpenEXR files can be plain";
+        "[job]\nscene = \"scene.toml\"\nmultipart = true\nformat = \"npz\"\n" =>
+            "job.toml:3: \"multipart\" in [job] is true, in an npz file; leave out one of them: only OpenEXR files have parts";
+        "[job]\nscene = \"scene.toml\"\nplain = true\nmultipart = true\n" =>
+            "job.toml:4: \"multipart\" in [job] is true, beside plain; leave out one of them: a plain file has one part";
         "[job]\nscene = \"scene.toml\"\ncompression = \"dwaa\"\n" =>
             "job.toml:3: unknown compression \"dwaa\" in [job]; choose one of: none, rle, zips, zip, piz";
         "version = 2\n[job]\nscene = \"scene.toml\"\n" =>

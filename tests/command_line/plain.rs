@@ -1,4 +1,4 @@
-//! Plain OpenEXR files of `camlux render` and `camlux batch`.
+//! Plain OpenEXR files, and files with a part for each layer, of `camlux render` and `camlux batch`.
 
 use std::fs;
 
@@ -76,4 +76,37 @@ fn a_batch_of_plain_files_resumes() {
         jobs.succeed("set", &["--merge"])
             .contains("merged 2 of 2 frames")
     );
+}
+
+#[test]
+fn render_and_batch_write_a_part_for_each_layer() {
+    let job = JOB.replace("seed = 3", "seed = 3\nframes = 2\nmultipart = true");
+    let jobs = Jobs::new(&job);
+    let render = |file: &str, more: &[&str]| {
+        let command = [&["render", "scene.toml", "-o", file], more].concat();
+        jobs.program(&command).output().unwrap()
+    };
+    for (file, more) in [("x.exr", &["--multipart"][..]), ("y.exr", &[])] {
+        assert!(render(file, more).status.success());
+    }
+    let [parts, whole] =
+        ["x.exr", "y.exr"].map(|file| LayeredImage::read(jobs.path(file)).unwrap());
+    assert_eq!(parts.layers(), whole.layers());
+    assert!(jobs.read("x.exr") != jobs.read("y.exr"));
+    let both = render("x.exr", &["--multipart", "--plain"]);
+    let stderr = String::from_utf8(both.stderr).unwrap();
+    assert!(stderr.contains("cannot be used with"), "{stderr}");
+    let compared = jobs.program(&["compare", "x.exr", "y.exr"]).output();
+    let text = String::from_utf8(compared.unwrap().stdout).unwrap();
+    assert!(
+        text.contains("as it is                               0 %"),
+        "{text}"
+    );
+    jobs.succeed("set", &[]);
+    jobs.write("job.toml", &job.replace("multipart = true", ""));
+    jobs.succeed("single", &[]);
+    let [parts, whole] = ["set", "single"]
+        .map(|set| LayeredImage::read(jobs.path(&format!("{set}/frames/000001.exr"))).unwrap());
+    assert_eq!(parts.attribute("name"), Some("radiance"));
+    assert_eq!(parts.layers(), whole.layers());
 }

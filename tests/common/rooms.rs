@@ -212,6 +212,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         textures: Vec::new(),
         direct: Direct::default(),
         indirect: None,
+        vignetting_map: None,
         left_out: Vec::new(),
     }
 }

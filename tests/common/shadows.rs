@@ -56,6 +56,7 @@ pub fn shadows_of(gpu: &mut Gpu, scene: &Scene, light: &Light) -> Shadows {
     let alone = Scene {
         lights: vec![light.clone().into()],
         indirect: None,
+        vignetting_map: None,
         left_out: Vec::new(),
         ..scene.clone()
     };

@@ -22,6 +22,7 @@ fn direct_light_agrees_with_the_reference() {
                 shadow: Some(shadow),
             },
             indirect: None,
+            vignetting_map: None,
             left_out: Vec::new(),
             ..demo_scene(name, [160, 160])
         };

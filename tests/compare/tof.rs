@@ -9,7 +9,7 @@ use camlux::{
     model::{Phasor, SPEED_OF_LIGHT_M_S, range_m},
     output::{Frame, Layer, LayerData, TofQuantity},
     reference::Reference,
-    scene::{ChargeUnit, Distortion, Lens, SensorNoise, Shadow, Vignetting},
+    scene::{ChargeUnit, Distortion, Lens, SensorNoise, Shadow, Vignetting, VignettingMap},
 };
 use glam::DVec3;
 
@@ -353,6 +353,12 @@ fn an_aperture_takes_light_and_no_phase() {
 #[test]
 fn a_measured_vignetting_scales_every_tap() {
     const COEFFICIENTS: [f64; 3] = [-0.6, 0.5, -0.35];
+    let factor = |pixel: usize| {
+        let [x, y] = [pixel % 48, pixel / 48].map(|place| place as f64 + 0.5);
+        let r = (x - 24.0).hypot(y - 16.0) / 24f64.hypot(16.0);
+        let [k1, k2, k3] = COEFFICIENTS;
+        1.0 + k1 * r.powi(2) + k2 * r.powi(4) + k3 * r.powi(6)
+    };
     let mut gpu = Gpu::open();
     for is_fisheye in [false, true] {
         let mut scene = modulated_demo_scene("cornell", [48, 32], &[100e6]);
@@ -373,6 +379,24 @@ fn a_measured_vignetting_scales_every_tap() {
         sensor.f_number = Some(1.4);
         sensor.vignetting = Some(Vignetting(COEFFICIENTS));
         let behind = render(&scene);
+        // A map of the same values, of the size of the image.
+        scene.sensor.as_mut().expect("it was given").vignetting = None;
+        let factors = (0..48 * 32).map(|i| factor(i) as f32);
+        let map = VignettingMap {
+            size_px: [48, 32],
+            values: factors.collect(),
+        };
+        scene.vignetting_map = Some(map.into());
+        for (mapped, behind) in render(&scene).iter().zip(&behind) {
+            let layer = Layer::Tof(0, TofQuantity::Taps(1));
+            let of = |frame: &Frame| frame.values(layer).expect("it is there").to_vec();
+            for (mapped, behind) in of(mapped).iter().zip(of(behind)) {
+                assert!(
+                    (mapped - behind).abs() <= 3e-7 * behind.abs(),
+                    "{mapped} {behind}"
+                );
+            }
+        }
         for (plain, behind) in plain.iter().zip(&behind) {
             for phase in 0..4 {
                 let layer = Layer::Tof(0, TofQuantity::Taps(phase));
@@ -380,14 +404,11 @@ fn a_measured_vignetting_scales_every_tap() {
                 let (before, after) = (of(plain), of(behind));
                 let (mut lit, mut least) = (0, 1.0f64);
                 for (i, (before, after)) in before.iter().zip(&after).enumerate() {
-                    let [x, y] = [i / 2 % 48, i / 2 / 48].map(|place| place as f64 + 0.5);
-                    let r = (x - 24.0).hypot(y - 16.0) / 24f64.hypot(16.0);
-                    let [k1, k2, k3] = COEFFICIENTS;
-                    let factor = 1.0 + k1 * r.powi(2) + k2 * r.powi(4) + k3 * r.powi(6);
+                    let factor = factor(i / 2);
                     let due = f64::from(*before) * factor * std::f64::consts::FRAC_PI_4 / 1.96;
                     // Both taps are rounded to f32.
                     let error = (f64::from(*after) - due).abs();
-                    assert!(error <= 1.3e-7 * due.abs(), "{after} {due} at {x}, {y}");
+                    assert!(error <= 1.3e-7 * due.abs(), "{after} {due} at {}", i / 2);
                     if *before > 0.0 {
                         (lit, least) = (lit + 1, least.min(factor));
                     }

@@ -99,7 +99,9 @@ void values_begin_like_those_of_c()
     CHECK(camlux::vec3(camlux::camera().up).y == 1);
     camlux::exr_options depth;
     depth.layers = {camlux::layer::depth, camlux::layer::radiance};
+    depth.multipart = true;
     CHECK(camlux::detail::raw_of(depth, numbers).layer_count == 2);
+    CHECK(camlux::detail::raw_of(depth, numbers).multipart == 1);
     CHECK((numbers == std::vector<std::int32_t>{CAMLUX_LAYER_DEPTH, CAMLUX_LAYER_RADIANCE}));
 }
 
@@ -283,6 +285,14 @@ void settings_come_back()
     sensor.vignetting = {-0.3, 0.1, -0.05};
     scene.set_sensor(sensor);
     CHECK(same(camlux::detail::raw_of(*scene.sensor()), camlux::detail::raw_of(sensor)) && !scene.sensor()->noise);
+    camlux::vignetting_map map;
+    map.width_px = 2;
+    map.height_px = 1;
+    map.values = {1, 0.5f};
+    scene.set_vignetting_map(map);
+    map.height_px = 2;
+    CHECK(scene.try_set_vignetting_map(map).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    scene.set_vignetting_map(std::nullopt);
     sensor.bayer = camlux::bayer_pattern::bggr;
     sensor.noise = camlux::tof_noise();
     sensor.noise->full_well_e = 5e3;

@@ -178,6 +178,9 @@ pub fn layouts() -> Vec<Layout> {
             encoding, path, width_px, height_px, values, row_stride_bytes, lens, reserved,
             fov_y_deg, fx_px, fy_px, cx_px, cy_px,
         }
+        camlux_vignetting_map {
+            reserved, path, width_px, height_px, values, row_stride_bytes,
+        }
         camlux_scene_counts {
             textures, materials, meshes, instances, lights,
         }
@@ -207,7 +210,7 @@ pub fn layouts() -> Vec<Layout> {
             unit,
         }
         camlux_exr_options {
-            half, layers, layer_count, plain, reserved,
+            half, layers, layer_count, plain, multipart,
         }
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,

@@ -41,6 +41,7 @@ fn closed_room(estimator: VplSum, rsm_size: u32) -> Scene {
         materials: vec![Material::lambert("grey", [0.5, 0.6, 0.7])],
         textures: Vec::new(),
         direct: Direct::default(),
+        vignetting_map: None,
         left_out: Vec::new(),
         indirect: Some(IndirectLight::vpl_sum(estimator, rsm_size)),
     }

@@ -228,6 +228,7 @@ fn surfaces_differ_on_edges_only() {
     for name in DEMO_SCENES {
         let scene = Scene {
             indirect: None,
+            vignetting_map: None,
             left_out: Vec::new(),
             ..demo_scene(name, [400, 400])
         };

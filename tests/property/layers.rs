@@ -6,7 +6,7 @@ use camlux::{
     output::{Frame, Layer},
     scene::{
         Distortion, Encoding, IndirectLight, Intrinsics, Lens, PixelFilter, PixelSampling, Sensor,
-        Texels, Texture, Vignetting,
+        Texels, Texture, Vignetting, VignettingMap,
     },
 };
 
@@ -191,6 +191,69 @@ fn a_measured_vignetting_takes_the_place_of_the_cosine() {
             }
         }
         assert!(lit > 3000 && least < 0.7, "{lit} {least}");
+    }
+}
+
+/// Maps finer and coarser than the image, and of its size, with steps from black to full light between two pixels. Compares every pixel with
+/// the map in f64.
+#[test]
+fn a_vignetting_map_takes_the_place_of_the_cosine() {
+    let mut gpu = Gpu::open();
+    let sizes = [[48, 40], [1, 1], [7, 5], [301, 403], [4093, 3]];
+    for (case, size_px) in sizes.into_iter().enumerate() {
+        let mut scene = coarse("cornell");
+        scene.camera.resolution_px = [48, 40];
+        scene.camera.pixel_sampling = (case % 2 == 1).then_some(PixelSampling {
+            samples: 3,
+            filter: PixelFilter::Box,
+        });
+        if case > 1 {
+            scene.indirect = None;
+        }
+        let plain = gpu.render(&scene);
+        scene.sensor.as_mut().expect("the scene has one").f_number = Some(2.0);
+        let [width, height] = size_px.map(|px| px as usize);
+        let mut texels: Vec<f32> = (0..width * height)
+            .map(|i| (i * 7919 % 1009) as f32 / 700.0)
+            .collect();
+        texels[0] = 1.0;
+        let at = |x: f64, pixels: usize, count: usize| {
+            let place = x / pixels as f64 * count as f64 - 0.5;
+            let of = |index: f64| index.clamp(0.0, count as f64 - 1.0) as usize;
+            (
+                of(place.floor()),
+                of(place.floor() + 1.0),
+                place - place.floor(),
+            )
+        };
+        let map = VignettingMap {
+            size_px,
+            values: texels.clone(),
+        };
+        scene.vignetting_map = Some(map.clone().into());
+        let frame = gpu.render(&scene);
+        assert!(values(&plain, Layer::Radiance) == values(&frame, Layer::Radiance));
+        let mut lit = 0;
+        let energies = values(&frame, Layer::Energy).iter();
+        for (i, (&energy, &before)) in energies.zip(values(&plain, Layer::Energy)).enumerate() {
+            let [x, y] = [i / 3 % 48, i / 3 / 48];
+            let (left, right, across) = at(x as f64 + 0.5, 48, width);
+            let (upper, lower, down) = at(y as f64 + 0.5, 40, height);
+            let value = |x: usize, y: usize| f64::from(texels[y * width + x]);
+            let row = |y| value(left, y) * (1.0 - across) + value(right, y) * across;
+            let factor = row(upper) * (1.0 - down) + row(lower) * down;
+            let of_model = map.at([x as u32, y as u32], [48, 40]);
+            assert!((of_model - factor).abs() < 1e-11, "{of_model} {factor}");
+            let unit = f64::from(before) * std::f64::consts::FRAC_PI_4 / 4.0;
+            let error = (f64::from(energy) - unit * factor).abs();
+            assert!(
+                error <= 1e-6 * unit * factor.max(0.2),
+                "{energy:e} {:e} at {x}, {y}",
+                unit * factor
+            );
+            lit += i32::from(energy > 0.0);
+        }
+        assert!(lit > 2500, "{lit}");
     }
 }
 

@@ -33,6 +33,7 @@ mod model;
 mod model_parts;
 mod modules;
 mod mtl_materials;
+mod multipart_exr;
 mod output;
 mod output_file;
 mod pattern;

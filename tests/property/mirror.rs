@@ -44,6 +44,7 @@ fn room(light_m: DVec3) -> Scene {
         meshes: walls.map(Instance::from).to_vec(),
         textures: Vec::new(),
         direct: Direct::default(),
+        vignetting_map: None,
         left_out: Vec::new(),
         indirect: Some(IndirectLight::vpl_sum(
             VplSum::InstantRadiosity,

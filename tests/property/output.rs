@@ -71,6 +71,7 @@ pub fn frame() -> Frame {
                 quantum_efficiency: None,
                 ..Sensor::DEFAULT
             }),
+            vignetting_map: None,
             tof: None,
             key: Default::default(),
             scene_hash: "0123abcd".into(),

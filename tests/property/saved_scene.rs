@@ -9,7 +9,7 @@ use camlux::scene::{
     Filter, FinalGather, IndirectLight, Instance, Intrinsics, Lens, Light, Material, Mesh,
     MetallicRoughness, Pattern, PixelFilter, PixelSampling, PlacedLight, ProjectedImage,
     RsmAverage, Scene, Sensor, SensorNoise, Shadow, Shared, SpotCone, Texels, Texture,
-    TextureLookup, TimeOfFlight, Vignetting, VplSum, Wrap,
+    TextureLookup, TimeOfFlight, Vignetting, VignettingMap, VplSum, Wrap,
 };
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -27,6 +27,7 @@ fn assert_comes_back(scene: &Scene) {
     assert_eq!(again.lights, scene.lights);
     assert_eq!(again.materials, scene.materials);
     assert_eq!(again.textures, scene.textures);
+    assert_eq!(again.vignetting_map, scene.vignetting_map);
     assert_eq!(again.direct, scene.direct);
     assert_eq!(again.indirect, scene.indirect);
     assert_eq!(again.left_out, Vec::<String>::new());
@@ -378,6 +379,7 @@ fn scene() -> Scene {
             // Without a target of the range: the camera averages over samples.
             ..FinalGather::new(0.1)
         })),
+        vignetting_map: None,
         left_out: Vec::new(),
     }
 }
@@ -389,7 +391,7 @@ fn a_scene_with_everything_comes_back() {
 
 #[test]
 fn variants_come_back() {
-    let edits: [fn(&mut Scene); 9] = [
+    let edits: [fn(&mut Scene); 10] = [
         |s| s.indirect = None,
         |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8)),
         |s| {
@@ -409,6 +411,14 @@ fn variants_come_back() {
                 fov_y_deg: 100.0 / 3.0,
             };
             s.sensor.as_mut().unwrap().vignetting = None;
+        },
+        |s| {
+            s.sensor.as_mut().unwrap().vignetting = None;
+            let map = VignettingMap {
+                size_px: [3, 2],
+                values: vec![0.0, 1.0, 0.3, f32::MIN_POSITIVE, 100.0, 1.0 / 3.0],
+            };
+            s.vignetting_map = Some(map.into());
         },
         |s| s.camera.lens = Lens::Equirectangular,
         |s| {

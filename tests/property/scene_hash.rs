@@ -5,7 +5,7 @@ use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
     AreaShape, DEFAULT_TARGET_ERROR, Distortion, Encoding, ErrorNorm, Filter, IndirectLight,
     Intrinsics, Lens, Light, MetallicRoughness, PixelFilter, PixelSampling, RsmAverage, Scene,
-    Shadow, SpotCone, Texels, TextureLookup, Vignetting, VplSum, Wrap,
+    Shadow, Shared, SpotCone, Texels, TextureLookup, Vignetting, VignettingMap, VplSum, Wrap,
 };
 use glam::DVec3;
 
@@ -25,6 +25,11 @@ fn tilted(scene: &Scene, index: usize, value: f64) -> Lens {
         intrinsics: scene.camera.intrinsics_px(),
         distortion: Distortion::Rational(coefficients),
     }
+}
+
+fn map(size_px: [u32; 2], values: [f32; 2]) -> Option<Shared<VignettingMap>> {
+    let values = values.into();
+    Some(VignettingMap { size_px, values }.into())
 }
 
 const FULL: &str = "[sensor]
@@ -61,7 +66,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 89] = [
+    let edits: [fn(&mut Scene); 92] = [
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }).into(),
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }).into(),
         |s| {
@@ -88,6 +93,9 @@ fn hash_changes_with_everything_but_names() {
         |s| s.sensor.as_mut().unwrap().f_number = Some(2.0),
         |s| s.sensor.as_mut().unwrap().vignetting = Some(Vignetting([0.0; 3])),
         |s| s.sensor.as_mut().unwrap().vignetting = Some(Vignetting([0.0, 0.0, 0.1])),
+        |s| s.vignetting_map = map([1, 2], [1.0, 0.5]),
+        |s| s.vignetting_map = map([2, 1], [1.0, 0.5]),
+        |s| s.vignetting_map = map([2, 1], [1.0, 0.25]),
         |s| s.direct.shadow = Some(Shadow::Map),
         |s| s.direct.shadow = Some(Shadow::Rays),
         |s| s.indirect = None,

@@ -33,6 +33,7 @@ fn square(light_position_m: DVec3) -> Scene {
         textures: Vec::new(),
         direct: camlux::scene::Direct::default(),
         indirect: None,
+        vignetting_map: None,
         left_out: Vec::new(),
     }
 }

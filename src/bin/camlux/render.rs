@@ -59,6 +59,9 @@ pub struct Args {
     /// Write FILE.LAYER.exr for each layer, with channels R, G, B or Y
     #[arg(long, requires = "output")]
     pub plain: bool,
+    /// Write a part for each layer, with channels such as R
+    #[arg(long, requires = "output", conflicts_with = "plain")]
+    pub multipart: bool,
     /// Compression: none, rle, zips, zip or piz [default: rle]
     #[arg(long, value_name = "WAY", value_parser = parse_compression, requires = "output")]
     pub compression: Option<ExrCompression>,
@@ -149,6 +152,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         half: args.half,
         layers: args.layers.clone(),
         plain: args.plain,
+        multipart: args.multipart,
         compression: args.compression.unwrap_or(COMPRESSION),
         ..ExrOptions::default()
     };

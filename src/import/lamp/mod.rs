@@ -10,7 +10,7 @@ use std::path::Path;
 
 pub(crate) use angles::text as pattern_text;
 
-use super::grey_image::GreyImage;
+use super::grey_image::{BANDS_OF_LIGHT, GreyImage};
 use super::unused::Unused;
 use crate::scene::{Encoding, Pattern};
 use crate::{Error, Result, input_file};
@@ -30,7 +30,7 @@ pub(super) fn read(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pa
         extension.to_str(),
         Some("png" | "jpg" | "jpeg" | "webp" | "exr")
     ) {
-        let map = GreyImage::load(path, encoding, None, named_at)?;
+        let map = GreyImage::load(path, encoding, None, named_at, BANDS_OF_LIGHT)?;
         let pattern = Pattern::of_map(&map)
             .map_err(|problem| Error::scene(named_at, problem, "give another image"))?;
         let path = path.display();

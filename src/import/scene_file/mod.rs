@@ -15,7 +15,7 @@ use super::mesh::{AsIs, Assets, MeshRequest, Transform};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
 use crate::scene::{
     Carrier, Parameter, ParameterKind, ParameterValue, Parameters, PlacedLight, Places, Scene,
-    SensorNoise, in_their_roles,
+    SensorNoise, Shared, in_their_roles,
 };
 use crate::{Error, Result};
 
@@ -58,20 +58,24 @@ impl Scene {
             Ok(table)
         };
         let (sensor, lens) = (optional("sensor")?, optional("lens")?);
-        let sensor = match (sensor, lens) {
+        let read = match (sensor, lens) {
             (None, None) => None,
-            (Some(sensor), lens) => Some(parts::sensor(sensor, lens)?),
+            (Some(sensor), lens) => Some(parts::sensor(sensor, lens, folder)?),
             (None, Some(lens)) => {
                 let hint = "remove it, or add a [sensor] table";
                 return Err(lens.error("[lens] has no effect without [sensor]", hint));
             }
         };
+        let sensor = read.as_ref().map(|read| read.sensor);
+        let (vignetting_map, of_map) = read.map_or((None, None), |read| {
+            (read.vignetting_map.map(Shared::from), read.warning)
+        });
         let tof = optional("tof")?;
         let direct = optional("direct")?.map(parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
         let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
-        let mut left_out = Vec::from_iter(warning);
+        let mut left_out = Vec::from_iter(warning.into_iter().chain(of_map));
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert_table("light", i, &light);
             let read = parts::light(light, folder)?;
@@ -165,6 +169,7 @@ impl Scene {
         let scene = Scene {
             camera,
             sensor,
+            vignetting_map,
             tof,
             lights,
             meshes: assets.meshes,

@@ -8,15 +8,23 @@ use crate::import::lamp;
 use crate::keys::{Keys, Value};
 use crate::scene::{
     AreaShape, Carrier, Direct, Encoding, Light, Parameter, Parameters, PatternIntegral, Profile,
-    ProjectedImage, Sensor, Shadow, SpotCone,
+    ProjectedImage, Sensor, Shadow, SpotCone, VignettingMap,
 };
 use crate::{Error, Result};
 
 use super::camera::lens;
 use super::{read_parameters, sensor_noise, value_of};
 
+/// What `[sensor]` and `[lens]` hold.
+pub(super) struct ReadSensor {
+    pub sensor: Sensor,
+    pub vignetting_map: Option<VignettingMap>,
+    /// What the file of the map holds and camlux does not use.
+    pub warning: Option<String>,
+}
+
 /// Reads `[sensor]`, and `[lens]` with the rest of its parameters.
-pub(super) fn sensor(mut sensor: Keys, lens: Option<Keys>) -> Result<Sensor> {
+pub(super) fn sensor(mut sensor: Keys, lens: Option<Keys>, folder: &Path) -> Result<ReadSensor> {
     let is_of_lens = |parameter: &Parameter| Sensor::OF_LENS.contains(&parameter.name);
     let known = Sensor::DEFAULT.rows().iter().filter(|row| !is_of_lens(row));
     let known: Vec<&str> = known.map(|row| row.name).chain(["noise"]).collect();
@@ -27,10 +35,20 @@ pub(super) fn sensor(mut sensor: Keys, lens: Option<Keys>) -> Result<Sensor> {
         ..Sensor::DEFAULT
     };
     read_parameters(sensor, &mut read, |parameter| !is_of_lens(parameter))?;
-    if let Some(lens) = lens {
+    let mut map = None;
+    if let Some(mut lens) = lens {
+        if let Some(named) = lens.take_text("vignetting") {
+            let path = folder.join(named.text()?);
+            map = Some(VignettingMap::load(&path, &named.at)?);
+        }
         read_parameters(lens, &mut read, is_of_lens)?;
     }
-    Ok(read)
+    let (vignetting_map, warning) = map.unzip();
+    Ok(ReadSensor {
+        sensor: read,
+        vignetting_map,
+        warning: warning.flatten(),
+    })
 }
 
 /// A light with coordinates relative to its carrier, unless they are in the world.

@@ -71,6 +71,7 @@ fn object(frames: &Frames) -> Value {
         "compression": job.exr.compression.name(),
         "half": job.exr.half,
         "plain": job.exr.plain,
+        "multipart": job.exr.multipart,
         "file_format": job.format.name(),
         "depth_png": job.has_depth_png,
         "time": job.timing.map(|timing| json!({

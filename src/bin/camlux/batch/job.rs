@@ -76,6 +76,7 @@ impl Job {
             "format",
             "depth_png",
             "plain",
+            "multipart",
             "flow",
         ])?;
         let folder = file.parent().unwrap_or(Path::new(""));
@@ -168,11 +169,23 @@ fn exr_options(keys: &mut Keys, format: FileFormat) -> Result<ExrOptions, Failur
         }
         (plain, _) => Ok(plain),
     })?;
+    let multipart = keys.optional("multipart", |value| match (value.flag()?, format, plain) {
+        (true, FileFormat::Npz, _) => {
+            let hint = "leave out one of them: only OpenEXR files have parts";
+            Err(value.error("is true, in an npz file", hint))
+        }
+        (true, _, Some(true)) => {
+            let hint = "leave out one of them: a plain file has one part";
+            Err(value.error("is true, beside plain", hint))
+        }
+        (multipart, ..) => Ok(multipart),
+    })?;
     Ok(ExrOptions {
         half: keys.optional("half", Value::flag)?.unwrap_or(false),
         layers,
         compression: compression.unwrap_or(format.usual_compression()),
         plain: plain.unwrap_or(false),
+        multipart: multipart.unwrap_or(false),
         attributes: Vec::new(),
     })
 }
