@@ -326,6 +326,7 @@ fn check_ids(output: &OutputFile, ids: &[u32]) -> Result<()> {
 pub(super) fn is_half(layer: Layer, half: bool) -> bool {
     match layer {
         Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Emission => half,
+        Layer::Bounce(_) => half,
         Layer::Normal | Layer::CameraNormal | Layer::Albedo => half,
         _ => false,
     }

@@ -47,7 +47,7 @@ fn wrong_usage_is_said_with_exit_code_2() {
         ["render", "scene.toml", "-o", "a.exr", "--layers", "direct,x"] => "id.material";
         // Only a reference image has the layer `edge`.
         ["render", "scene.toml", "-o", "a.exr", "--layers", "edge"] =>
-            "the layers are radiance, direct, indirect, emission, stderr, energy, electrons, dn, raw_electrons, raw_dn, P";
+            "the layers are radiance, direct, indirect, indirect.1 and so on, emission, stderr, energy, electrons, dn, raw_electrons, raw_dn, P";
         ["render", "scene.toml", "-o", "a.exr", "--size", "-3", "5"] =>
             "'-3' for '--size <WIDTH> <HEIGHT>': give two whole numbers of 1 or more";
         ["render", "scene.toml", "-o", "a.exr", "--rsm-size", "0"] => "'0'";

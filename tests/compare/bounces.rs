@@ -1,6 +1,6 @@
 //! Final gathering of more than one bounce, against closed forms and against the reference, which samples paths with its own code.
 
-use std::{f64::consts::TAU, num::NonZeroU8};
+use std::{f64::consts::TAU, num::NonZeroU8, ops::ControlFlow};
 
 use crate::common::gather::gather;
 use crate::common::gpu::{Gpu, demo_scene};
@@ -10,7 +10,7 @@ use camlux::{
     Scene,
     hard_cases::scenes::with_tof,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
-    output::{Frame, Layer, TofQuantity},
+    output::{Frame, Layer, StopReason, TofQuantity},
     reference::Reference,
     scene::{Material, MetallicRoughness},
 };
@@ -127,6 +127,38 @@ fn layers_of_bounces_are_the_terms_of_the_series() {
         println!("bounce {number}: {off:.1e} off, its phasor {off_z:.1e}");
         assert!(off.abs() < 5e-3, "{off}");
         assert!(off_z < 0.01, "{off_z}");
+    }
+}
+
+/// All gathers of a frame together keep its limit, and its progress rises once.
+#[test]
+fn gathers_of_bounces_share_limits_and_progress() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell_spot", [48, 48]);
+    let most = 600_000;
+    scene.indirect = Some(gather!(0.02, bounces = 3, max_rays = Some(most)));
+    let layers = ["indirect.1", "indirect.3", "indirect"].map(Layer::from_name);
+    let layers = layers.map(|layer| layer.expect("a layer"));
+    let mut reports = Vec::new();
+    let mut report = |progress| {
+        reports.push(progress);
+        ControlFlow::Continue(())
+    };
+    let frame = gpu.render_with(&scene, |options| {
+        options.layers = Some(&layers);
+        options.progress = Some(&mut report);
+    });
+    assert_eq!(frame.stats.stop, Some(StopReason::BudgetSpent));
+    assert!(
+        (most / 2..=most).contains(&frame.stats.ray_count),
+        "{}",
+        frame.stats.ray_count
+    );
+    assert!(reports.is_sorted_by(|a, b| a.fraction <= b.fraction));
+    let ends = reports.iter().filter(|progress| progress.pass == "done");
+    assert!(ends.count() == 1 && reports.last().is_some_and(|last| last.fraction == 1.0));
+    for layer in layers {
+        assert!(values(&frame, layer).iter().any(|value| *value > 0.0));
     }
 }
 

@@ -74,7 +74,7 @@ fn every_gather_kernel_gives_the_same() {
 fn a_frame_has_the_layers_that_are_wanted() {
     let mut gpu = Gpu::open();
     let mut with_all = demo_scene("tof_corner", [16, 12]);
-    with_all.indirect = Some(gather!(0.5, stderr_layer = true));
+    with_all.indirect = Some(gather!(0.5, stderr_layer = true, bounces = 2));
     let mut sampled = with_all.clone();
     sampled.camera.pixel_sampling = Some(PixelSampling {
         samples: 2,
@@ -117,6 +117,10 @@ fn a_layer_that_a_scene_does_not_have_is_refused() {
     for (layer, hint) in [
         (Layer::Energy, "give the scene a sensor"),
         (Layer::Indirect, "give the scene indirect light"),
+        (
+            Layer::from_name("indirect.3").expect("a layer"),
+            "let final-gather gather 3 bounces or more",
+        ),
         (Layer::MeanDepth, "set samples"),
         (Layer::HalfPath, "give the scene time of flight"),
         (Layer::Edge, "take it from a reference or a sequence"),

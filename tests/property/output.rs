@@ -165,8 +165,13 @@ fn every_layer_comes_back_bit_for_bit() {
     let frame = frame();
     let image = written(&frame, &ExrOptions::default());
     assert_eq!(image.layer_data[0].size.0, WIDTH as usize);
-    // Channels of a frame, of its electrons, of the samples' depths, of the half path, of a sequence, and of four frequencies.
-    assert_eq!(channel_names(&image).len(), 41 + 8 + 2 + 1 + 12 + 4 * 32);
+    // Channels of a frame, of its bounces, of its electrons, of the samples' depths, of the half path, of a sequence, and of four
+    // frequencies with their bounces.
+    let of_frequency = 32 + 16 * 2;
+    assert_eq!(
+        channel_names(&image).len(),
+        41 + 16 * 3 + 8 + 2 + 1 + 12 + 4 * of_frequency
+    );
     for layer in Layer::all() {
         let names = layer.channel_names();
         for (offset, name) in names.iter().enumerate() {

@@ -93,9 +93,17 @@ pub fn parse_layer_of_sequence(name: &str) -> Result<Layer, String> {
 
 fn layer_names() -> String {
     let rendered = Layer::all().filter(|layer| layer.is_rendered());
-    let plain = rendered.filter(|layer| !matches!(layer, Layer::Tof(..)));
-    let names: Vec<&str> = plain.map(Layer::name).collect();
-    // There are too many time-of-flight layers to list them.
+    // There are too many layers of bounces and of time of flight to list them.
+    let listed = rendered.filter(|layer| match layer {
+        Layer::Bounce(number) => number.get() == 1,
+        layer => !matches!(layer, Layer::Tof(..)),
+    });
+    let names: Vec<String> = listed
+        .map(|layer| match layer {
+            Layer::Bounce(_) => format!("{} and so on", layer.name()),
+            _ => layer.name().into(),
+        })
+        .collect();
     format!("{}, and with [tof] tof0.range and so on", names.join(", "))
 }
 
