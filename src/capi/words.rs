@@ -1,7 +1,7 @@
 //! The library names values as scene files do. This table says what they are in C.
 
 /// What messages of the library contain, and what it is in C. A phrase stands before those that it contains.
-const WORDS: [(&str, &str); 35] = [
+const WORDS: [(&str, &str); 36] = [
     // Hints.
     (
         "give the sensor a wavelength_nm and a quantum_efficiency",
@@ -83,6 +83,7 @@ const WORDS: [(&str, &str); 35] = [
     (": fy is", ": fy_px is"),
     ("cx, cy are", "cx_px, cy_px are"),
     (": skew is", ": skew_px is"),
+    ("height_m of the image", "fov_y_deg, in metres,"),
     ("focal lengths fx, fy", "focal lengths fx_px, fy_px"),
     ("the weights of the bands are", "band_weights is"),
     ("the vertical angles", "gammas_deg"),

@@ -84,7 +84,8 @@ pub fn indirect_phasors_at(
         let Some(receiver) = receiver(scene, kept, pixel) else {
             return Phasor::default();
         };
-        let to_camera_m = receiver.position_m.distance(scene.camera.position_m);
+        let camera = &scene.camera;
+        let to_camera_m = camera.range_to(receiver.position_m - camera.position_m);
         let way_to_camera = Phasor::of_path(1.0, to_camera_m, frequency_hz);
         model::indirect_phasor(sum, &vpls, &receiver, tof, frequency_hz) * way_to_camera
     };
@@ -96,7 +97,7 @@ fn receiver(scene: &Scene, kept: &Intermediates, pixel: usize) -> Option<Receive
     Some(Receiver {
         position_m: point.position_m,
         normal: point.normal,
-        to_camera: (scene.camera.position_m - point.position_m).normalize_or_zero(),
+        to_camera: scene.camera.direction_from(point.position_m),
         brdf: point.brdf,
     })
 }

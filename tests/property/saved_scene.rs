@@ -389,7 +389,7 @@ fn a_scene_with_everything_comes_back() {
 
 #[test]
 fn variants_come_back() {
-    let edits: [fn(&mut Scene); 9] = [
+    let edits: [fn(&mut Scene); 10] = [
         |s| s.indirect = None,
         |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8)),
         |s| {
@@ -411,6 +411,11 @@ fn variants_come_back() {
             s.sensor.as_mut().unwrap().vignetting = None;
         },
         |s| s.camera.lens = Lens::Equirectangular,
+        |s| {
+            s.camera.lens = Lens::Orthographic {
+                height_m: 10.0 / 3.0,
+            };
+        },
         |s| {
             s.camera.pixel_sampling = None;
             if let Some(IndirectLight::FinalGather(gather)) = &mut s.indirect {

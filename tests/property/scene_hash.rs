@@ -61,7 +61,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 89] = [
+    let edits: [fn(&mut Scene); 92] = [
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }).into(),
         |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }).into(),
         |s| {
@@ -76,6 +76,9 @@ fn hash_changes_with_everything_but_names() {
         |s| s.camera.pixel_sampling = pixel_sampling(17, PixelFilter::Box),
         |s| s.camera.pixel_sampling = pixel_sampling(16, PixelFilter::Gaussian),
         |s| s.camera.lens = Lens::FovX { fov_x_deg: 50.0 },
+        |s| s.camera.lens = Lens::Equirectangular,
+        |s| s.camera.lens = Lens::Orthographic { height_m: 50.0 },
+        |s| s.camera.lens = Lens::Orthographic { height_m: 50.1 },
         |s| s.camera.lens = Lens::Intrinsics(s.camera.intrinsics_px()),
         |s| s.camera.lens = skewed(s, 0.1),
         |s| s.camera.lens = tilted(s, 12, 0.0),
