@@ -55,11 +55,14 @@ fn parallel_camera(camera: &Camera, space: &LocalSpace, offset_px: DVec2) -> Vie
     let [column, row] = [space.length(1.0 / fx), space.length(1.0 / fy)];
     let [cx, cy] = [cx - offset_px.x, cy - offset_px.y];
     let [width, height] = camera.resolution_px.map(f64::from);
-    let origin = space.to_local(camera.position_m);
-    // The scene is within a radius of √3 around the local origin. A little farther, because surfaces at depth 0 are not drawn.
-    let range = 1.75 - forward.dot(DVec3::from(origin.map(f64::from)));
+    // The scene is within a radius of √3 around the local origin. Rays from farther away begin there, where f32 keeps their digits. A little
+    // farther, because surfaces at depth 0 are not drawn.
+    let radius = 1.75;
+    let position = (camera.position_m - space.origin_m) / space.metres_per_unit;
+    let along = forward.dot(position);
+    let start = along.max(-radius);
     // All of a scene that is behind the camera is clipped.
-    let range = range.max(f64::from(NEAR));
+    let range = (radius - start).max(f64::from(NEAR));
     let [at_x, at_y] = [2.0 * cx / width - 1.0, 2.0 * cy / height - 1.0].map(|at| at as f32);
     View {
         clip_from_offset: columns_of_rows(
@@ -71,7 +74,7 @@ fn parallel_camera(camera: &Camera, space: &LocalSpace, offset_px: DVec2) -> Vie
             ],
             [at_x, at_y, 1.0, 1.0],
         ),
-        origin,
+        origin: (position + (start - along) * forward).as_vec3().to_array(),
         forward: forward.as_vec3().to_array(),
         ray_offset: columns([
             -right * (cx * column) - down * (cy * row),
