@@ -123,7 +123,11 @@ fn ray_direction(place: vec2<u32>) -> vec3<f32> {
 
 // Where the ray starts, from the view's origin: elsewhere only in a parallel view.
 fn ray_offset(place: vec2<u32>) -> vec3<f32> {
-    return view.ray_offset * vec3<f32>(1.0, vec2<f32>(place) + 0.5);
+    if (LENS) {
+        return vec3<f32>(0.0);
+    } else {
+        return view.ray_offset * vec3<f32>(1.0, vec2<f32>(place) + 0.5);
+    }
 }
 
 #if EMIT

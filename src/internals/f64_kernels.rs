@@ -94,10 +94,15 @@ pub fn indirect_phasors_at(
 
 fn receiver(scene: &Scene, kept: &Intermediates, pixel: usize) -> Option<Receiver> {
     let point = kept.gbuffer.get(pixel).copied().flatten()?;
+    let camera = &scene.camera;
+    let to_camera = match camera.is_orthographic() {
+        true => -camera.basis().forward,
+        false => (camera.position_m - point.position_m).normalize_or_zero(),
+    };
     Some(Receiver {
         position_m: point.position_m,
         normal: point.normal,
-        to_camera: scene.camera.direction_from(point.position_m),
+        to_camera,
         brdf: point.brdf,
     })
 }

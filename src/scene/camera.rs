@@ -237,14 +237,6 @@ impl Camera {
         }
     }
 
-    /// The direction of length 1 from a point to the camera, along the ray that sees the point.
-    pub(crate) fn direction_from(&self, point_m: DVec3) -> DVec3 {
-        match self.is_orthographic() {
-            true => -self.basis().forward,
-            false => (self.position_m - point_m).normalize_or_zero(),
-        }
-    }
-
     /// Direction through a point of the image plane. Its component along the view axis is 1; if the lens may see what is behind the
     /// camera, its length is 1.
     pub fn ray_direction(&self, x_px: f64, y_px: f64) -> DVec3 {

@@ -54,7 +54,7 @@ fn lenses_by_matrix_and_vector() {
         of("projection = \"orthographic\"\nheight_m = 0") => "scene.toml:6", "height_m of the image is 0; give a finite value above 0";
         of("projection = \"orthographic\"\nheight_m = -2") => "height_m of the image is -2";
         of("projection = \"orthographic\"\nheight_m = inf") => "height_m";
-        of("projection = \"orthographic\"\nheight_m = 2\nfov_y_deg = 50") => "conflicts with \"projection\"";
+        of("projection = \"orthographic\"\nheight_m = 2\nfov_y_deg = 50") => "conflicts with \"fov_y_deg\"";
         of("projection = \"orthographic\"\nheight_m = 2\nfisheye = [0, 0, 0, 0]") => "is given with a distortion";
         of("projection = \"equirectangular\"\nheight_m = 2") => "scene.toml:6: \"height_m\" in [camera] is the height of the image of an orthographic camera";
         of("fov_y_deg = 50\nheight_m = 2") => "add projection = \"orthographic\" in place of the lens, or remove it";

@@ -56,7 +56,7 @@ fn parallel_rays_show_what_they_hit() {
         }
         assert_eq!(values(&frame, Layer::Depth), values(&frame, Layer::Range));
     }
-    let scene = through_parallel("cornell", 64);
+    let scene = through_parallel("glossy", 64);
     for (scale, shift_m, away_m) in [
         (1.0, 1e5, 0.0),
         (1e-3, 10.0, 0.0),

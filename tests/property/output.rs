@@ -354,11 +354,21 @@ fn the_header_has_the_requested_error_and_the_estimated_one() {
 
 #[test]
 fn header_matrices_take_points_to_their_pixels() {
-    let mut camera = camera();
-    camera.lens = Lens::Intrinsics(Intrinsics {
+    let skewed = Lens::Intrinsics(Intrinsics {
         skew: 1.5,
-        ..camera.intrinsics_px()
+        ..camera().intrinsics_px()
     });
+    header_matrices_fit(skewed);
+    let image = header_matrices_fit(Lens::Orthographic { height_m: 0.75 });
+    let projection = attribute_text(&image, "camlux.camera.projection");
+    assert_eq!(projection, "orthographic");
+    let height_m = attribute(&image, "camlux.camera.height_m");
+    assert_eq!(height_m, Some(AttributeValue::F32(0.75)));
+    assert_eq!(attribute(&image, "camlux.camera.focal_px"), None);
+}
+
+fn header_matrices_fit(lens: Lens) -> FlatImage {
+    let camera = Camera { lens, ..camera() };
     let mut frame = frame();
     frame.description.camera = camera;
     let image = written(&frame, &ExrOptions::default());
@@ -370,7 +380,7 @@ fn header_matrices_take_points_to_their_pixels() {
     };
     // 3 m along the view axis, seen in a pixel right of and above the centre.
     let [x_px, y_px] = [5.25, 1.5];
-    let point = camera.position_m + camera.ray_direction(x_px, y_px) * 3.0;
+    let point = camera.ray_origin_m(x_px, y_px) + camera.ray_direction(x_px, y_px) * 3.0;
 
     let [x, y, _, w] = transform(
         point,
@@ -403,6 +413,7 @@ fn header_matrices_take_points_to_their_pixels() {
         (DVec3::new(x, y, z) - point).length() < 10.0 * tolerance,
         "there and back"
     );
+    image
 }
 
 #[test]

@@ -164,17 +164,18 @@ fn pixel_sampling(keys: &mut Keys) -> Result<Option<PixelSampling>> {
 pub(super) fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
     let distortion = distortion(keys)?;
     let given = keys.take_one(&LENSES)?;
+    if let (Some(("fov_x_deg" | "fov_y_deg" | "projection", fov)), Some(_)) = (&given, distortion) {
+        return Err(fov.error(
+            "is given with a distortion, whose calibration tells the focal lengths",
+            "give intrinsics_px = { fx = .., fy = .., cx = .., cy = .. } instead",
+        ));
+    }
     if let Some(("projection", name)) = &given
-        && distortion.is_none()
         && name.choice(&["equirectangular", "orthographic"], |name| name)? == "orthographic"
     {
-        let height_m = keys.need(
-            "height_m",
-            "height_m = 2.0, from the image's upper edge to its lower",
-        )?;
-        return Ok(Lens::Orthographic {
-            height_m: height_m.number()?,
-        });
+        let hint = "height_m = 2.0, from the image's upper edge to its lower";
+        let height_m = keys.need("height_m", hint)?.number()?;
+        return Ok(Lens::Orthographic { height_m });
     }
     keys.refuse(
         "height_m",
@@ -182,12 +183,6 @@ pub(super) fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
         "add projection = \"orthographic\" in place of the lens, or remove it",
     )?;
     let intrinsics = match given {
-        Some(("fov_x_deg" | "fov_y_deg" | "projection", fov)) if distortion.is_some() => {
-            return Err(fov.error(
-                "is given with a distortion, whose calibration tells the focal lengths",
-                "give intrinsics_px = { fx = .., fy = .., cx = .., cy = .. } instead",
-            ));
-        }
         Some(("fov_x_deg", fov)) => {
             return Ok(Lens::FovX {
                 fov_x_deg: fov.number()?,
