@@ -1925,7 +1925,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 #define CAMLUX_LAYER_DEPTH 6
 
 /**
- * Distance along the ray, from the camera's centre; +infinity without a surface.
+ * Distance along the ray, from where it starts: the camera's centre, or its plane if rays are parallel; +infinity without a surface.
  * Values: m.
  */
 #define CAMLUX_LAYER_RANGE 7

@@ -10,13 +10,13 @@ use crate::tof::{modulated, modulated_demo_scene, phasors};
 use crate::tof_bounce::kernel_error;
 use camlux::{
     RenderOptions, Scene,
-    output::{FLOW_LAYERS, Frame, Layer, OtherFrame, TofQuantity},
+    output::{FLOW_LAYERS, Frame, Layer, OtherFrame, TofQuantity, describe_frame},
     reference::Reference,
     scene::{
         Camera, IndirectLight, Lens, Light, PixelFilter, PixelSampling, Shadow, Vignetting, VplSum,
     },
 };
-use glam::{DMat4, DVec2, DVec3};
+use glam::{DMat4, DQuat, DVec2, DVec3};
 
 /// Parallel rays over the part of a scene that its own camera shows around the point it looks at.
 fn made_parallel(mut scene: Scene) -> Scene {
@@ -349,6 +349,14 @@ fn points_land_on_their_pixels() {
         let shown = scene.camera.project(point_m).expect("it is seen");
         assert!(shown.distance(centre) < 1e-4, "{shown} for {centre}");
     }
+    // A batch describes it so.
+    let line = describe_frame(&scene, &scene, DQuat::IDENTITY, &[]);
+    let Lens::Orthographic { height_m } = scene.camera.lens else {
+        panic!("{:?}", scene.camera.lens);
+    };
+    assert_eq!(line["camera"]["projection"], "orthographic");
+    assert_eq!(line["camera"]["height_m"], height_m);
+    assert!(line["camera"]["intrinsics_px"].is_null());
     let Camera {
         position_m,
         look_at_m,
