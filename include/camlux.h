@@ -594,6 +594,9 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 /** All directions: 360 degrees of longitude from left to right, 180 degrees of latitude from top to bottom, the view in the middle. */
 #define CAMLUX_LENS_EQUIRECTANGULAR 5
 
+/** Parallel rays along the view, from the plane through `position_m`: `fov_y_deg` is the height of the image in metres, not degrees. */
+#define CAMLUX_LENS_ORTHOGRAPHIC 6
+
 /** All samples of a pixel have the same weight. */
 #define CAMLUX_FILTER_BOX 0
 
@@ -679,7 +682,7 @@ typedef struct camlux_camera {
   uint32_t width_px;
   /** Height of the image, pixels. */
   uint32_t height_px;
-  /** One of CAMLUX_LENS_FOV_Y, _FOV_X, _EQUIRECTANGULAR, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored. */
+  /** One of CAMLUX_LENS_FOV_Y, _FOV_X, _EQUIRECTANGULAR, _ORTHOGRAPHIC, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored. */
   int32_t lens;
   /** The camera's centre in world space, m. */
   double position_m[3];
@@ -689,7 +692,7 @@ typedef struct camlux_camera {
   double up[3];
   /**
    * Full angle from the upper to the lower edge, degrees above 0 and below 180. Pixels are square, and the principal point is
-   * in the middle.
+   * in the middle. For CAMLUX_LENS_ORTHOGRAPHIC the same extent in metres, above 0.
    */
   double fov_y_deg;
   /** Focal lengths in pixels, above 0: x_px = fx_px * X / Z + skew_px * Y / Z + cx_px with X right, Y down, Z forward. */
@@ -738,7 +741,7 @@ typedef struct camlux_sensor {
   double quantum_efficiency;
   /**
    * Focal length divided by the diameter of the aperture. The irradiance on a pixel is its radiance times (pi/4) / f_number^2 * cos^4 of the
-   * angle to the axis, or the polynomial of vignetting or the map of camlux_scene_set_vignetting_map in place of cos^4. 0: the irradiance is numerically the radiance. With
+   * angle to the axis, or the polynomial of vignetting or the map of camlux_scene_set_vignetting_map in place of cos^4. With CAMLUX_LENS_ORTHOGRAPHIC that angle is 0. 0: the irradiance is numerically the radiance. With
    * CAMLUX_LENS_FISHEYE and CAMLUX_LENS_EQUIRECTANGULAR only beside one of them.
    */
   double f_number;
@@ -1956,7 +1959,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 #define CAMLUX_LAYER_DEPTH 6
 
 /**
- * Distance along the ray, from the camera's centre; +infinity without a surface.
+ * Distance along the ray, from where it starts: the camera's centre, or its plane if rays are parallel; +infinity without a surface.
  * Values: m.
  */
 #define CAMLUX_LAYER_RANGE 7

@@ -4,7 +4,7 @@
 // centres show the same surface. If none does, the sample itself is gathered.
 
 struct PixelFilterParameters {
-    // C, and the unit vector of the axis.
+    // C, for depths that of the plane where parallel rays start; and the unit vector of the axis.
     camera_position: vec3<f32>,
     // Weight of a sample in its pixel.
     share: f32,

@@ -121,6 +121,15 @@ fn ray_direction(place: vec2<u32>) -> vec3<f32> {
     }
 }
 
+// Where the ray starts, from the view's origin: elsewhere only in a parallel view.
+fn ray_offset(place: vec2<u32>) -> vec3<f32> {
+    if (LENS) {
+        return vec3<f32>(0.0);
+    } else {
+        return view.ray_offset * vec3<f32>(1.0, vec2<f32>(place) + 0.5);
+    }
+}
+
 #if EMIT
 @compute @workgroup_size(8, 8)
 fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
@@ -131,14 +140,14 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
             let is_unseen = lens_rays[place.y * parameters.resolution_px.x + place.x].w > 0.0;
             end = select(NO_END, NO_RAY, is_unseen);
         }
-        rays[ray_index(place)] = Ray(view.origin, end, ray_direction(place), 0.0);
+        rays[ray_index(place)] = Ray(view.origin + ray_offset(place), end, ray_direction(place), 0.0);
     }
 }
 #else
 fn seen_surface(place: vec2<u32>, seen: u32) -> Hit {
     let direction = ray_direction(place);
     let axis = direction / dot(direction, direction);
-    return hit_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
+    return hit_on_plane(triangle_at(seen), view.origin, ray_offset(place), direction, axis);
 }
 #endif
 
@@ -154,7 +163,7 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     if (seen != NOTHING_HIT) {
         let direction = ray_direction(place);
         let axis = direction / dot(direction, direction);
-        let b = place_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
+        let b = place_on_plane(triangle_at(seen), view.origin, ray_offset(place), direction, axis);
         shown = vec4<f32>(f32(1u + scene_triangle(seen)), b.yz, 0.0);
     }
     textureStore(seen_triangles, place, shown);

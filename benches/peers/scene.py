@@ -87,7 +87,7 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
         raise Failure(f"{path} is not TOML: {error}; camlux render says more") from error
 
     if {"distortion", "fisheye", "projection"} & set(toml["camera"]):
-        raise Unsupported("the camera has a lens with distortion, which the peers do not know")
+        raise Unsupported("the camera has a lens with distortion or another projection, which the peers do not know")
     if "path" in toml["camera"] or "light" not in toml:
         raise Unsupported("the camera or the lights are those of another file, which the peers do not know")
     if not toml["camera"].keys().isdisjoint({"camera_matrix", "camera_to_world", "world_to_camera"}):

@@ -42,7 +42,7 @@ struct intrinsics {
     double skew_px = 0;
 };
 
-/** camlux_camera. If `fov_x_deg` is set, fov_y_deg is ignored; if `lens` or `equirectangular` is set, both are. */
+/** camlux_camera. If `fov_x_deg` is set, fov_y_deg is ignored; if `lens`, `equirectangular` or `orthographic_height_m` is set, both are. */
 struct camera {
     std::uint32_t width_px = 640, height_px = 480;
     vec3 position_m = {};
@@ -54,6 +54,8 @@ struct camera {
     pixel_filter filter = pixel_filter::box;
     std::optional<double> fov_x_deg = std::nullopt;
     bool equirectangular = false;
+    /** Parallel rays; the height of the image. */
+    std::optional<double> orthographic_height_m = std::nullopt;
 };
 
 /** The colour filters of four pixels: the upper two, then the lower two. */
@@ -143,6 +145,10 @@ inline camlux_camera raw_of(const camera &from) noexcept
     }
     if (from.equirectangular)
         to.lens = CAMLUX_LENS_EQUIRECTANGULAR;
+    if (from.orthographic_height_m) {
+        to.lens = CAMLUX_LENS_ORTHOGRAPHIC;
+        to.height_m = *from.orthographic_height_m;
+    }
     if (from.lens) {
         to.lens = static_cast<std::int32_t>(from.lens->model);
         to.fx_px = from.lens->fx_px;
@@ -172,6 +178,8 @@ inline camera camera_of(const camlux_camera &from)
         to.fov_x_deg = from.fov_x_deg;
     } else if (from.lens == CAMLUX_LENS_EQUIRECTANGULAR) {
         to.equirectangular = true;
+    } else if (from.lens == CAMLUX_LENS_ORTHOGRAPHIC) {
+        to.orthographic_height_m = from.height_m;
     } else if (from.lens != CAMLUX_LENS_FOV_Y) {
         to.lens = intrinsics{from.fx_px, from.fy_px, from.cx_px, from.cy_px, static_cast<lens_model>(from.lens)};
         const auto prism_tilt = std::copy(std::begin(from.distortion), std::end(from.distortion), to.lens->distortion.begin());

@@ -99,6 +99,8 @@ class Camera(Fields):
     samples: number of points of a pixel over which light is averaged, up to 4096; 1: a pixel shows what is at its centre.
     filter: weights these points; None: box.
     projection: "equirectangular": all directions, 360° of longitude from left to right and 180° of latitude from top to bottom.
+        "orthographic": parallel rays along the view, from the plane through `position_m`; it needs `height_m`.
+    height_m: height of the image of an orthographic camera, m. Pixels are square.
     """
 
     resolution_px: Size
@@ -111,7 +113,8 @@ class Camera(Fields):
     samples: Whole = 1
     filter: Literal["box", "gaussian"] | None = None
     fov_x_deg: Number | None = None
-    projection: Literal["equirectangular"] | None = None
+    projection: Literal["equirectangular", "orthographic"] | None = None
+    height_m: Number | None = None
 
     @staticmethod
     @knows_its_arguments

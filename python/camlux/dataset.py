@@ -16,7 +16,7 @@ from . import _layers
 from ._camlux import Image, read_exr
 from ._fields import knows_its_arguments
 from ._layers import Points
-from .errors import LayerError, MissingFileError
+from .errors import LayerError, MissingFileError, UnsupportedError
 
 
 class PlainFiles(Mapping[str, npt.NDArray[Any]]):
@@ -186,8 +186,13 @@ class DatasetFrame(Mapping[str, npt.NDArray[Any]]):
         return {mesh["index"]: _matrix(mesh) for mesh in self.line["meshes"]}
 
     def intrinsics(self) -> npt.NDArray[np.float64]:
-        """Intrinsics, 3 x 3, pixels; the centre of the first pixel is at (0.5, 0.5)."""
+        """Intrinsics, 3 x 3, pixels; the centre of the first pixel is at (0.5, 0.5).
+
+        Raises UnsupportedError for an orthographic camera, which has none.
+        """
         k = self.line["camera"]["intrinsics_px"]
+        if k is None:
+            raise UnsupportedError("an orthographic camera has no intrinsics: its pixels are height_m / height_px apart; use the layer P or P_camera")
         return np.array([[k["fx"], k.get("skew", 0), k["cx"]], [0, k["fy"], k["cy"]], [0, 0, 1]])
 
     def points(self) -> Points:

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arguments::{check_extension, layers, refuse};
-use crate::errors::{ArgumentError, LayerError, raised};
+use crate::errors::{ArgumentError, LayerError, UnsupportedError, raised};
 use crate::layers::{Layers, Returned};
 
 /// Times by their names, ms.
@@ -92,20 +92,22 @@ impl Frame {
     }
 
     /// Intrinsics, 3 x 3, pixels; the centre of the first pixel is at (0.5, 0.5).
+    ///
+    /// Raises UnsupportedError for an orthographic camera, which has none.
     fn intrinsics<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let camera = &slf.as_super().get().frame()?.description.camera;
+        if camera.is_orthographic() {
+            return Err(UnsupportedError::new_err(
+                "an orthographic camera has no intrinsics: its pixels are height_m / height_px apart; use the layer P or P_camera",
+            ));
+        }
         let Intrinsics {
             fx,
             fy,
             cx,
             cy,
             skew,
-        } = slf
-            .as_super()
-            .get()
-            .frame()?
-            .description
-            .camera
-            .intrinsics_px();
+        } = camera.intrinsics_px();
         let rows = [vec![fx, skew, cx], vec![0.0, fy, cy], vec![0.0, 0.0, 1.0]];
         Ok(PyArray2::from_vec2(slf.py(), &rows)?)
     }

@@ -85,13 +85,17 @@ impl<'py> Classes<'py> {
             Lens::FovX { fov_x_deg } => (Some(fov_x_deg), None, None),
             Lens::FovY { fov_y_deg } => (None, Some(fov_y_deg), None),
             Lens::Intrinsics(k) | Lens::Distorted { intrinsics: k, .. } => (None, None, Some(k)),
-            Lens::Equirectangular => (None, None, None),
+            Lens::Equirectangular | Lens::Orthographic { .. } => (None, None, None),
         };
         let intrinsics = intrinsics.map(
             |k| object!(self, "Intrinsics", fx: k.fx, fy: k.fy, cx: k.cx, cy: k.cy, skew: k.skew),
         );
-        let is_panorama = camera.lens == Lens::Equirectangular;
-        let distortion = camera.distortion().filter(|_| !is_panorama);
+        let (projection, height_m) = match camera.lens {
+            Lens::Equirectangular => (Some("equirectangular"), None),
+            Lens::Orthographic { height_m } => (Some("orthographic"), Some(height_m)),
+            _ => (None, None),
+        };
+        let distortion = camera.distortion().filter(|_| projection.is_none());
         let distortion = distortion.map(|distortion| {
             let (class, names) = match distortion {
                 Distortion::Equirectangular => ("RationalDistortion", &[][..]),
@@ -116,7 +120,8 @@ impl<'py> Classes<'py> {
             distortion: distortion.transpose()?,
             samples: camera.pixel_sampling.map_or(1, |sampling| sampling.samples),
             filter: camera.pixel_sampling.map(|sampling| sampling.filter.name()),
-            projection: is_panorama.then_some("equirectangular"),
+            projection: projection,
+            height_m: height_m,
         )
     }
 

@@ -110,9 +110,19 @@ fn camera_from(part: &Part) -> PyResult<Camera> {
     let distortion = distortion.map(|d| distortion_from(&d)).transpose()?;
     let fov_deg = ["fov_x_deg", "fov_y_deg"].map(|name| part.optional_number(name));
     let [fov_x_deg, fov_y_deg] = fov_deg;
-    let projection = part.choice("projection", &["equirectangular"], |name| name)?;
+    let projection = part.choice("projection", &["equirectangular", "orthographic"], |name| name)?;
+    let height_m = part.optional_number("height_m")?;
+    if (projection == Some("orthographic")) != height_m.is_some() {
+        return Err(part.error(
+            "height_m and projection = \"orthographic\" are not given together",
+            "give both, or neither: height_m is the height of the image of an orthographic camera",
+        ));
+    }
     let lens = match (fov_x_deg?, fov_y_deg?, intrinsics, distortion) {
-        (None, None, None, None) if projection.is_some() => Lens::Equirectangular,
+        (None, None, None, None) if projection.is_some() => match height_m {
+            Some(height_m) => Lens::Orthographic { height_m },
+            None => Lens::Equirectangular,
+        },
         _ if projection.is_some() => {
             return Err(part.error(
                 "projection is given with a lens",

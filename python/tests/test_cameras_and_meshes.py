@@ -47,6 +47,28 @@ def test_a_lens_by_fov_x_and_by_the_vector_of_opencv(renderer, scene):
     assert renderer.render(scene, layers=["depth"]).intrinsics()[0, 1] == 2
 
 
+def test_an_orthographic_camera_shows_points_on_a_grid(renderer, scene, tmp_path):
+    camera = scene.camera
+    camera.resolution_px, camera.fov_y_deg, camera.projection, camera.height_m = (32, 16), None, "orthographic", 0.4
+    frame = renderer.render(scene, layers=["P_camera", "range", "depth", "id.instance"])
+    x, y = (np.arange(32) - 15.5) * 0.4 / 16, (np.arange(16) - 7.5) * 0.4 / 16
+    seen = frame["id.instance"] > 0
+    due = np.stack(np.broadcast_arrays(x[np.newaxis], y[:, np.newaxis]), axis=2)
+    assert seen.any()
+    np.testing.assert_allclose(frame["P_camera"][..., :2][seen], due[seen], atol=1e-6)
+    np.testing.assert_array_equal(frame["depth"], frame["range"])
+    with pytest.raises(camlux.UnsupportedError, match="orthographic camera has no intrinsics"):
+        frame.intrinsics()
+    scene.save(tmp_path)
+    assert camlux.Scene.load(tmp_path / "scene.toml").camera == camera
+    camera.height_m = None
+    with pytest.raises(camlux.SceneError, match="height_m and projection"):
+        renderer.render(scene)
+    camera.height_m, camera.fov_y_deg = 0.4, 50
+    with pytest.raises(camlux.SceneError, match="projection is given with a lens"):
+        renderer.render(scene)
+
+
 @pytest.mark.parametrize(("arguments", "message"), [
     ((np.eye(3), np.eye(3)), "camera_to_world is .* give 4 x 4 or 3 x 4 finite numbers"),
     ((np.eye(4), np.eye(4)), "intrinsics is .* give 3 x 3"),

@@ -20,6 +20,8 @@ pub const CAMLUX_LENS_FISHEYE: i32 = 3;
 pub const CAMLUX_LENS_FOV_X: i32 = 4;
 /// All directions: 360 degrees of longitude from left to right, 180 degrees of latitude from top to bottom, the view in the middle.
 pub const CAMLUX_LENS_EQUIRECTANGULAR: i32 = 5;
+/// Parallel rays along the view, from the plane through `position_m`: `fov_y_deg` is the height of the image in metres, not degrees.
+pub const CAMLUX_LENS_ORTHOGRAPHIC: i32 = 6;
 
 /// All samples of a pixel have the same weight.
 pub const CAMLUX_FILTER_BOX: i32 = 0;
@@ -49,7 +51,7 @@ pub struct camlux_camera {
     pub width_px: u32,
     /// Height of the image, pixels.
     pub height_px: u32,
-    /// One of CAMLUX_LENS_FOV_Y, _FOV_X, _EQUIRECTANGULAR, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored.
+    /// One of CAMLUX_LENS_FOV_Y, _FOV_X, _EQUIRECTANGULAR, _ORTHOGRAPHIC, _INTRINSICS, _RATIONAL, _FISHEYE. Members of other lens models are ignored.
     pub lens: i32,
     /// The camera's centre in world space, m.
     pub position_m: [f64; 3],
@@ -80,6 +82,8 @@ pub struct camlux_camera {
     pub skew_px: f64,
     /// Further coefficients of CAMLUX_LENS_RATIONAL: s1, s2, s3, s4 of a thin prism, and the tilt of the sensor tau_x, tau_y, radians.
     pub prism_tilt: [f64; 6],
+    /// CAMLUX_LENS_ORTHOGRAPHIC: extent of the image from its upper to its lower edge, m, above 0.
+    pub height_m: f64,
 }
 
 /// A sensor, which turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Initialise with
@@ -103,7 +107,7 @@ pub struct camlux_sensor {
     /// Electrons per photon, above 0 and up to 1.
     pub quantum_efficiency: f64,
     /// Focal length divided by the diameter of the aperture. The irradiance on a pixel is its radiance times (pi/4) / f_number^2 * cos^4 of the
-    /// angle to the axis, or the polynomial of vignetting or the map of camlux_scene_set_vignetting_map in place of cos^4. 0: the irradiance is numerically the radiance. With
+    /// angle to the axis, or the polynomial of vignetting or the map of camlux_scene_set_vignetting_map in place of cos^4. With CAMLUX_LENS_ORTHOGRAPHIC that angle is 0. 0: the irradiance is numerically the radiance. With
     /// CAMLUX_LENS_FISHEYE and CAMLUX_LENS_EQUIRECTANGULAR only beside one of them.
     pub f_number: f64,
     /// Factors of quantum_efficiency for light in the bands R, G and B. Time of flight has its own.
@@ -340,6 +344,9 @@ pub(super) fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
             fov_x_deg: camera.fov_x_deg,
         },
         CAMLUX_LENS_EQUIRECTANGULAR => Lens::Equirectangular,
+        CAMLUX_LENS_ORTHOGRAPHIC => Lens::Orthographic {
+            height_m: camera.height_m,
+        },
         CAMLUX_LENS_INTRINSICS => Lens::Intrinsics(intrinsics),
         CAMLUX_LENS_RATIONAL => distorted(Distortion::Rational(rational)),
         CAMLUX_LENS_FISHEYE => distorted(Distortion::Fisheye([k1, k2, k3, k4])),
@@ -387,6 +394,10 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
         }
         Lens::Equirectangular => {
             found.lens = CAMLUX_LENS_EQUIRECTANGULAR;
+            return found;
+        }
+        Lens::Orthographic { height_m } => {
+            (found.lens, found.height_m) = (CAMLUX_LENS_ORTHOGRAPHIC, height_m);
             return found;
         }
         Lens::Intrinsics(_) | Lens::Distorted { .. } => {}

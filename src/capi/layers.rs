@@ -29,7 +29,7 @@ pub const CAMLUX_LAYER_NORMAL: i32 = 5;
 /// Values: m.
 pub const CAMLUX_LAYER_DEPTH: i32 = 6;
 
-/// Distance along the ray, from the camera's centre; +infinity without a surface.
+/// Distance along the ray, from where it starts: the camera's centre, or its plane if rays are parallel; +infinity without a surface.
 /// Values: m.
 pub const CAMLUX_LAYER_RANGE: i32 = 7;
 

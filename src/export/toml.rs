@@ -86,6 +86,10 @@ impl Toml {
             Lens::FovY { fov_y_deg } => self.number("fov_y_deg", *fov_y_deg),
             Lens::FovX { fov_x_deg } => self.number("fov_x_deg", *fov_x_deg),
             Lens::Equirectangular => self.string("projection", "equirectangular"),
+            Lens::Orthographic { height_m } => {
+                self.string("projection", "orthographic");
+                self.number("height_m", *height_m);
+            }
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
                 self.intrinsics(intrinsics);
             }

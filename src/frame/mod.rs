@@ -132,12 +132,13 @@ pub(crate) fn draw(
     let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
     let positions = &gbuffer.position_instance;
     let falloff = match (plan.vignetting, &images.sampled) {
-        (Some(measured), _) => (measured, None),
-        (None, Some(sampled)) => (Falloff::Sampled, Some(("footprint", &sampled.footprint))),
-        (None, None) => (Falloff::Aperture, Some(("position_instance", positions))),
+        (Some(measured), _) => Some((measured, None)),
+        (None, _) if plan.is_orthographic => None,
+        (None, Some(sampled)) => Some((Falloff::Sampled, Some(("footprint", &sampled.footprint)))),
+        (None, None) => Some((Falloff::Aperture, Some(("position_instance", positions)))),
     };
     for (factor, falloff, sum) in [
-        (energy_factor, aperture.map(|_| falloff), &images.energy),
+        (energy_factor, aperture.and(falloff), &images.energy),
         (Some(1.0), None, &images.radiance),
     ] {
         if let (Some(factor), Some(sum)) = (factor, sum) {

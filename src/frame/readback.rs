@@ -359,7 +359,7 @@ fn sample_depths(footprints: &[[f32; 4]], space: &LocalSpace) -> (Vec<f32>, Vec<
 
 /// Path lengths of each pixel for time of flight. They are f64: a wavelength of modulation may be much shorter than the scene.
 struct Paths {
-    /// |PC|; 0 for the background.
+    /// |PC|, along the ray; 0 for the background.
     to_camera_m: Vec<f64>,
     /// Half of |LP| + |PC| for the nearest modulated light; infinite for the background.
     half_m: Vec<f64>,
@@ -377,7 +377,7 @@ impl Paths {
             .filter(|(light, _)| tof.is_modulated(*light))
             .filter_map(|(_, light)| light.position_m())
             .collect();
-        let camera_m = description.camera.position_m;
+        let camera = &description.camera;
         let mut lengths = vec![[0.0; 2]; positions.len()];
         per_pixel(&mut lengths, |i| {
             let [x, y, z, instance_id] = positions[i];
@@ -385,7 +385,7 @@ impl Paths {
                 return [[0.0, f64::INFINITY]];
             }
             let p_m = space.to_world([x, y, z]);
-            let to_camera_m = p_m.distance(camera_m);
+            let to_camera_m = camera.range_to(p_m - camera.position_m);
             let to_lights_m = modulated.iter().map(|light_m| p_m.distance(*light_m));
             let half_m = 0.5 * (to_camera_m + to_lights_m.fold(f64::INFINITY, f64::min));
             [[to_camera_m, half_m]]
@@ -538,7 +538,10 @@ impl Geometry {
                         [basis.right, basis.down, basis.forward].map(|axis| offset.dot(axis));
                     in_camera[i] = along.map(|units| (units * space.metres_per_unit) as f32);
                     depth[i] = in_camera[i][2];
-                    range[i] = (offset.length() * space.metres_per_unit) as f32;
+                    range[i] = match camera.is_orthographic() {
+                        true => depth[i],
+                        false => (offset.length() * space.metres_per_unit) as f32,
+                    };
                 }
             },
         );

@@ -227,6 +227,9 @@ pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
     }
     place(&mut scene.camera.position_m);
     place(&mut scene.camera.look_at_m);
+    if let Lens::Orthographic { height_m } = &mut scene.camera.lens {
+        *height_m *= scale;
+    }
     for light in &mut scene.lights {
         if let Some(position_m) = light.position_m_mut() {
             place(position_m);

@@ -150,6 +150,13 @@ impl ProjectedImage {
         lens: Lens,
         named_at: &str,
     ) -> Result<(ProjectedImage, Option<String>)> {
+        if !matches!(
+            lens,
+            Lens::FovX { .. } | Lens::FovY { .. } | Lens::Intrinsics(_)
+        ) {
+            let hint = "give a field of view, or intrinsics without a distortion";
+            return Err(Error::scene(named_at, "a projector has no such lens", hint));
+        }
         let image = GreyImage::load(path, encoding, white, named_at, BANDS_OF_LIGHT)?;
         let warning = image.unused.warning(path);
         let projected = ProjectedImage {

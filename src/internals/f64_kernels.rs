@@ -84,7 +84,8 @@ pub fn indirect_phasors_at(
         let Some(receiver) = receiver(scene, kept, pixel) else {
             return Phasor::default();
         };
-        let to_camera_m = receiver.position_m.distance(scene.camera.position_m);
+        let camera = &scene.camera;
+        let to_camera_m = camera.range_to(receiver.position_m - camera.position_m);
         let way_to_camera = Phasor::of_path(1.0, to_camera_m, frequency_hz);
         model::indirect_phasor(sum, &vpls, &receiver, tof, frequency_hz) * way_to_camera
     };
@@ -93,10 +94,15 @@ pub fn indirect_phasors_at(
 
 fn receiver(scene: &Scene, kept: &Intermediates, pixel: usize) -> Option<Receiver> {
     let point = kept.gbuffer.get(pixel).copied().flatten()?;
+    let camera = &scene.camera;
+    let to_camera = match camera.is_orthographic() {
+        true => -camera.basis().forward,
+        false => (camera.position_m - point.position_m).normalize_or_zero(),
+    };
     Some(Receiver {
         position_m: point.position_m,
         normal: point.normal,
-        to_camera: (scene.camera.position_m - point.position_m).normalize_or_zero(),
+        to_camera,
         brdf: point.brdf,
     })
 }

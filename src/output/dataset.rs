@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 use super::header::TOF_CONVENTION;
 use super::{ExrOptions, Layer, LayerNeed};
 use crate::model::PhaseSampling;
-use crate::scene::{Intrinsics, Material, Scene, TimeOfFlight};
+use crate::scene::{Intrinsics, Lens, Material, Scene, TimeOfFlight};
 
 /// The format of `dataset.json`.
 pub const DATASET_FORMAT: &str = "camlux dataset 1";
@@ -92,6 +92,7 @@ pub fn describe_frame(
         cy,
         skew,
     } = scene.camera.intrinsics_px();
+    let intrinsics_px = json!({ "fx": fx, "fy": fy, "cx": cx, "cy": cy, "skew": skew });
     let meshes = mesh_poses.iter().map(|(mesh, position_m, rotation)| {
         json!({
             "index": mesh,
@@ -113,7 +114,7 @@ pub fn describe_frame(
             "look_at_m": scene.camera.look_at_m.to_array(),
             "up": scene.camera.up.to_array(),
             "resolution_px": scene.camera.resolution_px,
-            "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy, "skew": skew },
+            "intrinsics_px": intrinsics_px,
             "samples": scene.camera.pixel_sampling.map_or(1, |sampling| sampling.samples),
             "filter": scene.camera.pixel_sampling.map(|sampling| sampling.filter.name()),
             "distortion": scene.camera.distortion().map(|distortion| json!({
@@ -125,6 +126,11 @@ pub fn describe_frame(
         "meshes": meshes.collect::<Vec<_>>(),
         "materials_kd": {},
     }));
+    if let Lens::Orthographic { height_m } = scene.camera.lens {
+        frame["camera"]["intrinsics_px"] = Value::Null;
+        frame["camera"]["projection"] = "orthographic".into();
+        frame["camera"]["height_m"] = height_m.into();
+    }
     let names = Material::lambert("", [0.0; 3])
         .reflectance()
         .map(|r| r.name);

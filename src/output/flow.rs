@@ -119,7 +119,7 @@ impl Seen<'_> {
         // The layer P is not used, because it loses digits far from the origin.
         let DVec2 { x, y } = self.centre;
         let direction = self.camera.ray_direction(x, y).normalize();
-        let point_m = self.camera.position_m + direction * self.range_m;
+        let point_m = self.camera.ray_origin_m(x, y) + direction * self.range_m;
         let of_mesh = other.mesh_moves.get(self.id as usize - 1);
         let of_mesh = of_mesh.copied().flatten();
         // Meshes that do not move get a scene flow of exactly 0.
@@ -166,10 +166,12 @@ impl OtherFrame<'_> {
         }
         let last = size_px - 1.0;
         let ray = |place: DVec2| self.camera.ray_direction(place.x, place.y).normalize();
-        let offset_m = point_m - self.camera.position_m;
+        let origin_m = |place: DVec2| self.camera.ray_origin_m(place.x, place.y);
+        let range_m = self.camera.range_to(point_m - self.camera.position_m);
         let pixel = place.floor().min(last);
-        let diagonal = ray(pixel).distance(ray(pixel + 1.0));
-        let pixel_m = offset_m.length() * diagonal / std::f64::consts::SQRT_2;
+        let diagonal_m =
+            range_m * (ray(pixel) - ray(pixel + 1.0)) + (origin_m(pixel) - origin_m(pixel + 1.0));
+        let pixel_m = diagonal_m.length() / std::f64::consts::SQRT_2;
         let first = (place - 0.5).floor();
         [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE]
             .into_iter()
@@ -179,7 +181,8 @@ impl OtherFrame<'_> {
                 let (Some(&range_m), true) = (ranges_m.get(i), ids.get(i) == Some(&id)) else {
                     return false;
                 };
-                let to_plane_m = normal.dot(offset_m) / normal.dot(ray(pixel + 0.5));
+                let centre = pixel + 0.5;
+                let to_plane_m = normal.dot(point_m - origin_m(centre)) / normal.dot(ray(centre));
                 // A ray that does not meet the plane is above the surface.
                 to_plane_m > 0.0 && f64::from(range_m) >= to_plane_m - pixel_m
             })

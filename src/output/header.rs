@@ -9,8 +9,8 @@ use super::frame::{Frame, FrameDescription};
 use crate::{
     model::{FrameKey, PhaseSampling},
     scene::{
-        Camera, Intrinsics, Parameter, ParameterKind, ParameterValue, Parameters, PixelSampling,
-        Sensor, SensorNoise, TimeOfFlight,
+        Camera, Intrinsics, Lens, Parameter, ParameterKind, ParameterValue, Parameters,
+        PixelSampling, Sensor, SensorNoise, TimeOfFlight,
     },
 };
 
@@ -218,7 +218,13 @@ pub(super) fn attributes(
         cy,
         skew,
     } = camera.intrinsics_px();
-    add("camera.focal_px", Attribute::Vector2([fx, fy]));
+    match camera.lens {
+        Lens::Orthographic { height_m } => {
+            add("camera.projection", "orthographic".into());
+            add("camera.height_m", Attribute::Number(height_m));
+        }
+        _ => add("camera.focal_px", Attribute::Vector2([fx, fy])),
+    }
     add("camera.principal_point_px", Attribute::Vector2([cx, cy]));
     if skew != 0.0 {
         add("camera.skew_px", Attribute::Number(skew));
@@ -336,13 +342,19 @@ fn world_to_ndc(camera: &Camera) -> DMat4 {
         skew,
     } = camera.intrinsics_px();
     let [width, height] = camera.resolution_px.map(f64::from);
-    // x = (fx·X/Z + skew·Y/Z + cx)/width, y = 1 − (cy − fy·Y/Z)/height. The format does not use z; 1/Z keeps the matrix invertible.
+    // x = (fx·X/Z + skew·Y/Z + cx)/width, y = 1 − (cy − fy·Y/Z)/height. The format does not use z; 1/Z keeps the matrix invertible. An
+    // orthographic camera does not divide by Z: its z is Z.
+    let middle = [cx / width, 1.0 - cy / height];
+    let [along_z, constant] = match camera.is_orthographic() {
+        true => [DVec4::Z, DVec4::new(middle[0], middle[1], 0.0, 1.0)],
+        false => [DVec4::new(middle[0], middle[1], 0.0, 1.0), DVec4::Z],
+    };
     let ndc_from_camera = DMat4::from_cols(
         DVec4::new(fx / width, 0.0, 0.0, 0.0),
         // Y points up here.
         DVec4::new(-skew / width, fy / height, 0.0, 0.0),
-        DVec4::new(cx / width, 1.0 - cy / height, 0.0, 1.0),
-        DVec4::new(0.0, 0.0, 1.0, 0.0),
+        along_z,
+        constant,
     );
     ndc_from_camera * world_to_camera(camera)
 }

@@ -181,7 +181,7 @@ layers! {
         Albedo: "albedo" ["R", "G", "B"] "1", Nothing on_request, CAMLUX_LAYER_ALBEDO = 21;
         /// Distance along the viewing axis, +infinity without a surface; below 0 where a fisheye sees behind the camera.
         Depth: "depth" ["Z"] "m", Nothing, CAMLUX_LAYER_DEPTH = 6;
-        /// Distance along the ray, from the camera's centre; +infinity without a surface.
+        /// Distance along the ray, from where it starts: the camera's centre, or its plane if rays are parallel; +infinity without a surface.
         Range: "range" ["Z"] "m", Nothing, CAMLUX_LAYER_RANGE = 7;
         /// Mean depth of the pixel's samples that show a surface.
         MeanDepth: "depth_mean" ["Z"] "m", Samples, CAMLUX_LAYER_DEPTH_MEAN = 12;

@@ -166,6 +166,16 @@ impl TofCamera<'_> {
         direction / direction.length()
     }
 
+    /// What is this far along the ray of a pixel, in the camera's axes.
+    fn point_m(&self, pixel: usize, range_m: f64) -> DVec3 {
+        let along_m = range_m * self.ray(pixel);
+        if !self.camera.is_orthographic() {
+            return along_m;
+        }
+        let DVec2 { x, y } = self.centre_px(pixel);
+        self.camera.ray_start_m(x, y) + along_m
+    }
+
     /// The output of a tap, in the output's unit.
     fn read(&self, expected_e: f64, reading: Reading) -> f64 {
         let Some(noise) = &self.tof.noise else {
@@ -333,7 +343,8 @@ impl<'m> Measuring<'m> {
                 let (points, _) = values.as_chunks_mut::<3>();
                 for (i, (point, of)) in points.iter_mut().zip(measured).enumerate() {
                     let range_m = range_m(of.phasor, hz).unwrap_or(f64::NAN);
-                    *point = (range_m * self.camera.ray(first + i)).as_vec3().to_array();
+                    let point_m = self.camera.point_m(first + i, range_m);
+                    *point = point_m.as_vec3().to_array();
                 }
             }
             TofQuantity::Amplitude => put(values, measured, |of| [of.phasor.magnitude() as f32]),

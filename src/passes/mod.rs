@@ -217,13 +217,21 @@ impl Context<'_> {
         Some(("modulation", Resource::Buffer(buffer)))
     }
 
-    /// The camera's position C, local.
+    /// C, local: the camera's position. For parallel rays a point behind it, so far away that a direction from the scene to it is exactly
+    /// theirs, and its distance differs from that to the local origin by as much as that to the plane where they start.
     pub fn camera_position(&self) -> [f32; 3] {
-        self.space.to_local(self.scene.camera.position_m)
+        const FAR: f32 = (1 << 30) as f32;
+        let camera = &self.scene.camera;
+        match camera.is_orthographic() {
+            true => (-FAR * camera.basis().forward.as_vec3()).to_array(),
+            false => self.space.to_local(camera.position_m),
+        }
     }
 
-    /// The distance of C from the local origin, in turns of each time-of-flight frequency.
+    /// How long the ray to the local origin is, in turns of each time-of-flight frequency.
     pub fn camera_turns(&self) -> [f32; MAX_FREQUENCIES] {
-        modulation::turns_to_origin(self.scene, self.space, self.scene.camera.position_m)
+        let camera = &self.scene.camera;
+        let range_m = camera.range_to(self.space.origin_m - camera.position_m);
+        modulation::turns_of(self.scene, range_m)
     }
 }

@@ -64,7 +64,11 @@ pub(super) fn turns_to_origin(
     space: &LocalSpace,
     point_m: DVec3,
 ) -> [f32; MAX_FREQUENCIES] {
-    let distance_m = point_m.distance(space.origin_m);
+    turns_of(scene, point_m.distance(space.origin_m))
+}
+
+/// A length in turns of each frequency; 0 without time of flight.
+pub(super) fn turns_of(scene: &Scene, distance_m: f64) -> [f32; MAX_FREQUENCIES] {
     let turns = |per_metre: f64| (per_metre * distance_m).fract();
     scene
         .tof

@@ -70,7 +70,14 @@ impl PixelSample<'_> {
             ),
             ("footprint", Resource::Image(footprint)),
         ];
-        self.dispatch(context, Key::PixelFilterDepths {}, &resources)
+        // That of parallel rays, too, where depths begin.
+        let camera_position = context.space.to_local(context.scene.camera.position_m);
+        let parameters = PixelFilterParameters {
+            camera_position,
+            ..self.parameters(context)
+        };
+        let size_px = context.plan.resolution_px;
+        context.dispatch(Key::PixelFilterDepths {}, &resources, &parameters, size_px)
     }
 
     /// Adds what a sample reflects of the light that was gathered at pixels' centres. If the sample shows a surface that no centre
@@ -95,14 +102,8 @@ impl PixelSample<'_> {
             phasors: plan.has_phasors(),
             brdf: plan.brdf(),
         };
-        self.dispatch(context, key, &resources)
-    }
-
-    /// Dispatches a kernel for each pixel.
-    fn dispatch(&self, context: &Context, key: Key, resources: &[(&str, Resource)]) -> Result<()> {
         let parameters = self.parameters(context);
-        let size_px = context.plan.resolution_px;
-        context.dispatch(key, resources, &parameters, size_px)
+        context.dispatch(key, &resources, &parameters, plan.resolution_px)
     }
 
     /// Adds the first results, which belong to these receivers.

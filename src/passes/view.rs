@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use crate::{
     emission::{EmissionDomain, EmissionFace, Projection},
     local_space::LocalSpace,
-    scene::Camera,
+    scene::{Camera, CameraBasis, Intrinsics},
     vulkan::shaders::View,
 };
 
@@ -19,6 +19,9 @@ pub(crate) fn of_camera(camera: &Camera, space: &LocalSpace, offset_px: DVec2) -
     let basis = camera.basis();
     let (fx, fy, skew) = (intrinsics.fx, intrinsics.fy, intrinsics.skew);
     let (cx, cy) = (intrinsics.cx - offset_px.x, intrinsics.cy - offset_px.y);
+    if camera.is_orthographic() {
+        return parallel_camera(camera, space, offset_px);
+    }
     let row_x = basis.right * (2.0 * fx / width)
         + basis.down * (2.0 * skew / width)
         + basis.forward * (2.0 * cx / width - 1.0);
@@ -37,6 +40,49 @@ pub(crate) fn of_camera(camera: &Camera, space: &LocalSpace, offset_px: DVec2) -
         origin: space.to_local(camera.position_m),
         forward: basis.forward.as_vec3().to_array(),
         ray_direction: columns(ray_direction),
+        ..View::default()
+    }
+}
+
+/// The same of an orthographic camera.
+fn parallel_camera(camera: &Camera, space: &LocalSpace, offset_px: DVec2) -> View {
+    let CameraBasis {
+        right,
+        down,
+        forward,
+    } = camera.basis();
+    let Intrinsics { fx, fy, cx, cy, .. } = camera.intrinsics_px();
+    let [column, row] = [space.length(1.0 / fx), space.length(1.0 / fy)];
+    let [cx, cy] = [cx - offset_px.x, cy - offset_px.y];
+    let [width, height] = camera.resolution_px.map(f64::from);
+    // The scene is within a radius of √3 around the local origin. Rays from farther away begin there, where f32 keeps their digits. A little
+    // farther, because surfaces at depth 0 are not drawn.
+    let radius = 1.75;
+    let position = (camera.position_m - space.origin_m) / space.metres_per_unit;
+    let along = forward.dot(position);
+    let start = along.max(-radius);
+    // All of a scene that is behind the camera is clipped.
+    let range = (radius - start).max(f64::from(NEAR));
+    let [at_x, at_y] = [2.0 * cx / width - 1.0, 2.0 * cy / height - 1.0].map(|at| at as f32);
+    View {
+        clip_from_offset: columns_of_rows(
+            [
+                right * (2.0 / (column * width)),
+                down * (2.0 / (row * height)),
+                -forward / range,
+                DVec3::ZERO,
+            ],
+            [at_x, at_y, 1.0, 1.0],
+        ),
+        origin: (position + (start - along) * forward).as_vec3().to_array(),
+        forward: forward.as_vec3().to_array(),
+        ray_offset: columns([
+            -right * (cx * column) - down * (cy * row),
+            right * column,
+            down * row,
+        ]),
+        ray_direction: columns([forward, DVec3::ZERO, DVec3::ZERO]),
+        is_parallel: 1,
         ..View::default()
     }
 }

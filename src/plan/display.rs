@@ -136,6 +136,7 @@ impl fmt::Display for Plan {
                 Some(_) if self.vignetting.is_some() => {
                     "     behind an aperture, measured vignetting"
                 }
+                Some(_) if self.is_orthographic => "     behind an aperture",
                 Some(_) => "     behind an aperture, cos⁴",
             };
             writeln!(f, "  sensor{vignetting}")?;

@@ -65,6 +65,8 @@ pub struct Plan {
     pub has_shared_meshes: bool,
     /// The camera's lens distorts the image.
     pub has_distortion: bool,
+    /// All rays of the camera are parallel: no light is off its axis.
+    pub(crate) is_orthographic: bool,
     /// Some surface emits light.
     pub is_emissive: bool,
     /// How light is averaged over the pixels.
@@ -232,6 +234,7 @@ impl Plan {
             has_one_sided: meshes().any(|mesh| is_one_sided(mesh)),
             has_shared_meshes,
             has_distortion: scene.camera.distortion().is_some(),
+            is_orthographic: scene.camera.is_orthographic(),
             is_emissive: scene.has_emission(),
             pixel_sampling: scene.camera.pixel_sampling,
             has_primary_rays,

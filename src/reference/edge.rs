@@ -21,11 +21,9 @@ pub fn is_edge(
 ) -> bool {
     let near_px = 2.0 * f64::from(sub_pixel_bits).exp2().recip();
     let camera = &transport.surfaces.scene.camera;
-    let origin = transport.to_local(camera.position_m);
     let surface_at = |hit: &Hit, [x_px, y_px]: [f64; 2]| {
         // It sees what it has hit.
-        let direction =
-            view_ray(camera, x_px, y_px).map_or(DVec3::ZERO, |(direction, _)| direction);
+        let direction = view_ray(camera, x_px, y_px).map_or(DVec3::ZERO, |ray| ray.direction);
         transport.surfaces.at(hit, direction)
     };
     let mut at_centre = None;
@@ -38,7 +36,7 @@ pub fn is_edge(
     steps.into_iter().any(|[dx, dy]| {
         let near_px = [x_px + dx, y_px + dy];
         let ray = view_ray(camera, near_px[0], near_px[1]);
-        let near = ray.and_then(|(direction, _)| transport.trace(origin, direction));
+        let near = ray.and_then(|ray| transport.seen(&ray));
         let (Some(centre), Some(near)) = (centre, near) else {
             return centre.is_some() != near.is_some();
         };

@@ -48,11 +48,11 @@ pub fn drawn_px(filter: PixelFilter, centre_px: [f64; 2], [u, v]: [f64; 2]) -> [
 /// The surface that a point of the image plane shows, and its depth, metres; `None`: background.
 pub fn receiver_at(transport: &Transport, [x_px, y_px]: [f64; 2]) -> Option<(Receiver, f64)> {
     let camera = &transport.surfaces.scene.camera;
-    let (direction, per_depth) = view_ray(camera, x_px, y_px)?;
-    let hit = transport.trace(transport.to_local(camera.position_m), direction)?;
-    let surface = transport.surfaces.at(&hit, direction);
-    let receiver = Receiver::new(surface, -direction, hit.distance);
-    let depth_m = hit.distance * transport.metres_per_unit / per_depth;
+    let ray = view_ray(camera, x_px, y_px)?;
+    let hit = transport.seen(&ray)?;
+    let surface = transport.surfaces.at(&hit, ray.direction);
+    let receiver = Receiver::new(surface, -ray.direction, hit.distance);
+    let depth_m = hit.distance * transport.metres_per_unit / ray.per_depth;
     Some((receiver, depth_m))
 }
 

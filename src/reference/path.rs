@@ -21,6 +21,7 @@ use super::{
     light::{Emitter, Illumination},
     rays::{Hit, Ray, Triangles},
     surface::{Surface, Surfaces},
+    view_ray::ViewRay,
 };
 use crate::{
     Scene,
@@ -229,9 +230,14 @@ impl Transport {
 
     /// What the camera sees along a half line: its first hit, but for the backs of one-sided surfaces. A surface that contains the origin does not block it: otherwise rounding would decide where it
     /// blocks.
-    pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
+    pub fn seen(&self, ray: &ViewRay) -> Option<Hit> {
+        let ViewRay {
+            origin_m,
+            direction,
+            ..
+        } = *ray;
         let start = OWN_SURFACE / direction.length();
-        let ray = Ray::half_line(origin + start * direction, direction);
+        let ray = Ray::half_line(self.to_local(origin_m) + start * direction, direction);
         let is_seen = |hit: &Hit| self.surfaces.is_at(hit) && self.surfaces.is_seen(hit, direction);
         let hit = self.triangles.nearest(&ray, is_seen)?;
         Some(Hit {

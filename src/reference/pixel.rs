@@ -76,8 +76,7 @@ impl Pixel {
     pub fn new(transport: &Transport, x_px: f64, y_px: f64) -> Pixel {
         let scene = &transport.surfaces.scene;
         let ray = view_ray(&scene.camera, x_px, y_px);
-        let origin = transport.to_local(scene.camera.position_m);
-        let hit = ray.and_then(|(direction, _)| transport.trace(origin, direction));
+        let hit = ray.and_then(|ray| transport.seen(&ray));
         let is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), SUB_PIXEL_BITS);
         let footprint = scene.camera.pixel_sampling.map(|sampling| {
             let footprint = Footprint::of(transport, sampling.filter, [x_px, y_px]);
@@ -97,9 +96,10 @@ impl Pixel {
             indirect: [Moments::default(); 3],
             indirect_phasors: vec![Default::default(); transport.frequency_count()],
         };
-        let (Some((direction, per_depth)), Some(hit)) = (ray, hit) else {
+        let (Some(ray), Some(hit)) = (ray, hit) else {
             return background;
         };
+        let direction = ray.direction;
         let surface = transport.surfaces.at(&hit, direction);
         let receiver = Receiver::new(surface, -direction, hit.distance);
         let [mesh, material] = transport.surfaces.mesh_and_material(hit.triangle);
@@ -108,7 +108,7 @@ impl Pixel {
             point: Some(receiver),
             instance_id: 1 + mesh,
             material_id: 1 + material,
-            depth_m: range_m / per_depth,
+            depth_m: range_m / ray.per_depth,
             range_m,
             emission: match footprint {
                 Some((_, footprint)) => footprint.emission,
@@ -128,9 +128,8 @@ impl Pixel {
     /// Looks for edges at the distance from the point that a device needs if it rasterises to this number of bits of a pixel.
     pub fn mark_edge(&mut self, transport: &Transport, [x_px, y_px]: [f64; 2], bits: u32) {
         let camera = &transport.surfaces.scene.camera;
-        let origin = transport.to_local(camera.position_m);
         let ray = view_ray(camera, x_px, y_px);
-        let hit = ray.and_then(|(direction, _)| transport.trace(origin, direction));
+        let hit = ray.and_then(|ray| transport.seen(&ray));
         self.is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), bits);
     }
 

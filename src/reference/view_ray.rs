@@ -4,8 +4,18 @@ use glam::DVec3;
 
 use crate::scene::{Camera, Distortion, Intrinsics, Lens};
 
-/// Unit direction through a point of the image plane, and its length per unit of depth; `None` outside the image circle of a fisheye lens.
-pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> Option<(DVec3, f64)> {
+/// A ray through a point of the image plane.
+#[derive(Clone, Copy)]
+pub struct ViewRay {
+    pub origin_m: DVec3,
+    /// Of length 1.
+    pub direction: DVec3,
+    /// Its length per unit of depth.
+    pub per_depth: f64,
+}
+
+/// `None` outside the image circle of a fisheye lens.
+pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> Option<ViewRay> {
     let forward = (camera.look_at_m - camera.position_m).normalize();
     let right = forward.cross(camera.up).normalize();
     let down = forward.cross(right);
@@ -15,6 +25,16 @@ pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> Option<(DVec3, f64)> {
         [(x_px - lens.cx - lens.skew * y) / lens.fx, y]
     };
     let [x, y, z] = match camera.lens {
+        Lens::Orthographic { height_m } => {
+            let per_pixel_m = height_m / height;
+            let across_m = (x_px - 0.5 * width) * per_pixel_m * right;
+            let down_m = (y_px - 0.5 * height) * per_pixel_m * down;
+            return Some(ViewRay {
+                origin_m: camera.position_m + across_m + down_m,
+                direction: forward,
+                per_depth: 1.0,
+            });
+        }
         Lens::FovY { fov_y_deg } => {
             let half_height = (0.5 * fov_y_deg.to_radians()).tan();
             [
@@ -49,7 +69,11 @@ pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> Option<(DVec3, f64)> {
     };
     let direction = x * right + y * down + z * forward;
     let unit = direction.normalize();
-    Some((unit, unit.dot(forward).recip()))
+    Some(ViewRay {
+        origin_m: camera.position_m,
+        direction: unit,
+        per_depth: unit.dot(forward).recip(),
+    })
 }
 
 /// Halvings of the interval that contains a radius, enough to reach the last bit.

@@ -30,6 +30,9 @@ pub enum Lens {
     /// All directions: columns are evenly spaced in longitude, 360° from left to right, and rows in latitude, 180° from top to bottom. The view
     /// is in the middle.
     Equirectangular,
+    /// Parallel rays along the view, from the plane through the camera's position: the image is this high. Pixels are square, and the position
+    /// is in the middle.
+    Orthographic { height_m: f64 },
     /// Measured intrinsics.
     Intrinsics(Intrinsics),
     /// Measured intrinsics of a lens with distortion.
@@ -85,12 +88,17 @@ impl CameraBasis {
 }
 
 impl Lens {
-    /// The intrinsics of the lens for an image of this width and height.
+    /// The intrinsics of the lens for an image of this width and height. For [`Lens::Orthographic`], x_px = fx·X + cx and y_px = fy·Y + cy:
+    /// fx and fy are pixels per metre.
     pub fn intrinsics_px(&self, resolution_px: [u32; 2]) -> Intrinsics {
         match *self {
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => intrinsics,
-            Lens::FovY { fov_y_deg } => square_pixels(resolution_px, 1, fov_y_deg),
-            Lens::FovX { fov_x_deg } => square_pixels(resolution_px, 0, fov_x_deg),
+            Lens::FovY { fov_y_deg } => {
+                square_pixels(resolution_px, focal_px(resolution_px[1], fov_y_deg))
+            }
+            Lens::FovX { fov_x_deg } => {
+                square_pixels(resolution_px, focal_px(resolution_px[0], fov_x_deg))
+            }
             Lens::Equirectangular => {
                 let [width, height] = resolution_px.map(f64::from);
                 Intrinsics {
@@ -101,19 +109,26 @@ impl Lens {
                     skew: 0.0,
                 }
             }
+            Lens::Orthographic { height_m } => {
+                square_pixels(resolution_px, f64::from(resolution_px[1]) / height_m)
+            }
         }
     }
 }
 
-/// The intrinsics of square pixels whose image has this field of view along an axis.
-fn square_pixels(resolution_px: [u32; 2], axis: usize, fov_deg: f64) -> Intrinsics {
-    let size_px = resolution_px.map(f64::from);
-    let f = 0.5 * size_px[axis] / (0.5 * fov_deg.to_radians()).tan();
+/// The focal length with which this many pixels have this field of view.
+fn focal_px(size_px: u32, fov_deg: f64) -> f64 {
+    0.5 * f64::from(size_px) / (0.5 * fov_deg.to_radians()).tan()
+}
+
+/// The intrinsics of square pixels, with the principal point in the middle.
+fn square_pixels(resolution_px: [u32; 2], f: f64) -> Intrinsics {
+    let [cx, cy] = resolution_px.map(|size_px| 0.5 * f64::from(size_px));
     Intrinsics {
         fx: f,
         fy: f,
-        cx: 0.5 * size_px[0],
-        cy: 0.5 * size_px[1],
+        cx,
+        cy,
         skew: 0.0,
     }
 }
@@ -124,7 +139,7 @@ impl Camera {
         self.lens.intrinsics_px(self.resolution_px)
     }
 
-    /// The camera at another resolution. A field of view stays as it is. Measured intrinsics are scaled with the width (fx, cx, skew) and the
+    /// The camera at another resolution. A field of view, or a height, stays as it is. Measured intrinsics are scaled with the width (fx, cx, skew) and the
     /// height (fy, cy), so that the frame shows the same part of the scene.
     pub fn resized(&self, resolution_px: [u32; 2]) -> Camera {
         let scale =
@@ -134,7 +149,10 @@ impl Camera {
             ..*self
         };
         match &mut resized.lens {
-            Lens::FovY { .. } | Lens::FovX { .. } | Lens::Equirectangular => {}
+            Lens::FovY { .. }
+            | Lens::FovX { .. }
+            | Lens::Equirectangular
+            | Lens::Orthographic { .. } => {}
             Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
                 let Intrinsics {
                     fx,
@@ -183,7 +201,39 @@ impl Camera {
         match self.lens {
             Lens::Distorted { distortion, .. } => Some(distortion),
             Lens::Equirectangular => Some(Distortion::Equirectangular),
-            Lens::FovY { .. } | Lens::FovX { .. } | Lens::Intrinsics(_) => None,
+            Lens::FovY { .. }
+            | Lens::FovX { .. }
+            | Lens::Orthographic { .. }
+            | Lens::Intrinsics(_) => None,
+        }
+    }
+
+    /// Whether all rays are parallel.
+    pub fn is_orthographic(&self) -> bool {
+        matches!(self.lens, Lens::Orthographic { .. })
+    }
+
+    /// Where the ray through a point of the image plane starts: at the camera's position, unless rays are parallel.
+    pub fn ray_origin_m(&self, x_px: f64, y_px: f64) -> DVec3 {
+        if !self.is_orthographic() {
+            return self.position_m;
+        }
+        self.position_m + self.basis().matrix() * self.ray_start_m(x_px, y_px)
+    }
+
+    /// The same from the camera's position, in its axes.
+    pub(crate) fn ray_start_m(&self, x_px: f64, y_px: f64) -> DVec3 {
+        match self.is_orthographic() {
+            true => self.intrinsics_px().point(x_px, y_px).extend(0.0),
+            false => DVec3::ZERO,
+        }
+    }
+
+    /// How long the ray is to a point at this offset from the camera's position, in the unit of the offset.
+    pub(crate) fn range_to(&self, offset: DVec3) -> f64 {
+        match self.is_orthographic() {
+            true => offset.dot(self.basis().forward),
+            false => offset.length(),
         }
     }
 
@@ -208,8 +258,12 @@ impl Camera {
         let direction = DVec3::from([right, down, forward].map(|axis| offset_m.dot(axis)));
         let on_pixels = |point| intrinsics.pixel(point);
         let Some(distortion) = self.distortion() else {
+            let per_point = match self.is_orthographic() {
+                true => 1.0,
+                false => direction.z,
+            };
             let is_ahead = direction.z > 0.0;
-            return is_ahead.then(|| on_pixels(direction.truncate() / direction.z));
+            return is_ahead.then(|| on_pixels(direction.truncate() / per_point));
         };
         if !distortion.sees_behind() && direction.z <= 0.0 {
             return None;
@@ -281,6 +335,9 @@ impl Camera {
     /// Like [`Camera::ray_direction`], in the camera's axes; `None` outside the image circle of a fisheye lens, and where the distorted image
     /// [folds over](Distortion::unproject).
     pub(crate) fn unproject(&self, x_px: f64, y_px: f64) -> Option<DVec3> {
+        if self.is_orthographic() {
+            return Some(DVec3::Z);
+        }
         let point = self.intrinsics_px().point(x_px, y_px);
         match self.distortion() {
             None => Some(point.extend(1.0)),

@@ -207,6 +207,7 @@ impl Bytes {
             Lens::FovY { fov_y_deg } => self.numbers([0.0, fov_y_deg]),
             Lens::FovX { fov_x_deg } => self.numbers([3.0, fov_x_deg]),
             Lens::Equirectangular => self.numbers([4.0]),
+            Lens::Orthographic { height_m } => self.numbers([5.0, height_m]),
             Lens::Intrinsics(intrinsics) => self.intrinsics(1.0, intrinsics),
             Lens::Distorted {
                 intrinsics,

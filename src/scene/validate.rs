@@ -365,6 +365,9 @@ impl Camera {
                 "give degrees between 0 and 180, both excluded",
             ),
             Lens::Equirectangular => Ok(()),
+            Lens::Orthographic { height_m } => {
+                part.require_above_zero("height_m of the image", height_m)
+            }
             Lens::Intrinsics(intrinsics) => intrinsics.validate(&part),
             Lens::Distorted {
                 intrinsics,

@@ -49,6 +49,15 @@ fn lenses_by_matrix_and_vector() {
         of(&format!("{k}\nfisheye = [1, 2, 3]")) => "an array of 4 finite numbers";
         of(&format!("{k}\ndistortion = [0, \"b\"]")) => "give an array of finite numbers";
         of("fov_x_deg = 50\ndistortion = [0, 0, 0, 0]") => "give intrinsics_px";
+        of("projection = \"parallel\"") => "scene.toml:5", "unknown projection \"parallel\"", "equirectangular, orthographic";
+        of("projection = \"orthographic\"") => "[camera] has no \"height_m\"; add height_m = 2.0";
+        of("projection = \"orthographic\"\nheight_m = 0") => "scene.toml:6", "height_m of the image is 0; give a finite value above 0";
+        of("projection = \"orthographic\"\nheight_m = -2") => "height_m of the image is -2";
+        of("projection = \"orthographic\"\nheight_m = inf") => "height_m";
+        of("projection = \"orthographic\"\nheight_m = 2\nfov_y_deg = 50") => "conflicts with \"fov_y_deg\"";
+        of("projection = \"orthographic\"\nheight_m = 2\nfisheye = [0, 0, 0, 0]") => "is given with a distortion";
+        of("projection = \"equirectangular\"\nheight_m = 2") => "scene.toml:6: \"height_m\" in [camera] is the height of the image of an orthographic camera";
+        of("fov_y_deg = 50\nheight_m = 2") => "add projection = \"orthographic\" in place of the lens, or remove it";
     }
 }
 

@@ -136,6 +136,9 @@ pub fn from_arrays(scene: &camlux::Scene) -> Scene {
             (c_camera.lens, c_camera.fov_x_deg) = (CAMLUX_LENS_FOV_X, fov_x_deg);
         }
         Lens::Equirectangular => c_camera.lens = CAMLUX_LENS_EQUIRECTANGULAR,
+        Lens::Orthographic { height_m } => {
+            (c_camera.lens, c_camera.height_m) = (CAMLUX_LENS_ORTHOGRAPHIC, height_m);
+        }
         Lens::Intrinsics(lens)
         | Lens::Distorted {
             intrinsics: lens, ..

@@ -22,6 +22,12 @@ fn cameras_and_sensors_are_checked() {
         SCENE,
         "fov_x_deg is 0",
     );
+    let flat = |c: &mut camlux_camera| c.lens = CAMLUX_LENS_ORTHOGRAPHIC;
+    fails(
+        camera(flat),
+        SCENE,
+        "height_m of the image is 0; give a finite value above 0",
+    );
     let skewed = |c: &mut camlux_camera| {
         (c.lens, c.fx_px, c.fy_px, c.skew_px) = (CAMLUX_LENS_INTRINSICS, 1.0, 1.0, NAN);
     };

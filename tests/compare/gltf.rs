@@ -183,7 +183,7 @@ fn nodes_place_meshes_lights_and_cameras() {
             {{"type":"spot","intensity":683,"spot":{{"innerConeAngle":0.5,"outerConeAngle":0.5}}}},
             {{"type":"directional","intensity":1366}}]}}}},
         "cameras":[{{"type":"perspective","name":"lens","perspective":{{"yfov":0.5,"znear":0.1}}}},
-            {{"type":"orthographic","orthographic":{{"xmag":1,"ymag":1,"znear":0.1,"zfar":1}}}}],
+            {{"type":"orthographic","orthographic":{{"xmag":1,"ymag":1.5,"znear":0.1,"zfar":1}}}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{positions},"TEXCOORD_0":{texcoords}}},"indices":{indices}}},
             {{"attributes":{{"POSITION":{positions}}},"mode":6}}, {{"attributes":{{"POSITION":{positions}}},"mode":0}}]}}],
         "nodes":[
@@ -192,8 +192,8 @@ fn nodes_place_meshes_lights_and_cameras() {
             {{"extensions":{{"KHR_lights_punctual":{{"light":0}}}},"translation":[0.5,0,0]}},
             {{"extensions":{{"KHR_lights_punctual":{{"light":1}}}},"camera":0,"name":"both"}},
             {{"matrix":[1,0,0,0, 0,-1,0,0, 0,0,1,0, 5,0,0,1],"mesh":0,"extensions":{{"KHR_lights_punctual":{{"light":2}}}}}},
-            {{"camera":1,"name":"flat"}}],
-        "scenes":[{{"nodes":[0,4,5]}}]"#
+            {{"camera":1,"name":"flat","translation":[0,1,0]}}, {{"camera":1,"name":"scaled","scale":[2,2,2]}}],
+        "scenes":[{{"nodes":[0,4,5,6]}}]"#
     );
     folder.write("room.glb", builder.glb(&members));
     let scene = load(&folder, "[[mesh]]\npath = \"room.glb\"\n");
@@ -256,9 +256,17 @@ fn nodes_place_meshes_lights_and_cameras() {
         assert!((fov_y_deg - 0.5_f64.to_degrees()).abs() < 1e-5);
         assert!(camera.pixel_sampling.is_some());
     }
+    let flat = of_camera("flat", "").unwrap().camera;
+    assert_eq!(flat.lens, Lens::Orthographic { height_m: 3.0 });
+    assert_eq!(flat.position_m, DVec3::Y);
     for (name, more, says) in [
         ("bot", "", "did you mean \"both\""),
-        ("flat", "", "orthographic"),
+        ("scaled", "", "is orthographic, and scaled by its node"),
+        (
+            "flat",
+            "height_m = 2\n",
+            "\"height_m\" in [camera] comes from the file",
+        ),
         (
             "both",
             "fov_y_deg = 50\n",

@@ -25,6 +25,7 @@ mod lens;
 mod mesh_pixels;
 mod normal_maps;
 mod one_sided;
+mod orthographic;
 mod pixel_samples;
 mod ply;
 mod rays;

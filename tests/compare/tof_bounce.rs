@@ -117,7 +117,7 @@ fn a_slow_modulation_makes_light() {
 }
 
 /// relRMSE of the device's sums against the same sums in f64, which is rounding: 1e-6 turns for phases. The largest over the frequencies.
-fn kernel_error(gpu: &mut Gpu, scene: &Scene, sum: VplSum, options: &mut RenderOptions) -> f64 {
+pub fn kernel_error(gpu: &mut Gpu, scene: &Scene, sum: VplSum, options: &mut RenderOptions) -> f64 {
     let rendered = gpu.renderer.render_with_intermediates(scene, options);
     let (frame, kept) = rendered.expect("the scene renders");
     let every_pixel: Vec<usize> = (0..kept.gbuffer.len()).collect();

@@ -208,6 +208,11 @@ void values_come_back()
     scene.set_camera(camera);
     CHECK(scene.camera().equirectangular && !scene.camera().fov_x_deg && !scene.camera().lens);
     camera.equirectangular = false;
+    camera.orthographic_height_m = 2.5;
+    scene.set_camera(camera);
+    CHECK(scene.camera().orthographic_height_m == 2.5 && !scene.camera().equirectangular && !scene.camera().lens);
+    CHECK(scene.camera().fov_y_deg == 45);
+    camera.orthographic_height_m = std::nullopt;
     scene.set_camera(camera);
 
     const std::uint32_t lamp = scene.add_light(camlux::light::disc({0, 1, 0}, {0, -1, 0}, 0.1, {1, 2, 3}));

@@ -130,7 +130,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_camera {
             width_px, height_px, lens, position_m, look_at_m, up, fov_y_deg, fx_px, fy_px, cx_px,
-            cy_px, distortion, samples, filter, fov_x_deg, skew_px, prism_tilt,
+            cy_px, distortion, samples, filter, fov_x_deg, skew_px, prism_tilt, height_m,
         }
         camlux_sensor {
             reserved, pixel_pitch_um, exposure_time_s, duty_cycle, wavelength_nm,

@@ -422,6 +422,11 @@ fn variants_come_back() {
         },
         |s| s.camera.lens = Lens::Equirectangular,
         |s| {
+            s.camera.lens = Lens::Orthographic {
+                height_m: 10.0 / 3.0,
+            };
+        },
+        |s| {
             s.camera.pixel_sampling = None;
             if let Some(IndirectLight::FinalGather(gather)) = &mut s.indirect {
                 gather.target_range_error_mm = Some(2.5);

@@ -33,7 +33,14 @@ const DISTORTIONS: [&str; 2] = ["distortion", "fisheye"];
 
 /// The camera, and a warning of what its file holds and camlux does not use.
 pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<(Camera, Option<String>)> {
-    let others = ["resolution", "samples", "filter", "path", "name"];
+    let others = [
+        "resolution",
+        "height_m",
+        "samples",
+        "filter",
+        "path",
+        "name",
+    ];
     keys.only(&[&POSE, &LENSES[..], &DISTORTIONS, &others].concat())?;
     let path = keys.take("path");
     let Some(path) = &path else {
@@ -71,6 +78,7 @@ pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<(Camera, Option<St
     LENSES
         .iter()
         .chain(&DISTORTIONS)
+        .chain(&["height_m"])
         .try_for_each(|key| refuse(key))?;
     if resolution_px.is_some() {
         refuse("resolution")?;
@@ -156,13 +164,25 @@ fn pixel_sampling(keys: &mut Keys) -> Result<Option<PixelSampling>> {
 pub(super) fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
     let distortion = distortion(keys)?;
     let given = keys.take_one(&LENSES)?;
+    if let (Some(("fov_x_deg" | "fov_y_deg" | "projection", fov)), Some(_)) = (&given, distortion) {
+        return Err(fov.error(
+            "is given with a distortion, whose calibration tells the focal lengths",
+            "give intrinsics_px = { fx = .., fy = .., cx = .., cy = .. } instead",
+        ));
+    }
+    if let Some(("projection", name)) = &given
+        && name.choice(&["equirectangular", "orthographic"], |name| name)? == "orthographic"
+    {
+        let hint = "height_m = 2.0, from the image's upper edge to its lower";
+        let height_m = keys.need("height_m", hint)?.number()?;
+        return Ok(Lens::Orthographic { height_m });
+    }
+    keys.refuse(
+        "height_m",
+        "is the height of the image of an orthographic camera, and this camera is none",
+        "add projection = \"orthographic\" in place of the lens, or remove it",
+    )?;
     let intrinsics = match given {
-        Some(("fov_x_deg" | "fov_y_deg" | "projection", fov)) if distortion.is_some() => {
-            return Err(fov.error(
-                "is given with a distortion, whose calibration tells the focal lengths",
-                "give intrinsics_px = { fx = .., fy = .., cx = .., cy = .. } instead",
-            ));
-        }
         Some(("fov_x_deg", fov)) => {
             return Ok(Lens::FovX {
                 fov_x_deg: fov.number()?,
@@ -173,10 +193,7 @@ pub(super) fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
                 fov_y_deg: fov.number()?,
             });
         }
-        Some(("projection", name)) => {
-            name.choice(&["equirectangular"], |name| name)?;
-            return Ok(Lens::Equirectangular);
-        }
+        Some(("projection", _)) => return Ok(Lens::Equirectangular),
         Some(("camera_matrix", matrix)) => intrinsics_of_matrix(&matrix)?,
         Some((_, intrinsics)) => {
             let mut keys = intrinsics.table("intrinsics_px")?;

@@ -48,20 +48,18 @@ impl PixelRay {
     /// The camera's ray through a pixel.
     pub fn of_camera(scene: &Scene, x: u32, y: u32) -> PixelRay {
         let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let direction = scene.camera.ray_direction(x, y);
+        let camera = &scene.camera;
+        let (origin_m, direction) = (camera.ray_origin_m(x, y), camera.ray_direction(x, y));
+        let step_to = |x: f64, y: f64| {
+            [
+                camera.ray_origin_m(x, y) - origin_m,
+                camera.ray_direction(x, y) - direction,
+            ]
+        };
         PixelRay {
-            origin_m: scene.camera.position_m,
+            origin_m,
             direction,
-            steps: [
-                [
-                    DVec3::ZERO,
-                    scene.camera.ray_direction(x + 1.0, y) - direction,
-                ],
-                [
-                    DVec3::ZERO,
-                    scene.camera.ray_direction(x, y + 1.0) - direction,
-                ],
-            ],
+            steps: [step_to(x + 1.0, y), step_to(x, y + 1.0)],
         }
     }
 

@@ -17,8 +17,7 @@ struct Found {
     node_name: Option<String>,
     camera_name: Option<String>,
     to_world: DMat4,
-    /// `None`: orthographic.
-    fov_y_rad: Option<f64>,
+    lens: Lens,
 }
 
 impl Found {
@@ -62,7 +61,7 @@ pub(in crate::import) fn camera(
             node_name: node.name.clone(),
             camera_name: of_node.name.clone(),
             to_world,
-            fov_y_rad: of_node.fov_y_rad,
+            lens: of_node.lens,
         });
         Ok(())
     })?;
@@ -123,9 +122,6 @@ fn place(found: &Found, named_at: &str) -> Result<CameraOfFile> {
         let problem = format!("camera \"{name}\" {problem}");
         Err(Error::scene(named_at, problem, hint))
     };
-    let Some(fov_y_rad) = found.fov_y_rad else {
-        return refuse("is orthographic", "name a perspective camera");
-    };
     let to_world = found.to_world;
     if to_world.determinant() < 0.0 {
         return refuse(
@@ -133,15 +129,21 @@ fn place(found: &Found, named_at: &str) -> Result<CameraOfFile> {
             "make the scale positive, or give position, look_at, up and a lens instead",
         );
     }
+    let up = to_world.transform_vector3(DVec3::Y);
+    // glTF does not say whether the height of the image is scaled, too.
+    if matches!(found.lens, Lens::Orthographic { .. }) && (up.length() - 1.0).abs() > 1e-3 {
+        return refuse(
+            "is orthographic, and scaled by its node or by one above it, so the height of its image is not certain",
+            "make the scale 1, or give position, look_at, up, projection = \"orthographic\" and height_m instead",
+        );
+    }
     // A glTF camera looks along -z, with y up.
     let position_m = to_world.transform_point3(DVec3::ZERO);
     let look_at_m = position_m + to_world.transform_vector3(DVec3::NEG_Z).normalize_or_zero();
     Ok(CameraOfFile {
         resolution_px: None,
-        lens: Lens::FovY {
-            fov_y_deg: fov_y_rad.to_degrees(),
-        },
-        pose: Some([position_m, look_at_m, to_world.transform_vector3(DVec3::Y)]),
+        lens: found.lens,
+        pose: Some([position_m, look_at_m, up]),
         on_body: None,
         unused: Unused::default(),
     })

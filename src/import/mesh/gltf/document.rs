@@ -9,6 +9,7 @@ use super::keys::{self, KNOWN_EXTENSIONS, MEANINGLESS_EXTENSIONS};
 use super::record::{Parsed, Record};
 use super::surface::{self, Image, Material, Sampler, Texture};
 use crate::import::unused::Unused;
+use crate::scene::Lens;
 
 #[derive(Default)]
 pub(super) struct Document {
@@ -103,8 +104,7 @@ pub(super) struct Node {
 
 pub(super) struct Camera {
     pub name: Option<String>,
-    /// rad; `None`: orthographic.
-    pub fov_y_rad: Option<f64>,
+    pub lens: Lens,
 }
 
 /// A light of `KHR_lights_punctual`.
@@ -318,24 +318,28 @@ fn camera(mut keys: Record) -> Parsed<Camera> {
     let perspective = keys.record("perspective", &keys::PERSPECTIVE)?;
     // Taken too, because a camera's other lens is no part of it.
     let orthographic = keys.record("orthographic", &keys::ORTHOGRAPHIC)?;
-    let fov_y_rad = match keys.need("type", kind)?.as_str() {
+    let lens = match keys.need("type", kind)?.as_str() {
         "perspective" => {
             let mut lens = keys.need("perspective", perspective)?;
             let fov_y_rad = lens.number("yfov")?;
-            Some(lens.need("yfov", fov_y_rad)?)
+            Lens::FovY {
+                fov_y_deg: lens.need("yfov", fov_y_rad)?.to_degrees(),
+            }
         }
         "orthographic" => {
-            if let Some(mut lens) = orthographic {
-                lens.number("xmag")?;
-                lens.number("ymag")?;
+            let mut lens = keys.need("orthographic", orthographic)?;
+            // Like the aspect ratio of a perspective camera, it has no effect.
+            lens.number("xmag")?;
+            let half_height_m = lens.number("ymag")?;
+            Lens::Orthographic {
+                height_m: 2.0 * lens.need("ymag", half_height_m)?,
             }
-            None
         }
         other => return Err(keys.wrong("type", &format!("is \"{other}\""))),
     };
     Ok(Camera {
         name: keys.text("name")?,
-        fov_y_rad,
+        lens,
     })
 }
 
