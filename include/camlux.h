@@ -692,7 +692,7 @@ typedef struct camlux_camera {
   double up[3];
   /**
    * Full angle from the upper to the lower edge, degrees above 0 and below 180. Pixels are square, and the principal point is
-   * in the middle. For CAMLUX_LENS_ORTHOGRAPHIC the same extent in metres, above 0.
+   * in the middle.
    */
   double fov_y_deg;
   /** Focal lengths in pixels, above 0: x_px = fx_px * X / Z + skew_px * Y / Z + cx_px with X right, Y down, Z forward. */
@@ -715,6 +715,8 @@ typedef struct camlux_camera {
   double skew_px;
   /** Further coefficients of CAMLUX_LENS_RATIONAL: s1, s2, s3, s4 of a thin prism, and the tilt of the sensor tau_x, tau_y, radians. */
   double prism_tilt[6];
+  /** CAMLUX_LENS_ORTHOGRAPHIC: extent of the image from its upper to its lower edge, m, above 0. */
+  double height_m;
 } camlux_camera;
 
 /**
@@ -994,7 +996,8 @@ camlux_status camlux_scene_set_direct(camlux_scene *scene, const camlux_direct *
 
 /**
  * Difference between the numbers of a layer at one frequency and at the next. CAMLUX_LAYER_TOF_PHASOR and so on are of frequency 0, and
- * CAMLUX_LAYER_TOF_TAPS is of phase image 0: add 1 for each phase image after it.
+ * CAMLUX_LAYER_TOF_TAPS is of phase image 0: add 1 for each phase image after it. CAMLUX_LAYER_INDIRECT_BOUNCE and CAMLUX_LAYER_TOF_PHASOR_BOUNCE
+ * are of one bounce: add 1 for each bounce more.
  */
 #define CAMLUX_TOF_NEXT_FREQUENCY 16
 
@@ -2595,7 +2598,7 @@ camlux_status camlux_frame_copy_to_shared(camlux_frame *frame,
 
 #define CAMLUX_DEVICE_INFO_INIT { CAMLUX_INITIALISED + sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
-#define CAMLUX_CAMERA_INIT { CAMLUX_INITIALISED + sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0} }
+#define CAMLUX_CAMERA_INIT { CAMLUX_INITIALISED + sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 1, 0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 0.0 }
 
 #define CAMLUX_SENSOR_INIT { CAMLUX_INITIALISED + sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0, {1.0, 1.0, 1.0}, 0, 0, {0.0, 0.0, 0.0}, 0, 0 }
 

@@ -51,7 +51,7 @@ CHECK(camlux_device_info_uuid_size, sizeof(((camlux_device_info *)0)->uuid) == 4
 CHECK(camlux_device_info_pci_offset, offsetof(camlux_device_info, pci) == 872);
 CHECK(camlux_device_info_pci_size, sizeof(((camlux_device_info *)0)->pci) == 24);
 
-CHECK(size_of_camlux_camera, sizeof(camlux_camera) == 264);
+CHECK(size_of_camlux_camera, sizeof(camlux_camera) == 272);
 CHECK(camlux_camera_struct_size_offset, offsetof(camlux_camera, struct_size) == 0);
 CHECK(camlux_camera_struct_size_size, sizeof(((camlux_camera *)0)->struct_size) == 4);
 CHECK(camlux_camera_width_px_offset, offsetof(camlux_camera, width_px) == 4);
@@ -88,6 +88,8 @@ CHECK(camlux_camera_skew_px_offset, offsetof(camlux_camera, skew_px) == 208);
 CHECK(camlux_camera_skew_px_size, sizeof(((camlux_camera *)0)->skew_px) == 8);
 CHECK(camlux_camera_prism_tilt_offset, offsetof(camlux_camera, prism_tilt) == 216);
 CHECK(camlux_camera_prism_tilt_size, sizeof(((camlux_camera *)0)->prism_tilt) == 48);
+CHECK(camlux_camera_height_m_offset, offsetof(camlux_camera, height_m) == 264);
+CHECK(camlux_camera_height_m_size, sizeof(((camlux_camera *)0)->height_m) == 8);
 
 CHECK(size_of_camlux_sensor, sizeof(camlux_sensor) == 128);
 CHECK(camlux_sensor_struct_size_offset, offsetof(camlux_sensor, struct_size) == 0);
@@ -621,7 +623,7 @@ static const unsigned char rust_camlux_device_options[] = {24,0,48,202,0,0,0,0,0
 static const camlux_device_info init_of_camlux_device_info = CAMLUX_DEVICE_INFO_INIT;
 static const unsigned char rust_camlux_device_info[] = {128,3,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_camera init_of_camlux_camera = CAMLUX_CAMERA_INIT;
-static const unsigned char rust_camlux_camera[] = {8,1,48,202,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_camera[] = {16,1,48,202,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_sensor init_of_camlux_sensor = CAMLUX_SENSOR_INIT;
 static const unsigned char rust_camlux_sensor[] = {128,0,48,202,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_tof_noise init_of_camlux_tof_noise = CAMLUX_TOF_NOISE_INIT;
@@ -673,7 +675,7 @@ static const unsigned char rust_camlux_pass_time[] = {24,0,48,202,0,0,0,0,0,0,0,
 static const struct init inits[] = {
     {"camlux_device_options", 24, rust_camlux_device_options, &init_of_camlux_device_options},
     {"camlux_device_info", 896, rust_camlux_device_info, &init_of_camlux_device_info},
-    {"camlux_camera", 264, rust_camlux_camera, &init_of_camlux_camera},
+    {"camlux_camera", 272, rust_camlux_camera, &init_of_camlux_camera},
     {"camlux_sensor", 128, rust_camlux_sensor, &init_of_camlux_sensor},
     {"camlux_tof_noise", 72, rust_camlux_tof_noise, &init_of_camlux_tof_noise},
     {"camlux_tof", 136, rust_camlux_tof, &init_of_camlux_tof},
