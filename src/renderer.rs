@@ -41,12 +41,12 @@ pub struct Renderer {
     pub(crate) device: Device,
     pipelines: Arc<Pipelines>,
     commands: CommandPool,
-    pub(crate) cache: FrameCache,
+    cache: FrameCache,
     /// Room for rays, if the last frame cast any.
     rays: Option<RayList>,
     /// Buffers for the layers of the next frame.
     pool: BufferPool,
-    pub(crate) readback: RefCell<Readback>,
+    readback: RefCell<Readback>,
     /// The timeline of the frames that stay on the device; `None` before the first.
     timeline: Option<Arc<Timeline>>,
     /// The index of the next frame, unless its options give one.
@@ -166,21 +166,37 @@ impl Renderer {
     /// [`Error::Cancelled`](crate::Error::Cancelled); [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan)
     /// if the device fails, after which it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
-        let start = Instant::now();
         for layer in options.layers.unwrap_or_default() {
             layer.check_made_for(scene)?;
         }
-        let bounces = self.render_bounces(scene, options)?;
-        let before = start.elapsed();
-        let repeated = match options.repeat_unchanged && bounces.is_none() {
+        match options.layers.unwrap_or_default() {
+            layers if layers.iter().any(|layer| layer.bounces().is_some()) => {
+                self.render_with_bounces(scene, options)
+            }
+            _ => self.render_part(scene, options, None),
+        }
+    }
+
+    /// Renders a frame, or a part of one.
+    pub(crate) fn render_part(
+        &mut self,
+        scene: &Scene,
+        options: &mut RenderOptions,
+        part: Option<GatheredPart>,
+    ) -> Result<Frame> {
+        let start = Instant::now();
+        let repeated = match options.repeat_unchanged && part.is_none() {
             true => self.repeat(scene, options)?,
             false => None,
         };
         let is_repeated = repeated.is_some();
-        let drawn = match (repeated, &bounces) {
-            (Some(drawn), _) => drawn,
-            (None, None) => self.draw(scene, options, Drawing::default())?,
-            (None, Some(bounces)) => self.draw_part(scene, options, bounces.rest)?,
+        let drawing = Drawing {
+            part,
+            ..Drawing::default()
+        };
+        let drawn = match repeated {
+            Some(drawn) => drawn,
+            None => self.draw(scene, options, drawing)?,
         };
         let pool = std::mem::take(&mut self.pool);
         let began = Instant::now();
@@ -192,18 +208,13 @@ impl Renderer {
             name: "layers",
             milliseconds: 1e3 * of_layers.as_secs_f64(),
         });
-        let wall = start.elapsed();
+        let wall = start.elapsed().as_secs_f64();
+        frame.stats.wall_milliseconds = wall * 1e3;
         if let Some(pace) = self.pace.as_mut().filter(|_| !is_repeated) {
-            let own = (wall - before).as_secs_f64();
-            pace.end_seconds += own - 1e-3 * drawn.stats.wall_milliseconds;
+            pace.end_seconds += wall - 1e-3 * drawn.stats.wall_milliseconds;
         }
-        // With other gathers, this one had a part of the limits.
-        let whole = bounces.is_none().then_some(&drawn);
+        let whole = part.is_none().then_some(&drawn);
         self.kept = whole.and_then(|drawn| KeptFrame::of(drawn, options));
-        if let Some(bounces) = bounces {
-            bounces.add_to(&mut frame);
-        }
-        frame.stats.wall_milliseconds = wall.as_secs_f64() * 1e3;
         self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
     }
@@ -323,7 +334,7 @@ impl Renderer {
         self.draw(scene, options, drawing)
     }
 
-    pub(crate) fn draw(
+    fn draw(
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
@@ -358,7 +369,9 @@ impl Renderer {
         self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
-        plan.gather_part(part);
+        if let Some(part) = part {
+            plan.gather_part(part);
+        }
         // The frame's description has the lights of the scene alone.
         let lit = &*scene.with_emissive_light();
         let mut gather = plan.indirect.as_mut().map(|indirect| &mut indirect.gather);
@@ -467,11 +480,12 @@ impl Renderer {
 
 /// How a frame is drawn, beside its options.
 #[derive(Default)]
-pub(crate) struct Drawing<'d, 'o> {
-    pub part: GatheredPart,
+struct Drawing<'d, 'o> {
+    /// `None`: all of it.
+    part: Option<GatheredPart>,
     /// Its images are for a host that uses them on the device.
-    pub stays_on_device: bool,
-    pub observe: Option<&'d mut Observer<'o>>,
+    stays_on_device: bool,
+    observe: Option<&'d mut Observer<'o>>,
 }
 
 /// Draws while other threads make the pipelines of kernels.

@@ -147,7 +147,7 @@ layers! {
         Indirect: "indirect" ["R", "G", "B"] "W/sr/m^2", Indirect, CAMLUX_LAYER_INDIRECT = 2;
         /// Light of one number of bounces alone, counted from 1; with that of 1 what other surfaces emit. Together they are `indirect`.
         ///
-        /// Each is gathered by itself, to the target error of its own light. All gathers of a frame share its limits.
+        /// Each is gathered by itself, until its error is within the target, relative to all indirect light. They share the frame's limits.
         Bounce(NonZeroU8): "indirect." ["R", "G", "B"] "W/sr/m^2", MoreBounces on_request, CAMLUX_LAYER_INDIRECT_BOUNCE = 24;
         /// Light that the surface emits by itself.
         Emission: "emission" ["R", "G", "B"] "W/sr/m^2", Emission, CAMLUX_LAYER_EMISSION = 15;

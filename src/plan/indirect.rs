@@ -32,20 +32,10 @@ pub struct IndirectPlan {
 pub(crate) struct GatheredPart {
     /// It is for light of so many bounces alone; `None`: for all light.
     pub bounces: Option<u32>,
-    /// Number of gathers before it, and of all gathers of the frame.
-    pub index: u32,
-    pub count: u32,
-}
-
-impl Default for GatheredPart {
-    /// The only gather of a frame.
-    fn default() -> GatheredPart {
-        GatheredPart {
-            bounces: None,
-            index: 0,
-            count: 1,
-        }
-    }
+    /// Its target error, if it has another than the frame.
+    pub target_error: Option<f64>,
+    /// Its share of the frame's limits.
+    pub share: f64,
 }
 
 /// What gathers a pixel's indirect light.
@@ -89,12 +79,16 @@ impl IndirectPlan {
     /// The plan of one of the frame's gathers.
     pub(super) fn of_part(self, part: GatheredPart) -> IndirectPlan {
         let RefinementPlan {
-            max_ms, max_rays, ..
+            target_error,
+            max_ms,
+            max_rays,
+            ..
         } = self.refinement;
         let plan = IndirectPlan {
             refinement: RefinementPlan {
-                max_ms: max_ms.map(|ms| ms / f64::from(part.count)),
-                max_rays: max_rays.map(|rays| rays / u64::from(part.count)),
+                target_error: part.target_error.or(target_error),
+                max_ms: max_ms.map(|ms| part.share * ms),
+                max_rays: max_rays.map(|rays| (part.share * rays as f64) as u64),
                 ..self.refinement
             },
             ..self

@@ -8,7 +8,7 @@ use crate::{
         gatherer::{GatheredFor, LightRaySets, MOST_SETS},
         sample_counts::PACKET_SAMPLES,
     },
-    plan::{Plan, RefinementPlan},
+    plan::{PacketRays, Plan, RefinementPlan},
 };
 
 /// Time of an attempt beside its rays, and of the passes after the gather, over the time before the gather. Until they are measured: all are
@@ -194,7 +194,7 @@ impl<'c> Limits<'c> {
 
     /// Rays to keep for an estimate, and for the rays from the lights of an image with so many samples a pixel.
     pub fn reserve(&self, pixels: u32, packets: f64, samples: u32) -> f64 {
-        self.rays_of_estimate(pixels, packets) + light_rays_of_image(samples)
+        self.rays_of_estimate(pixels, packets) + light_rays_of_image(self.context.plan, samples)
     }
 
     /// Rays of the two gathers of an estimate.
@@ -204,8 +204,8 @@ impl<'c> Limits<'c> {
             ..SETS_OF_ESTIMATE
         };
         let each = 2.0 * packets.max(1.0) * rays_of_pixel(self.context.plan);
-        let from_lights = 2 * GROUPS * sets.set_size(false);
-        f64::from(pixels) * each + f64::from(from_lights)
+        let from_lights = light_rays(self.context.plan, 2 * GROUPS * sets.set_size(false));
+        f64::from(pixels) * each + from_lights
     }
 
     /// Rays and milliseconds of the least frame with an estimate: few pixels for the pilot, for the image and for the estimate.
@@ -218,7 +218,7 @@ impl<'c> Limits<'c> {
             ..SETS_OF_ESTIMATE
         };
         let gathered = f64::from(2 * MIN_PILOT_PIXELS + columns * rows) * rays_of_pixel(plan);
-        let from_lights = f64::from(2 * of_pilot.set_size(true));
+        let from_lights = light_rays(plan, 2 * of_pilot.set_size(true));
         let rays = gathered + from_lights + self.reserve(MIN_ESTIMATE_PIXELS, 1.0, PACKET_SAMPLES);
         let of_rays = rays / self.context.cost.borrow().rays_per_second();
         let seconds = self.before_seconds + self.attempt_seconds + self.end_seconds + of_rays;
@@ -246,20 +246,26 @@ impl<'c> Limits<'c> {
 }
 
 /// Rays from the lights that an image's pixels with so many samples share.
-pub(super) fn light_rays_of_image(samples: u32) -> f64 {
+pub(super) fn light_rays_of_image(plan: &Plan, samples: u32) -> f64 {
     let sets = LightRaySets {
         samples,
         receivers: u32::MAX,
         set_count: 1,
         ..SETS_OF_ESTIMATE
     };
-    sets.set_size(false).into()
+    light_rays(plan, sets.set_size(false))
+}
+
+/// So many rays from the lights, and those of further bounces, which are as many at most.
+fn light_rays(plan: &Plan, of_first_bounce: u32) -> f64 {
+    let times = if plan.bounces() == 1 { 1.0 } else { 2.0 };
+    times * f64::from(of_first_bounce)
 }
 
 /// Most rays of a packet of samples.
 pub(super) fn rays_of_pixel(plan: &Plan) -> f64 {
     let lobes = 1 + u32::from(plan.is_specular);
-    f64::from(PACKET_SAMPLES * (lobes * (1 + plan.gathered_lights()) + 1))
+    PacketRays::new(plan, lobes).of_packet().into()
 }
 
 /// A part of so many pixels that is enough for the target.

@@ -379,7 +379,7 @@ impl Refiner<'_, '_> {
         let ranges = receivers.ranges()?;
         let total: u32 = ranges.iter().map(|range| range.count).sum();
         let samples_each = attempt.samples;
-        let from_lights = limits::light_rays_of_image(samples_each);
+        let from_lights = limits::light_rays_of_image(self.context.plan, samples_each);
         if self.listed_rays(resources)? >= OWN_LIGHT_RAYS * from_lights {
             self.light_rays.begin();
         }
