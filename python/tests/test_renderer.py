@@ -52,6 +52,18 @@ def test_a_bar_ends_at_100_percent(renderer, scene, capsys, monkeypatch):
         renderer.render(scene, progress=True)
 
 
+def test_bounces_have_layers_of_their_own(renderer, scene):
+    scene.indirect = camlux.FinalGather(target_error=0.1, bounces=2)
+    names = ["indirect", "indirect.1", "indirect.2"]
+    frame = renderer.render(scene, layers=names)
+    assert sorted(frame) == names
+    whole, first, second = (float(frame[name].mean()) for name in names)
+    assert 0 < second < first
+    assert abs(first + second - whole) < 0.1 * whole
+    with pytest.raises(camlux.SceneError, match="gather 3 bounces or more"):
+        renderer.render(scene, layers=["indirect.3"])
+
+
 def test_cameras_of_a_list_see_what_they_see_alone(renderer, scene):
     cameras = [dataclasses.replace(scene.camera, position_m=(0.05 * i, 1, 3.2)) for i in range(3)]
     seen = []

@@ -652,6 +652,12 @@ void layers_go_to_memory(const camlux::device &device, camlux::renderer &rendere
     to_memory.targets[0].size_bytes = 4;
     CHECK(renderer.try_render(scene, to_memory).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
 
+    static_assert(camlux::of_bounces(3) == static_cast<camlux::layer>(CAMLUX_LAYER_INDIRECT_BOUNCE + 2));
+    static_assert(camlux::of_bounces(17) == static_cast<camlux::layer>(-1));
+    constexpr camlux::layer second = camlux::of_bounces(2, camlux::layer::tof_phasor_bounce);
+    static_assert(camlux::of_frequency(1, second) == static_cast<camlux::layer>(CAMLUX_LAYER_TOF_PHASOR_BOUNCE + 1 + CAMLUX_TOF_NEXT_FREQUENCY));
+    static_assert(camlux::of_frequency(1, camlux::layer::tof_point) == static_cast<camlux::layer>(CAMLUX_LAYER_TOF_POINT + CAMLUX_TOF_NEXT_FREQUENCY));
+
     camlux::render_options named;
     named.layers = {camlux::layer::albedo, camlux::layer::camera_normal};
     const camlux::frame guides = renderer.render(scene, named);
