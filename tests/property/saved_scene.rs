@@ -391,7 +391,7 @@ fn a_scene_with_everything_comes_back() {
 
 #[test]
 fn variants_come_back() {
-    let edits: [fn(&mut Scene); 10] = [
+    let edits: [fn(&mut Scene); 11] = [
         |s| s.indirect = None,
         |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8)),
         |s| {
