@@ -594,7 +594,7 @@ camlux_status camlux_device_validation_count(camlux_device *device, uint32_t *co
 /** All directions: 360 degrees of longitude from left to right, 180 degrees of latitude from top to bottom, the view in the middle. */
 #define CAMLUX_LENS_EQUIRECTANGULAR 5
 
-/** Parallel rays along the view, from the plane through `position_m`: `fov_y_deg` is the height of the image in metres, not degrees. */
+/** Parallel rays along the view, from the plane through `position_m`. `height_m` is the height of the image. */
 #define CAMLUX_LENS_ORTHOGRAPHIC 6
 
 /** All samples of a pixel have the same weight. */

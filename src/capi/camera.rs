@@ -20,7 +20,7 @@ pub const CAMLUX_LENS_FISHEYE: i32 = 3;
 pub const CAMLUX_LENS_FOV_X: i32 = 4;
 /// All directions: 360 degrees of longitude from left to right, 180 degrees of latitude from top to bottom, the view in the middle.
 pub const CAMLUX_LENS_EQUIRECTANGULAR: i32 = 5;
-/// Parallel rays along the view, from the plane through `position_m`: `fov_y_deg` is the height of the image in metres, not degrees.
+/// Parallel rays along the view, from the plane through `position_m`. `height_m` is the height of the image.
 pub const CAMLUX_LENS_ORTHOGRAPHIC: i32 = 6;
 
 /// All samples of a pixel have the same weight.
