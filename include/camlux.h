@@ -2069,7 +2069,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 
 /**
  * Light of one number of bounces alone, counted from 1; with that of 1 what other surfaces emit. Together they are `indirect`.
- * Values: W/sr/m^2, channels R, G, B; with bounces of camlux_indirect; on request: layers or targets of camlux_render_options.
+ * Values: W/sr/m^2, channels R, G, B; with bounces of camlux_indirect above 1; on request: layers or targets of camlux_render_options.
  */
 #define CAMLUX_LAYER_INDIRECT_BOUNCE 24
 
@@ -2138,7 +2138,7 @@ camlux_status camlux_job_wait(camlux_job *job,
 
 /**
  * Z of the light of one number of bounces alone, as `indirect.1` and so on have its radiance.
- * Values: W/sr/m^2, channels re, im; with bounces of camlux_indirect; on request: layers or targets of camlux_render_options.
+ * Values: W/sr/m^2, channels re, im; with bounces of camlux_indirect above 1; on request: layers or targets of camlux_render_options.
  */
 #define CAMLUX_LAYER_TOF_PHASOR_BOUNCE 192
 

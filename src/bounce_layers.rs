@@ -1,6 +1,6 @@
 //! The layers with the light of one number of bounces alone. Each comes from gathers of its own, after that of all light.
 
-use std::{ops::ControlFlow, time::Instant};
+use std::{cell::Cell, ops::ControlFlow, time::Instant};
 
 use crate::{
     Error, RenderOptions, Renderer, Result, Scene,
@@ -29,11 +29,19 @@ fn norm(frame: &Frame) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// What a part has cost, with the error relative to the light of the frame, which is this many times its own.
-fn stats_of_part(stats: &FrameStats, times: f64) -> FrameStats {
+/// The statistics of a part: with the error relative to the light of the frame, which is this many times its own, and with the least limits of
+/// a frame of which it gets its share.
+fn stats_of_part(
+    stats: &FrameStats,
+    times: f64,
+    GatheredPart { share, .. }: GatheredPart,
+) -> FrameStats {
+    let of_frame = |error: f64| Some(error / times).filter(|error| error.is_finite());
     FrameStats {
-        estimated_error: stats.estimated_error.map(|error| error / times),
-        estimated_error_upper: stats.estimated_error_upper.map(|error| error / times),
+        estimated_error: stats.estimated_error.and_then(of_frame),
+        estimated_error_upper: stats.estimated_error_upper.and_then(of_frame),
+        least_rays: stats.least_rays.map(|rays| (rays as f64 / share) as u64),
+        least_milliseconds: stats.least_milliseconds.map(|ms| ms / share),
         ..stats.clone()
     }
 }
@@ -56,53 +64,60 @@ impl Renderer {
         numbers.dedup();
         let gather = scene.indirect.as_ref().and_then(IndirectLight::gather);
         let target = gather.map_or(DEFAULT_TARGET_ERROR, |gather| gather.target_error);
+        let is_ended = Cell::new(false);
+        let mut render = |renderer: &mut Renderer, layers: &[Layer], part: GatheredPart| {
+            renderer.render_within(scene, options, layers, part, &is_ended)
+        };
         let share = 1.0 / (1.0 + numbers.len() as f64);
         let of_all: Vec<Layer> = requested.iter().copied().chain([Layer::Indirect]).collect();
         let whole = GatheredPart {
             bounces: None,
             target_error: None,
+            begin: 0.0,
             share,
         };
-        let mut frame = self.render_within(scene, options, &of_all, whole, 0.0)?;
+        let mut frame = render(self, &of_all, whole)?;
+        frame.stats = stats_of_part(&frame.stats, 1.0, whole);
         // The parts belong to the frame that counts.
         let next_frame_index = self.next_frame_index;
         let all_light = norm(&frame);
         let mut layers = Vec::new();
         for (bounces, before) in numbers.into_iter().zip(1..) {
-            let of_part = requested
-                .iter()
-                .filter(|layer| layer.bounces() == Some(bounces));
-            let of_part: Vec<Layer> = of_part.copied().collect();
+            let is_of_part = |layer: &&Layer| layer.bounces() == Some(bounces);
+            let mut of_part: Vec<Layer> = requested.iter().filter(is_of_part).copied().collect();
+            of_part.sort_unstable();
+            of_part.dedup();
             let mut read: Vec<Layer> = of_part.iter().map(|&layer| gathered_as(layer)).collect();
             read.push(Layer::Indirect);
             let rough = GatheredPart {
                 bounces: Some(bounces),
                 target_error: Some(ROUGH_ERROR),
+                begin: share * f64::from(before),
                 share: ROUGH_SHARE * share,
             };
-            let begin = share * f64::from(before);
-            let mut part = self.render_within(scene, options, &read, rough, begin)?;
+            let mut part = render(self, &read, rough)?;
             // Black light has no error.
             let times = all_light / norm(&part).max(f64::MIN_POSITIVE);
             let needed = (target * times).min(TARGET_ERRORS.most);
+            let mut stats = stats_of_part(&part.stats, times, rough);
             let upper = part.stats.estimated_error_upper;
             if upper.is_some_and(|upper| upper > needed) {
-                let cost = FrameStats {
+                frame.stats.include(&FrameStats {
                     stop: None,
                     estimated_error: None,
                     estimated_error_upper: None,
-                    ..part.stats
-                };
-                frame.stats.include(&cost);
+                    ..stats
+                });
                 let finer = GatheredPart {
                     target_error: Some(needed),
+                    begin: rough.begin + rough.share,
                     share: (1.0 - ROUGH_SHARE) * share,
                     ..rough
                 };
-                let begin = begin + rough.share;
-                part = self.render_within(scene, options, &read, finer, begin)?;
+                part = render(self, &read, finer)?;
+                stats = stats_of_part(&part.stats, times, finer);
             }
-            frame.stats.include(&stats_of_part(&part.stats, times));
+            frame.stats.include(&stats);
             for layer in of_part {
                 let values = part.values(gathered_as(layer));
                 let values = values.ok_or_else(|| Error::internal("a gather without its layer"))?;
@@ -116,30 +131,39 @@ impl Renderer {
             fraction: 1.0,
             pass: "done",
         };
-        let ends = options.progress.as_mut().map(|report| report(end));
-        if ends.is_some_and(|flow| flow.is_break()) && !options.keep_partial {
+        let report = options.progress.as_mut().filter(|_| !is_ended.get());
+        let ends = report.is_some_and(|report| report(end).is_break());
+        if ends && !options.keep_partial {
             return Err(Error::Cancelled);
         }
         frame.stats.wall_milliseconds = 1e3 * start.elapsed().as_secs_f64();
         Ok(frame)
     }
 
-    /// Renders a part of a frame. Its progress is its share of the frame's, from `begin` on.
+    /// Renders a part of a frame. Its progress is a part of the frame's. Once the caller ends a part, all that follow end at once.
     fn render_within(
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
         layers: &[Layer],
         part: GatheredPart,
-        begin: f64,
+        is_ended: &Cell<bool>,
     ) -> Result<Frame> {
         let mut report = options.progress.as_mut();
-        let mut of_part = |progress: Progress| match &mut report {
-            Some(report) if progress.fraction < 1.0 => report(Progress {
-                fraction: (begin + part.share * f64::from(progress.fraction)) as f32,
-                ..progress
-            }),
-            _ => ControlFlow::Continue(()),
+        let mut of_part = |progress: Progress| {
+            if is_ended.get() {
+                return ControlFlow::Break(());
+            }
+            let fraction = part.begin + part.share * f64::from(progress.fraction);
+            let flow = match &mut report {
+                Some(report) if progress.fraction < 1.0 => report(Progress {
+                    fraction: fraction as f32,
+                    ..progress
+                }),
+                _ => ControlFlow::Continue(()),
+            };
+            is_ended.set(flow.is_break());
+            flow
         };
         let mut options = RenderOptions {
             progress: Some(&mut of_part),

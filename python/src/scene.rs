@@ -110,7 +110,9 @@ fn camera_from(part: &Part) -> PyResult<Camera> {
     let distortion = distortion.map(|d| distortion_from(&d)).transpose()?;
     let fov_deg = ["fov_x_deg", "fov_y_deg"].map(|name| part.optional_number(name));
     let [fov_x_deg, fov_y_deg] = fov_deg;
-    let projection = part.choice("projection", &["equirectangular", "orthographic"], |name| name)?;
+    let projection = part.choice("projection", &["equirectangular", "orthographic"], |name| {
+        name
+    })?;
     let height_m = part.optional_number("height_m")?;
     if (projection == Some("orthographic")) != height_m.is_some() {
         return Err(part.error(

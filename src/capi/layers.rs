@@ -102,7 +102,7 @@ pub const CAMLUX_LAYER_TRIANGLE_ID: i32 = 22;
 pub const CAMLUX_LAYER_TEXCOORD: i32 = 23;
 
 /// Light of one number of bounces alone, counted from 1; with that of 1 what other surfaces emit. Together they are `indirect`.
-/// Values: W/sr/m^2, channels R, G, B; with bounces of camlux_indirect; on request: layers or targets of camlux_render_options.
+/// Values: W/sr/m^2, channels R, G, B; with bounces of camlux_indirect above 1; on request: layers or targets of camlux_render_options.
 pub const CAMLUX_LAYER_INDIRECT_BOUNCE: i32 = 24;
 
 /// Phasor Z of all modulated light, a sum over paths.
@@ -149,5 +149,5 @@ pub const CAMLUX_LAYER_TOF_TAPS: i32 = 72;
 pub const CAMLUX_LAYER_TOF_POINT: i32 = 128;
 
 /// Z of the light of one number of bounces alone, as `indirect.1` and so on have its radiance.
-/// Values: W/sr/m^2, channels re, im; with bounces of camlux_indirect; on request: layers or targets of camlux_render_options.
+/// Values: W/sr/m^2, channels re, im; with bounces of camlux_indirect above 1; on request: layers or targets of camlux_render_options.
 pub const CAMLUX_LAYER_TOF_PHASOR_BOUNCE: i32 = 192;

@@ -34,7 +34,8 @@ pub(crate) struct GatheredPart {
     pub bounces: Option<u32>,
     /// Its target error, if it has another than the frame.
     pub target_error: Option<f64>,
-    /// Its share of the frame's limits.
+    /// Shares of the frame's limits: of the gathers before it, and its own.
+    pub begin: f64,
     pub share: f64,
 }
 

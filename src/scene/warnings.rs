@@ -53,6 +53,20 @@ impl Scene {
                 }
             }
         }
+        if let Some(map) = &self.vignetting_map {
+            let resolution_px = self.camera.resolution_px;
+            let lens = self.camera.intrinsics_px();
+            let [column, row] = [0, 1].map(|axis| {
+                let centre_px = [lens.cx, lens.cy][axis].max(0.0) as u32;
+                centre_px.min(resolution_px[axis] - 1)
+            });
+            let on_axis = map.at([column, row], resolution_px);
+            if !(0.5..=2.0).contains(&on_axis) {
+                warnings.push(format!(
+                    "the vignetting map is {on_axis:.3} at the principal point, where 1 is expected; divide the image of the flat field by its value there"
+                ));
+            }
+        }
         let unseen = self.camera.unseen_border();
         if unseen > 0.0 {
             warnings.push(format!(

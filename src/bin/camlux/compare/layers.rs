@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use camlux::metrics::{Comparison, Pixels, ZScores};
-use camlux::output::{ImageLayer, Layer, LayeredImage, TofQuantity};
+use camlux::output::{ImageLayer, Layer, LayerNeed, LayeredImage, TofQuantity};
 use camlux::scene::{IndirectLight, MAX_FREQUENCIES};
 
 use super::Args;
@@ -321,7 +321,19 @@ pub fn differing_scenes(image: &LayeredImage, reference: &LayeredImage) -> Optio
 }
 
 /// The bounces of the indirect light of both images, if their numbers differ.
-pub fn differing_bounces(image: &LayeredImage, reference: &LayeredImage) -> Option<[u32; 2]> {
+pub fn differing_bounces(
+    args: &Args,
+    image: &LayeredImage,
+    reference: &LayeredImage,
+) -> Option<[u32; 2]> {
+    // The light of one bounce alone is the same, however many there are.
+    let is_alone = |name: &String| {
+        let layer = Layer::from_name(name);
+        layer.is_some_and(|layer| layer.need() == LayerNeed::MoreBounces)
+    };
+    if !args.layers.is_empty() && args.layers.iter().all(is_alone) {
+        return None;
+    }
     let bounces = |image: &LayeredImage| {
         let estimator = image.attribute("camlux.estimator")?;
         let number = image.attribute("camlux.bounces");

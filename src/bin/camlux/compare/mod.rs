@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             "the headers of the images differ in {differ}; check that both show the same scene"
         ));
     }
-    if let Some([found, due]) = layers::differing_bounces(&image, &reference) {
+    if let Some([found, due]) = layers::differing_bounces(args, &image, &reference) {
         let [a, b] = [&args.image, &args.reference].map(|path| path.display());
         warn(format_args!(
             "{a} has indirect light of up to {found} bounces and {b} of up to {due}; the difference counts as error; give both the same --bounces"
