@@ -111,6 +111,7 @@ pub struct DatasetOptions {
 #[pymethods]
 impl DatasetOptions {
     #[new]
+    #[allow(clippy::too_many_arguments, reason = "Python's have names")]
     fn new(
         flow: bool,
         layers: Option<Bound<'_, PyAny>>,

@@ -124,6 +124,7 @@ impl Frame {
     /// one file with a part for each layer, with its name, and channels without it: R of the part direct; not together with plain.
     ///
     /// Raises FileError.
+    #[allow(clippy::too_many_arguments, reason = "Python's have names")]
     #[pyo3(
         signature = (path, *, layers=None, half=false, compression="none", plain=false, multipart=false, **others),
         text_signature = "($self, path, *, layers=None, half=False, compression=\"none\", plain=False, multipart=False)"
