@@ -101,7 +101,8 @@ impl Renderer {
             let needed = (target * times).min(TARGET_ERRORS.most);
             let mut stats = stats_of_part(&part.stats, times, rough);
             let upper = part.stats.estimated_error_upper;
-            if upper.is_some_and(|upper| upper > needed) {
+            let is_enough = upper.is_none_or(|upper| upper <= needed);
+            if !is_enough && !is_ended.get() {
                 frame.stats.include(&FrameStats {
                     stop: None,
                     estimated_error: None,
